@@ -1,15 +1,12 @@
-//! The paper's Table I: the wrench of two icospheres with the optimizations of its §IV switched on
-//! one after the other, rows (a) to (e), and this library's default, which follows the contact
-//! surface, as row (f).
+//! Table I of the paper: the wrench of two icospheres. Rows (a) to (e) switch on the optimizations of §IV of the paper one after the other.
+//! Row (f) is the default of this library, which traces the contact surface.
 //!
-//! Serves two decisions: which culling steps are worth having, and whether following the surface
-//! should be the default. Run `cargo bench --bench ablation`, or with `-- --quick` without order 4.
-//! Median times on one thread; factors are against row (a).
+//! Helps to decide which culling steps are worth having, and whether tracing the surface should be the default. Run
+//! `cargo bench --bench ablation`, or with `-- --quick` without order 4. Times are medians on one thread. Factors are relative to row (a).
 //!
-//! The paper names neither its scene nor its number of projections. The scene here is that of its
-//! authors' bench and unit test: radius 1, center pressure 1, centers (0.031, −0.5, 0.052) and
-//! (0, 0.5, 0); the projections are 16. The paper's times are those it prints, of its Julia program
-//! on its authors' machine.
+//! The paper names neither its scene nor its number of projections. The scene here is that of the authors' bench and unit test: radius 1,
+//! center pressure 1, centers (0.031, −0.5, 0.052) and (0, 0.5, 0). The number of projections is 16. The paper's times are its printed
+//! times of a Julia program on the authors' machine.
 
 mod timing;
 
@@ -27,7 +24,7 @@ const CENTERS: [Vector3<f64>; 2] = [
     Vector3::new(0.0, 0.5, 0.0),
 ];
 
-/// Sums in another order round differently.
+/// Relative tolerance of wrenches, because the order of summation changes rounding errors.
 const SAME: f64 = 1e-12;
 
 const BUDGET: Duration = Duration::from_millis(500);
@@ -40,7 +37,7 @@ struct Row {
     paper: Option<[f64; 3]>,
 }
 
-/// What one row comes to at one order.
+/// Results of one row at one order.
 struct Measured {
     seconds: f64,
     pairs: usize,
@@ -96,7 +93,7 @@ fn measured(shape: &Shape, search: Search) -> Measured {
     }
 }
 
-/// All rows at one order, which must agree.
+/// Measures all rows at one order and checks that their wrenches agree.
 fn column(order: usize) -> Vec<Measured> {
     let shape = Shape::new(shapes::icosphere(1.0, order).unwrap());
     let column: Vec<_> = rows()
@@ -142,7 +139,7 @@ fn print_counts(orders: &[usize], columns: &[Vec<Measured>]) {
     print_row("contact polygons", polygons);
 }
 
-/// A time (s) with as many digits as the paper gives it.
+/// Formats a time (s) with as many digits as in the paper.
 fn as_printed(seconds: f64) -> String {
     let digits = if seconds < 1.0 { 3 } else { 2 };
     format!("{seconds:.digits$} s")
@@ -169,7 +166,7 @@ fn print_row(name: &str, cells: impl Iterator<Item = String>) {
 
 fn main() {
     use_one_thread();
-    // Without `cargo bench`, as a test, it is quick too.
+    // `cargo test` runs benches too, without `--bench`. The bench is then quick.
     let is_asked = |argument: &str| std::env::args().any(|given| given == argument);
     let is_quick = is_asked("--quick") || !is_asked("--bench");
     let orders: &[usize] = if is_quick { &[1, 2, 3] } else { &[1, 2, 3, 4] };

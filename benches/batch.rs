@@ -1,13 +1,13 @@
-//! A batch of 10,000 small worlds: rollouts of 100 steps of a ball that rolls on a half-space or a box, with friction and
-//! dissipation, each from a start of its own.
+//! A batch of 10,000 small worlds. Each world is a rollout of 100 steps of a ball that rolls on a half-space or a box, with friction and
+//! dissipation, from its own initial state.
 //!
-//! Serves the decision whether many small worlds are worth a batch: what a batch on one thread costs beside the same rollouts
-//! one after the other, and what a second thread gives. Run `cargo bench --bench batch`, four minutes, or with `-- --quick` a
+//! Helps to decide whether a batch is worthwhile for many small worlds. The bench measures the overhead of a batch on one thread relative
+//! to sequential rollouts, and the speedup with a second thread. Run `cargo bench --bench batch` (four minutes), or with `-- --quick` for a
 //! tenth of the worlds.
 //!
-//! Steps a second, in all, are of the shortest time on the clock; ratios are medians of rounds that take one run of each way
-//! after the other. Where other programs use the cores, two threads get less than two cores; the processor time of two over that
-//! of one still says what they cost each other.
+//! Steps per second are totals, computed from the shortest wall time. Ratios are medians over rounds, and each round runs every variant
+//! once. If other programs use the cores, two threads get less than two cores. In that case the ratio of processor times still measures how
+//! much two threads slow each other down.
 
 #[path = "timing/mod.rs"]
 mod timing;
@@ -27,11 +27,11 @@ use timing::{count, median};
 const WORLDS: usize = 10_000;
 const STEPS: usize = 100;
 const TIME_STEP: f64 = 2e-4;
-/// After half a second the ball is at rest.
+/// Steps until the ball is at rest: half a second.
 const SETTLING_STEPS: usize = 2_500;
 const ROUNDS: usize = 5;
 
-/// How often the ball's mesh was refined: it has 80 tetrahedra.
+/// Number of refinements of the ball's mesh, which then has 80 tetrahedra.
 const ORDER: usize = 1;
 
 fn main() {
@@ -63,7 +63,7 @@ fn skin() -> Material {
         .with_friction(0.4)
 }
 
-/// Floors with the upper side z = 0.
+/// Creates the floors, whose upper side is z = 0.
 fn floors() -> [(&'static str, Body); 2] {
     let hard = Material::rigid().with_friction(0.4).with_dissipation(0.5);
     let slab = Shape::new(shapes::cuboid([1.0, 1.0, 0.5]).unwrap());
@@ -80,7 +80,7 @@ fn floors() -> [(&'static str, Body); 2] {
     ]
 }
 
-/// A ball that has come to rest on the floor.
+/// Returns a world with a ball that has come to rest on the floor.
 fn settled(floor: Body) -> World {
     let ball = Shape::new(shapes::icosphere(0.1, ORDER).unwrap());
     let ball = Body::dynamic("ball", ball, skin(), Mass::Total(1.0)).unwrap();
@@ -94,7 +94,7 @@ fn settled(floor: Body) -> World {
     world.with_initial_state(&rest).unwrap()
 }
 
-/// The same world with the ball pushed and spun in a direction of its own.
+/// Returns the world with the ball pushed and spun in a direction that depends on `place`.
 fn started(world: &World, place: usize) -> World {
     let mut state = world.initial_state();
     let (sine, cosine) = (place as f64 * TAU / WORLDS as f64).sin_cos();
@@ -116,7 +116,7 @@ fn plan() -> Plan {
     Plan::new(TIME_STEP, STEPS).unwrap().recording_every(STEPS)
 }
 
-/// Times (s) of one run of each way.
+/// Times (s) of one run of each variant.
 struct Round {
     one_after_the_other: f64,
     one_thread: f64,
@@ -159,7 +159,7 @@ fn pool(threads: usize) -> ThreadPool {
         .unwrap()
 }
 
-/// Time on the clock and processor time (s) of some work.
+/// Returns the wall time and the processor time (s) of the work.
 fn times(work: impl FnOnce()) -> (f64, f64) {
     let (start, processor) = (Instant::now(), ProcessTime::now());
     work();

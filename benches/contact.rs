@@ -1,15 +1,14 @@
-//! The contact wrench in `f64` and with 6-, 8- and 14-wide dense dual numbers, and the closed-form
-//! Jacobian, for two icospheres of radius 1 at center distances 1.0 (deep) and 1.7 (light).
+//! The contact wrench in `f64` and with 6-, 8- and 14-wide dense dual numbers, and its closed-form Jacobian. The scene is two icospheres of
+//! radius 1 at center distances 1.0 (deep) and 1.7 (light).
 //!
-//! Serves two decisions: whether differentiating through the generic pipeline is affordable, and
-//! what the closed form saves. Run `RAYON_NUM_THREADS=1 cargo bench --bench contact` for one thread, and
-//! compare within one run.
+//! Helps to decide whether differentiating through the generic pipeline is affordable, and how much the closed form saves. Run
+//! `RAYON_NUM_THREADS=1 cargo bench --bench contact` for one thread, and compare times within one run only.
 //!
-//! `potential energy` has that of the pairs at 1.0, to be held against their wrenches.
-//! `in motion` has the wrench of a ball on a box with friction and dissipation, alone and linearized.
+//! `potential energy` measures the potential energy of the pairs at 1.0, to compare with their wrenches. `in motion` measures the wrench of
+//! a ball on a box with friction and dissipation, without and with its linearization.
 //!
-//! The duals carry derivatives by: 6, the pose of A; 8, the pose of A and both moduli; 14, both
-//! poses and both moduli.
+//! The dual numbers carry derivatives with respect to the pose of A (6), the pose of A and both moduli (8), or both poses and both moduli
+//! (14).
 
 use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, BenchmarkId, Criterion, criterion_group, criterion_main};
@@ -24,7 +23,7 @@ use std::time::Duration;
 const ORDERS: [usize; 4] = [1, 2, 3, 4];
 const DISTANCES: [f64; 2] = [1.0, 1.7];
 
-/// A generic pose of A near the x axis.
+/// Returns a generic pose of A near the x axis.
 fn pose_a(distance: f64) -> Pose {
     let position = Vector3::new(0.98, 0.12, 0.16).normalize() * distance;
     Pose::from_rotation_vector(&Vector3::new(0.3, -0.5, 0.2), position)
@@ -35,7 +34,7 @@ fn pair<T: Scalar>(shape: &Shape, poses: [Pose<T>; 2], moduli: [T; 2]) -> Contac
     ContactPair::new(body(0), body(1))
 }
 
-/// The wrench on A with its derivatives by the first N of: pose A, moduli, pose B.
+/// Returns the wrench on A with derivatives with respect to the first N of these: pose of A, moduli, pose of B.
 fn dual_wrench<const N: usize>(shape: &Shape, distance: f64) -> Vector6<DenseDual<N>> {
     let seed = |value: f64, place: usize| {
         if place < N {
@@ -53,7 +52,7 @@ fn dual_wrench<const N: usize>(shape: &Shape, distance: f64) -> Vector6<DenseDua
     pair.pipeline().wrench().on_a.to_vector()
 }
 
-/// A group of which each time takes little more than a second.
+/// Creates a benchmark group in which each measurement takes little more than a second.
 fn short_group<'c>(criterion: &'c mut Criterion, name: &str) -> BenchmarkGroup<'c, WallTime> {
     let mut group = criterion.benchmark_group(name);
     group
@@ -89,7 +88,7 @@ fn contact(criterion: &mut Criterion) {
     }
 }
 
-/// The potential energy, whose integral visits all tetrahedra that overlap.
+/// Measures the potential energy, whose integral visits all overlapping tetrahedra.
 fn energy(criterion: &mut Criterion) {
     let mut group = short_group(criterion, "potential energy");
     for order in ORDERS {
@@ -103,7 +102,7 @@ fn energy(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// The wrench of a ball that slides and spins on a box, with dissipation and friction, and with all its derivatives.
+/// Measures the wrench of a ball that slides and spins on a box with dissipation and friction, without and with all derivatives.
 fn motion(criterion: &mut Criterion) {
     let slab = Shape::new(shapes::cuboid([0.4, 0.4, 0.2]).unwrap());
     let pose = Pose::from_rotation_vector(

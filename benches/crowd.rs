@@ -1,9 +1,9 @@
-//! A step of many bodies, by one thread and by all: icospheres (80 tetrahedra each) in a cubic
-//! lattice, each pressed a little into its neighbors.
+//! A step of many bodies on one thread and on all threads. The bodies are icospheres of 80 tetrahedra in a cubic lattice, each pressed
+//! slightly into its neighbors.
 //!
-//! Serves two decisions: from how many close pairs on a step is spread over threads, and whether
-//! finding them costs as little as it should. `close` bodies touch, `apart` only their boxes do, so
-//! that hardly more than the search and the threads is measured. Run `cargo bench --bench crowd`.
+//! Helps to decide at how many close pairs a step should use several threads, and whether the search for close pairs is cheap enough. In
+//! `close`, the bodies touch. In `apart`, only their bounding boxes overlap, so the times contain little more than the search and the
+//! threading overhead. Run `cargo bench --bench crowd`.
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use hydroelastic::contact::Shape;
@@ -16,11 +16,11 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 const RADIUS: f64 = 0.1;
-/// Bodies along the edges of the lattice.
+/// Numbers of bodies along the edges of the lattice.
 const LATTICES: [[usize; 3]; 4] = [[4, 1, 1], [3, 3, 1], [4, 4, 4], [8, 8, 8]];
-/// Time step (s): so short that the lattice stays as it is.
+/// Time step (s), so short that the lattice hardly moves.
 const TIME_STEP: f64 = 1e-7;
-/// Distances of neighbors, in radii: they touch; they do not, but their boxes do.
+/// Distances between neighbors, in radii. At the first distance the bodies touch; at the second only their bounding boxes overlap.
 const SPACINGS: [(&str, f64); 2] = [("close", 1.9), ("apart", 2.05)];
 
 fn lattice([nx, ny, nz]: [usize; 3], spacing: f64) -> World {
@@ -37,7 +37,7 @@ fn lattice([nx, ny, nz]: [usize; 3], spacing: f64) -> World {
             skin,
             Mass::Total(1.0),
         );
-        // Their boxes are wider than they are.
+        // With this rotation, the bounding boxes of the bodies are wider than the bodies.
         let turn = Vector3::z() * FRAC_PI_4;
         body.unwrap()
             .with_pose(Pose::from_rotation_vector(&turn, place(index)))

@@ -1,9 +1,9 @@
-//! Implicit steps in `f64`, and with their derivatives by 12 numbers: a brick at rest with friction, a ball that is thrown on
-//! a floor and bounces, and three cubes that are let fall on each other, by 60 steps of 5 ms.
+//! Implicit steps in `f64`, and with derivatives with respect to 12 parameters. The scenes are a brick at rest with friction, a ball that
+//! is thrown on a floor and bounces, and three cubes that fall on each other. Each runs for 60 steps of 5 ms.
 //!
-//! Serves two decisions: whether long implicit steps are cheaper than short explicit ones, by the times of `rest`, where
-//! 60 steps of 10 µs by the leapfrog stand beside them; and whether a gradient through implicit steps is affordable, by
-//! the time of `Jacobian by 12` over that of `f64`. Run `cargo bench --bench implicit`; ratios are good within one run.
+//! Helps to decide whether long implicit steps are cheaper than short explicit ones, and whether a gradient through implicit steps is
+//! affordable. For the former, group `rest` also has 60 leapfrog steps of 10 µs. For the latter, compare the time of `Jacobian by 12` with
+//! that of `f64`. Run `cargo bench --bench implicit`, and compare times within one run only.
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use hydroelastic::contact::Shape;

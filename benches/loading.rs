@@ -1,8 +1,8 @@
-//! What it takes to make a body of a mesher's mesh, stage by stage: CPU time and wall time, by all threads.
+//! Stages from a mesher's mesh to a body: CPU time and wall time on all threads.
 //!
-//! Serves one decision: whether a user of a fine mesh waits for it, and in which stage. An L-shaped bracket, bent, and a ball,
-//! which is hard for distances (its middle is equally far from all of its surface), of some 20,000, 250,000 and 600,000
-//! tetrahedra. Run `cargo bench --bench loading`.
+//! Helps to decide whether loading a fine mesh takes noticeable time, and in which stage. The meshes have about 20,000, 250,000 and 600,000
+//! tetrahedra. One is a bent, L-shaped bracket. The other is a ball, a hard case for distances, because its center is equally far from its
+//! whole surface. Run `cargo bench --bench loading`.
 
 use cpu_time::ProcessTime;
 use hydroelastic::contact::Shape;
@@ -11,11 +11,11 @@ use nalgebra::{Vector3, vector};
 use std::hint::black_box;
 use std::time::Instant;
 
-/// Cells along an edge of the bracket and of the ball.
+/// Numbers of cells along an edge of the bracket and of the ball.
 const BRACKETS: [usize; 3] = [16, 38, 51];
 const BALLS: [usize; 3] = [15, 35, 46];
 
-/// The axes in the six orders of Kuhn's triangulation of a cell.
+/// The six orders of the axes in Kuhn's triangulation of a cell.
 const ORDERS: [[usize; 3]; 6] = [
     [0, 1, 2],
     [0, 2, 1],
@@ -45,7 +45,7 @@ fn measure(name: &str, (vertices, tets): (Vec<Vector3<f64>>, Vec<[usize; 4]>)) {
     println!("{name:10} {count:14}   {of_mesh}   {of_field}   {of_shape}");
 }
 
-/// What the work makes, and the CPU time and the wall time it took.
+/// Returns the result of the work, with its CPU time and wall time as text.
 fn timed<O>(work: impl FnOnce() -> O) -> (O, String) {
     let (cpu, wall) = (ProcessTime::now(), Instant::now());
     let made = work();
@@ -53,7 +53,7 @@ fn timed<O>(work: impl FnOnce() -> O) -> (O, String) {
     (made, format!("{:.3} / {:.3}", seconds[0], seconds[1]))
 }
 
-/// A cube [−1, 1]³ of cells, those for which `keeps` holds, of six tetrahedra each, and moved by a map.
+/// Creates a lattice on the cube [−1, 1]³ from the cells for which `keeps` is true, with six tetrahedra per cell, and maps its vertices.
 fn lattice(
     count: usize,
     keeps: impl Fn([usize; 3]) -> bool,
@@ -93,7 +93,7 @@ fn bent(at: Vector3<f64>) -> Vector3<f64> {
     at + swing
 }
 
-/// From the cube to the ball: each cube about the center becomes a sphere.
+/// Maps the cube to the ball: each cube about the center becomes a sphere.
 fn rounded(at: Vector3<f64>) -> Vector3<f64> {
     at * (at.amax() / at.norm().max(f64::MIN_POSITIVE))
 }

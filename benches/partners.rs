@@ -1,9 +1,9 @@
-//! What a partner costs: steps of a ball at rest on a compliant box, a rigid box and half-spaces, and the wrench of a ball on
-//! rigid surfaces of ever more triangles.
+//! Cost of a contact partner: steps of a ball at rest on a compliant box, a rigid box and half-spaces, and the wrench of a ball on rigid
+//! surfaces of increasing triangle count.
 //!
-//! Serves the decision of what a floor or a tool should be made of. A step on a half-space is to be held against one on a
-//! box; the time on a scan of a million triangles should be that of what is touched. Run `cargo bench --bench partners`; ratios
-//! are good within one run.
+//! Helps to decide which kind of body to use for a floor or a tool. Compare a step on a half-space with a step on a box. The time on a scan
+//! of a million triangles should depend only on the triangles in contact. Run `cargo bench --bench partners`, and compare times within one
+//! run only.
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use hydroelastic::contact::{ContactBody, ContactPair, HalfSpace, Partner, RigidShape, Shape};
@@ -86,13 +86,13 @@ fn steps(criterion: &mut Criterion) {
     }
 }
 
-/// A ball of order 3 pressed into a large rigid ball, of ever more triangles of about its own size and smaller.
+/// Measures a ball of order 3 pressed into large rigid balls of ever more triangles, whose size stays about that of the first ball.
 fn scans(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("rigid scan");
     group.sample_size(20);
     let ball = Shape::new(shapes::icosphere(RADIUS, 3).unwrap());
     for order in [4, 6, 8] {
-        // The contact is as large however many triangles there are: the scan grows with them.
+        // The radius grows with the number of triangles, so the contact keeps its size.
         let scale = 0.15 * f64::from(1_u32 << order);
         let field = shapes::icosphere(scale, order).unwrap();
         let scan = RigidShape::new(TriangleSurface::around(field.mesh()).unwrap());

@@ -1,10 +1,10 @@
-//! What a gradient of a loss costs in rollouts without derivatives: forwards by dual numbers, and by the sweep back, by ten to
-//! a hundred thousand numbers.
+//! Cost of the gradient of a loss, in rollouts without derivatives, in forward mode with dual numbers and in reverse mode. The gradients
+//! are with respect to ten to a hundred thousand parameters.
 //!
-//! Serves the choice between both (`Mode`), and says from how many numbers on the sweep back is cheaper. A ball (0.1 m, 1 kg)
-//! that slides on a box, 1,000 leapfrog steps of 0.2 ms or 40 implicit ones of 5 ms; the numbers are wrenches of its control, or the vertices and extents
-//! of both bodies as well. Run `cargo bench --bench reverse`, two minutes. One thread; ratios are medians of rounds that take one
-//! run of each after the other.
+//! Helps to choose between both values of `Mode`: shows above how many parameters reverse mode is cheaper. The scene is a ball (0.1 m,
+//! 1 kg) that slides on a box, with 1,000 leapfrog steps of 0.2 ms or 40 implicit steps of 5 ms. The parameters are the wrenches of its
+//! control, or the vertices and extents of both bodies as well. Run `cargo bench --bench reverse` (two minutes). The bench uses one thread.
+//! Ratios are medians over rounds that run each variant once.
 
 #[path = "timing/mod.rs"]
 mod timing;
@@ -37,7 +37,7 @@ impl Outcome for Miss {
     }
 }
 
-/// With a control of so many intervals.
+/// Returns the world with a control of `intervals` intervals.
 fn sliding(order: usize, [dissipation, friction]: [f64; 2], intervals: usize) -> World {
     let skin = Material::elastic(1e5);
     let skin = skin.with_dissipation(dissipation).with_friction(friction);
@@ -72,7 +72,7 @@ fn seconds(work: impl FnOnce()) -> f64 {
     start.elapsed().as_secs_f64()
 }
 
-/// The median of the time of some work over that of the rollout.
+/// Returns the median ratio of the time of the work to that of the rollout.
 fn in_rollouts(experiment: &Experiment, mut work: impl FnMut()) -> f64 {
     const ROUNDS: usize = 5;
     let ratio = |_| {
@@ -134,7 +134,7 @@ fn main() {
     implicit();
 }
 
-/// The same in as much time by implicit steps.
+/// Measures implicit steps over the same duration.
 fn implicit() {
     for integrator in [Integrator::Sdirk3, Integrator::ImplicitEuler] {
         for (name, law) in MATERIALS {

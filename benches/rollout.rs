@@ -1,14 +1,12 @@
-//! Rollouts in `f64`, and with their derivatives by 6, 12 and 96 numbers: 100 steps of a ball (0.1 m,
-//! 1 kg) that stays in contact with a box, and of eight balls on it, by the leapfrog.
+//! Rollouts in `f64`, and with derivatives with respect to 6, 12 and 96 parameters: 100 leapfrog steps of a ball (0.1 m, 1 kg) that stays
+//! in contact with a box, and of eight balls on the box.
 //!
-//! Serves the decision whether a gradient of a rollout is affordable: the time of `Jacobian by n`
-//! over that of `f64` is the price of n derivatives, to hold against n + 1 rollouts for
-//! differences. A Jacobian takes one rollout on duals, 6, 12 or 96 wide. Run
-//! `cargo bench --bench rollout`; throughput is in steps, and ratios are good within one run.
+//! Helps to decide whether a gradient of a rollout is affordable. The time of `Jacobian by n` divided by that of `f64` is the price of n
+//! derivatives; finite differences cost n + 1 rollouts. A Jacobian takes one rollout on dual numbers of width 6, 12 or 96. Run
+//! `cargo bench --bench rollout`. Throughput is in steps; compare times within one run only.
 //!
-//! `elastic` has neither dissipation nor friction, `rubbing` has both. `generic`
-//! is the wrench of the first ball and the box by the generic pipeline, in `f64` and in duals of 8
-//! numbers.
+//! `elastic` has neither dissipation nor friction, `rubbing` has both. `generic` is the wrench of the first ball and the box by the generic
+//! pipeline, in `f64` and in dual numbers of width 8.
 
 use criterion::measurement::WallTime;
 use criterion::{
@@ -59,7 +57,7 @@ fn start(name: &str) -> [Parameter; 4] {
 
 const EIGHT: [&str; 8] = ["ball", "b", "c", "d", "e", "f", "g", "h"];
 
-/// Balls about as deep in the box as they rest there, sinking, sliding and spinning.
+/// Returns balls about as deep in the box as at rest, which sink, slide and spin.
 fn balls_on_box(names: &[&str], order: usize, skin: Material) -> World {
     let shape = Arc::new(Shape::new(shapes::icosphere(0.1, order).unwrap()));
     let slab = Arc::new(Shape::new(shapes::cuboid([1.0, 1.0, 0.5]).unwrap()));
@@ -101,7 +99,7 @@ fn group<'c>(criterion: &'c mut Criterion, name: &str) -> BenchmarkGroup<'c, Wal
     group
 }
 
-/// The rollout in `f64`, and its Jacobians by each list of parameters.
+/// Measures the rollout in `f64`, and its Jacobians with respect to each list of parameters.
 fn compare(
     group: &mut BenchmarkGroup<WallTime>,
     order: usize,
@@ -147,7 +145,7 @@ fn eight(criterion: &mut Criterion) {
     }
 }
 
-/// The wrench after a motion of the ball, and changes of both moduli.
+/// Returns the wrench after a motion of the ball and changes of both moduli.
 fn wrench_after<T: Scalar>(pair: &ContactPair, changes: [T; 8]) -> ContactWrench<T> {
     let [angular, linear] =
         [0, 3].map(|first| Vector3::new(changes[first], changes[first + 1], changes[first + 2]));

@@ -2,9 +2,8 @@
 //!
 //! `cargo run --release -p hydroelastic-examples --example ball_on_incline [-- --record FILE.glb --plot FILE.svg]`
 //!
-//! A solid ball that rolls gains (5/7)·g·sin θ; one with too little friction for that slides and
-//! gains g·(sin θ − μ·cos θ). Both are means of the contact force, whatever its course, so they hold
-//! for a ball that was dropped and still bounces a little.
+//! The acceleration of a rolling solid ball is (5/7)·g·sin θ. With too little friction the ball slides, and its acceleration is g·(sin θ −
+//! μ·cos θ). Both results depend only on the mean contact force, so they also hold for a ball that was dropped and still bounces a little.
 
 mod show;
 
@@ -23,7 +22,7 @@ const SLOPE: f64 = 0.2;
 const RADIUS: f64 = 0.1;
 const MASS: f64 = 1.0;
 
-/// Coefficients of friction that grip and slip: a ball rolls from (2/7)·tan θ = 0.058 on.
+/// Coefficients of friction of a rolling and of a sliding ball. A ball rolls above (2/7)·tan θ = 0.058.
 const GRIPPING: f64 = 0.5;
 const SLIPPING: f64 = 0.03;
 
@@ -32,12 +31,11 @@ const TIME_STEP: f64 = 4e-4;
 const SETTLED: usize = 2_000;
 const END: usize = 4_000;
 
-/// How far an acceleration may be from the textbook's, where the ball is rigid too. The skin resists
-/// rolling (1 %), the ball is a polyhedron, and the last bounces do not end with the measurement
-/// (1 %). The two accelerations are 19 % apart.
+/// Tolerance of an acceleration relative to the textbook, in which the ball is rigid too. The skin resists rolling (1 %), the ball is a
+/// polyhedron, and the measurement ends during the last bounces (1 %). The two accelerations differ by 19 %.
 const TOLERANCE: f64 = 0.03;
 
-/// Speed of the surface where it touches, relative to the ball's, that counts as rolling.
+/// Largest slip at the contact, relative to the ball's speed, that counts as rolling.
 const NO_SLIP: f64 = 0.02;
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -68,19 +66,19 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Direction down the slope: x, turned about y.
+/// Returns the direction down the slope: x, rotated about y.
 fn downhill() -> Vector3<f64> {
     vector![SLOPE.cos(), 0.0, -SLOPE.sin()]
 }
 
-/// The ball and the slope, and every state of the ball's way.
+/// Returns the world of ball and slope, and every state of a rollout.
 fn rolled_down(friction: f64) -> Result<(World, Trajectory), Box<dyn Error>> {
     let elastic = Material::elastic(1e7);
     let skin = elastic.with_dissipation(0.5).with_friction(friction);
     let hard = Material::rigid().with_friction(friction);
     let ball = Shape::new(shapes::icosphere(RADIUS, 3)?);
     let solid = MassProperties::solid_ball(MASS, RADIUS);
-    // The slope is z = 0 in its frame; the ball falls 1 cm onto it.
+    // The slope is z = 0 in its frame. The ball falls 1 cm onto the slope.
     let turned = Pose::from_rotation_vector(&vector![0.0, SLOPE, 0.0], Vector3::zeros());
     let at = |x, z| turned * Pose::from_translation(vector![x, 0.0, z]);
     let world = World::new(vec![

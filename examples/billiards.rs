@@ -2,8 +2,8 @@
 //!
 //! `cargo run --release -p hydroelastic-examples --example billiards [-- --record FILE.glb --plot FILE.svg]`
 //!
-//! The first ball hits the second, that the third, and that the last, each off center. The
-//! derivative of where the last ball gets by the first one's velocity is held against differences.
+//! The first ball hits the second ball, which hits the third, which hits the last, each off center. The derivative of the final position of
+//! the last ball with respect to the initial velocity of the first is compared with finite differences.
 
 mod show;
 
@@ -17,7 +17,7 @@ use nalgebra::vector;
 use std::error::Error;
 use std::sync::Arc;
 
-/// Where the balls lie (m), in the order in which they are hit.
+/// Positions of the balls (m), in the order of the collisions.
 const PLACES: [[f64; 2]; 4] = [[0.0, 0.0], [0.2, 0.02], [0.35, 0.06], [0.5, 0.05]];
 const NAMES: [&str; 4] = ["first", "second", "third", "last"];
 const LAST: &str = NAMES[3];
@@ -27,15 +27,15 @@ const RADIUS: f64 = 0.03;
 const MASS: f64 = 0.2;
 const SPEED: f64 = 2.0;
 
-/// Time step (s) and steps.
+/// Time step (s) and number of steps.
 const TIME_STEP: f64 = 1e-4;
 const STEPS: usize = 6_000;
 
-/// Deviation from central differences at the best step, relative to the largest derivative by the
-/// same number: round-off grows in the collisions, and facets that meet or part bend the function.
+/// Deviation from central differences at the best step, relative to the largest derivative with respect to the same parameter. Collisions
+/// amplify round-off, and the function has kinks when facets meet or separate.
 const TOLERANCE: f64 = 1e-6;
 
-/// A ball that was hit is faster (m/s).
+/// Smallest speed (m/s) of a ball that was hit.
 const HIT: f64 = 0.1;
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -69,14 +69,14 @@ fn main() -> Result<(), Box<dyn Error>> {
         ]
     })?;
 
-    // All but the first were at rest: each that moves was hit.
+    // All balls except the first were at rest, so every other moving ball was hit.
     let mut struck = shot.last().bodies[1..].iter();
     assert!(struck.all(|ball| ball.velocity().norm() > HIT));
     assert!(check.best() < TOLERANCE);
     Ok(())
 }
 
-/// Equal balls in a plane, without gravity and friction.
+/// Returns a world of equal balls in a plane, without gravity and friction.
 fn table() -> Result<World, Box<dyn Error>> {
     let shape = Arc::new(Shape::new(shapes::icosphere(RADIUS, 2)?));
     let ball = |(name, [x, y]): (&str, [f64; 2])| {

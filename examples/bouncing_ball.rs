@@ -1,4 +1,4 @@
-//! Does a ball come back to the height it was dropped from (the paper's first video)?
+//! Does a ball return to the height from which it was dropped (the paper's first video)?
 //!
 //! `cargo run --release -p hydroelastic-examples --example bouncing_ball [-- --record FILE.glb --plot FILE.svg]`
 
@@ -12,25 +12,25 @@ use hydroelastic::spatial::Pose;
 use nalgebra::vector;
 use std::error::Error;
 
-/// Radius of the ball and height of its center over the block at the start (m).
+/// Radius of the ball, and initial height of its center above the block (m).
 const RADIUS: f64 = 0.1;
 const DROP_HEIGHT: f64 = 0.4;
 
-/// Hydroelastic modulus (Pa) of ball and block, and the dissipation (s/m) of the lossy ones.
+/// Hydroelastic modulus (Pa) of ball and block, and dissipation (s/m) of the lossy ball and block.
 const MODULUS: f64 = 2e5;
 const DISSIPATION: f64 = 0.1;
-/// Time step (s), and steps: three lossless bounces.
+/// Time step (s) and number of steps: three lossless bounces.
 const TIME_STEP: f64 = 2e-4;
 const STEPS: usize = 9_000;
 const BOUNCES: usize = 3;
 
-/// How far an apex may be from the height of the drop (m): half a step lies between, g·Δt²/8 = 5e-8.
+/// Tolerance (m) of the height of an apex. An apex is up to half a step from a state, g·Δt²/8 = 5e-8.
 const SAME_HEIGHT: f64 = 1e-6;
-/// Change of the total energy, relative to it: a leapfrog step is off by the square of Δt over the
-/// time of contact, which is two hundred steps.
+/// Relative change of the total energy. The error of a leapfrog step is the square of Δt divided by the contact time, which is two hundred
+/// steps.
 const SAME_ENERGY: f64 = 1e-4;
 
-/// Each lossy bounce must cost so much of the height (m).
+/// Least loss of height (m) in each lossy bounce.
 const LOST_HEIGHT: f64 = 0.01;
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -75,7 +75,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// A ball of 1 kg dropped on a block whose upper face is z = 0.
+/// Drops a ball of 1 kg on a block whose upper face is z = 0.
 fn drop_with(dissipation: f64) -> Result<(World, Trajectory), Box<dyn Error>> {
     let skin = Material::elastic(MODULUS).with_dissipation(dissipation);
     let ball = Shape::new(shapes::icosphere(RADIUS, 3)?);
@@ -89,7 +89,7 @@ fn drop_with(dissipation: f64) -> Result<(World, Trajectory), Box<dyn Error>> {
     Ok((world, trajectory))
 }
 
-/// The heights (m) at which the ball turns from rising to falling.
+/// Returns the heights (m) at which the ball's velocity changes from upward to downward.
 fn apexes(trajectory: &Trajectory) -> Vec<f64> {
     let ball = |state: &State| state.bodies[0];
     let is_rising = |state: &State| ball(state).velocity().z > 0.0;

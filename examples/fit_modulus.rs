@@ -2,9 +2,9 @@
 //!
 //! `cargo run --release -p hydroelastic-examples --example fit_modulus`
 //!
-//! An indenter presses a soft ball against a rigid plate and records force and depth, with noise. The forces are those of the
-//! closed form, F = πE(d² − 2d³/(3R)); the model is a mesh of the ball. The modulus is fitted by its logarithm: it stays
-//! positive, and forces that are proportional to it take a few steps from a guess a hundred times off.
+//! An indenter presses a soft ball against a rigid plate and records force and depth, with noise. The forces are those of the closed form,
+//! F = πE(d² − 2d³/(3R)); the model is a mesh of the ball. The unknown is the logarithm of the modulus, so the modulus stays positive.
+//! Forces are proportional to the modulus, so a few steps suffice from a guess a hundred times off.
 
 use hydroelastic::contact::{BodyError, ContactBody, ContactPair, Partner, Shape};
 use hydroelastic::mesh::shapes;
@@ -15,19 +15,19 @@ use std::f64::consts::PI;
 
 /// Radius of the ball (m).
 const RADIUS: f64 = 0.05;
-/// Modulus of the ball (Pa), and the first guess of it.
+/// Modulus of the ball (Pa), and the first guess.
 const TRUTH: f64 = 1.3e5;
 const GUESS: f64 = 1e3;
-/// Number of readings, and the depth (m) of the last; the force is 74 N there.
+/// Number of readings, and the depth (m) of the last reading, at which the force is 74 N.
 const READINGS: u32 = 40;
 const DEEPEST: f64 = 0.3 * RADIUS;
-/// Standard deviation of the readings' noise (N).
+/// Standard deviation of the noise of a reading (N).
 const NOISE: f64 = 1.5;
-/// Relative error of the modulus that the facets of the ball make at these depths.
+/// Relative error of the modulus due to the facets of the ball at these depths.
 const FACETS: f64 = 0.007;
-/// A step of the logarithm below which nothing is left to correct.
+/// Step of the logarithm at which the iteration has converged.
 const CONVERGED: f64 = 1e-9;
-/// Most steps until then.
+/// Largest number of steps.
 const STEPS: usize = 50;
 
 /// A depth (m) and the force (N) measured there.
@@ -57,12 +57,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-/// The closed form (N) on a rigid plate.
+/// Returns the force (N) on a rigid plate, by the closed form.
 fn force(depth: f64) -> f64 {
     PI * TRUTH * (depth.powi(2) - 2.0 * depth.powi(3) / (3.0 * RADIUS))
 }
 
-/// The modulus (Pa) with the least squares of misfits, and Σ (∂F/∂log E)² (N²) there.
+/// Returns the least-squares modulus (Pa), and Σ (∂F/∂log E)² (N²) there.
 fn fitted(readings: &[Reading]) -> Result<(f64, f64), Box<dyn std::error::Error>> {
     let ball = Shape::new(shapes::icosphere(RADIUS, 4)?);
     let mut modulus = GUESS;
@@ -74,7 +74,7 @@ fn fitted(readings: &[Reading]) -> Result<(f64, f64), Box<dyn std::error::Error>
             slope += by_logarithm * (measured - force);
             information += by_logarithm * by_logarithm;
         }
-        // At most by a factor e: far from the answer the step of a linear model is too long.
+        // The modulus changes at most by a factor e, because far from the solution the step of the linear model is too long.
         let step = (slope / information).clamp(-1.0, 1.0);
         modulus *= step.exp();
         if step.abs() < CONVERGED {
@@ -84,7 +84,7 @@ fn fitted(readings: &[Reading]) -> Result<(f64, f64), Box<dyn std::error::Error>
     Err(format!("not converged after {STEPS} steps, at {modulus} Pa").into())
 }
 
-/// The force (N) on the ball of this modulus (Pa) at a depth (m) in the plate, and its derivative by the modulus (N/Pa).
+/// Returns the force (N) on a ball with a modulus (Pa) at a depth (m) in the plate, and its derivative with respect to the modulus (N/Pa).
 fn pressed(ball: &Shape, depth: f64, modulus: f64) -> Result<(f64, f64), BodyError> {
     let center = Pose::from_translation(vector![0.0, 0.0, RADIUS - depth]);
     let ball = ContactBody::new(ball, center, modulus)?;

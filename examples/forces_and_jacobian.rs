@@ -2,8 +2,8 @@
 //!
 //! `cargo run --release -p hydroelastic-examples --example forces_and_jacobian [FILE.vtk]`
 //!
-//! A ball is pressed into the inner corner of a bracket meshed by Gmsh. The contact surface is
-//! written for ParaView, to the path given or to the folder for temporary files.
+//! A ball is pressed into the inner corner of a bracket meshed by Gmsh. The example writes the contact surface for ParaView, to the given
+//! path or to the directory for temporary files.
 
 use hydroelastic::contact::{BodyError, ContactBody, ContactPair, Shape};
 use hydroelastic::io::{read_mesh, write_surface};
@@ -13,29 +13,29 @@ use nalgebra::{SMatrix, SVector, Vector3};
 use std::path::{Path, PathBuf};
 
 const BRACKET: &str = "../tests/data/meshes_from_mesher/bracket.msh";
-/// Radius of the ball (m), moduli of ball and bracket (Pa).
+/// Radius of the ball (m), and moduli of ball and bracket (Pa).
 const RADIUS: f64 = 0.04;
 const MODULI: [f64; 2] = [2e5, 1e6];
 
-/// Step of the differences, relative to 1 rad, the radius and the moduli: their errors are the
-/// step's square times the curvature, and round-off, 1e-15, over the step.
+/// Step of the differences, relative to 1 rad, the radius and the moduli. The errors are the squared step times the curvature, and
+/// round-off (1e-15) divided by the step.
 const STEP: f64 = 1e-6;
-/// Largest deviation, relative to the largest entry of the same units: those errors times 100.
+/// Largest deviation, relative to the largest entry of the same units: 100 times these errors.
 const TOLERANCE: f64 = 1e-7;
 
-/// Rows: wrench on the ball, wrench on the bracket. Columns: twists of both, moduli of both.
+/// Rows: wrench on the ball, wrench on the bracket. Columns: twists of both bodies, moduli of both bodies.
 type Jacobian = SMatrix<f64, 12, 14>;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let file = read_mesh(Path::new(env!("CARGO_MANIFEST_DIR")).join(BRACKET))?;
     let bracket = Shape::new(PressureField::from_distance(&file.mesh)?);
     let ball = Shape::new(shapes::icosphere(RADIUS, 3)?);
-    // The corner runs along y at x = z = 0.07 m: an upright wall and a floor.
+    // The corner is an upright wall and a floor. It runs along y at x = z = 0.07 m.
     let [turn, tilt] = [[0.3, -0.2, 0.5], [0.02, -0.03, 0.01]].map(Vector3::from);
     let pose_wa = Pose::from_rotation_vector(&turn, Vector3::new(0.1033, 0.0471, 0.1049));
     let pose_wb = Pose::from_rotation_vector(&tilt, Vector3::zeros());
 
-    // After twists of both in world axes, and relative changes of the moduli.
+    // Both wrenches after twists of both bodies in world axes, and relative changes of the moduli.
     let moved = |motion: SVector<f64, 14>| {
         let twist = |row| Twist::from_vector(&motion.fixed_rows::<6>(row).into_owned());
         let moduli = [0, 1].map(|i| MODULI[i] * (1.0 + motion[12 + i]));
@@ -76,11 +76,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     println!("Contact surface: {}", file.display());
 
     assert!(deviation < TOLERANCE);
-    // The third law: opposite forces along one line.
+    // By Newton's third law, both forces are opposite and on one line.
     let from_a_to_b = pose_wb.translation() - pose_wa.translation();
     let sum = contact.wrench.on_a.about(&from_a_to_b) + contact.wrench.on_b;
     assert!(sum.to_vector().amax() < 1e-12 * force.amax());
-    assert!(force.x > 1.0 && force.z > 1.0); // wall and floor both press
+    assert!(force.x > 1.0 && force.z > 1.0); // both wall and floor press
     Ok(())
 }
 
@@ -90,7 +90,7 @@ fn both<const N: usize>(a: SMatrix<f64, 6, N>, b: SMatrix<f64, 6, N>) -> SMatrix
 
 fn deviation(exact: &Jacobian, differences: &Jacobian) -> f64 {
     let places = || (0..12).flat_map(|row| (0..14).map(move |column| (row, column)));
-    // Torque or force, by radians, meters or pascals.
+    // Units of an entry: torque or force, with respect to radians, meters or pascals.
     let units = |(row, column): (usize, usize)| (row / 3 % 2, [0, 1, 0, 1, 2][column / 3]);
     let error = |place| {
         let alike = places().filter(|&other| units(other) == units(place));

@@ -1,4 +1,4 @@
-//! Does the height after an impact depend smoothly on the speed before it, and does its derivative converge to that of the motion?
+//! Does the height after an impact depend smoothly on the speed before the impact, and does its derivative converge to that of the motion?
 //!
 //! `cargo run --release -p hydroelastic-examples --example sawtooth [-- --record FILE.glb --plot FILE.svg]`
 
@@ -16,12 +16,12 @@ use std::error::Error;
 
 type Answer<T> = Result<T, Box<dyn Error>>;
 
-/// Time step (s) and steps. An impact takes about a twentieth of a step.
+/// Time step (s) and number of steps. An impact takes about a twentieth of a step.
 const TIME_STEP: f64 = 5e-3;
 const STEPS: usize = 60;
-/// Largest speed upwards (m/s) with which the ball starts. From zero to this speed, the time of the impact moves by four steps.
+/// Largest initial upward speed (m/s) of the ball. From zero to this speed, the time of the impact shifts by four steps.
 const FASTEST: f64 = 0.2;
-/// Starts in the first panel and in the second.
+/// Number of initial speeds in the first panel and in the second.
 const STARTS: usize = 160;
 const COMPARED: usize = 8;
 /// Logarithms to base 10 of the tolerances of slopes.
@@ -30,7 +30,7 @@ const POWERS: [f64; 9] = [1.0, 0.5, 0.0, -0.5, -1.0, -1.5, -2.0, -2.5, -3.0];
 const SMALL: f64 = 0.02;
 const LARGE: f64 = 1.0;
 
-/// The ball of the guide's chapter on time steps.
+/// Returns the ball of the guide's chapter on time steps.
 fn throw(speed: f64) -> Answer<World> {
     let skin = Material::elastic(1e9)
         .with_dissipation(0.3)
@@ -53,7 +53,7 @@ fn plan(accuracy: Accuracy) -> Answer<Plan> {
     Ok(plan.with_accuracy(accuracy).recording_every(STEPS))
 }
 
-/// Speed at the start (m/s) and last height (m).
+/// Returns initial speeds (m/s) and final heights (m).
 fn heights(accuracy: Accuracy) -> Answer<Vec<(f64, f64)>> {
     let plan = plan(accuracy)?;
     let starts = (0..=STARTS).map(|start| FASTEST * start as f64 / STARTS as f64);
@@ -64,7 +64,7 @@ fn heights(accuracy: Accuracy) -> Answer<Vec<(f64, f64)>> {
     ends.collect()
 }
 
-/// Derivatives (s) of the last height by the speed at the start.
+/// Returns the derivatives (s) of the final height with respect to the initial speed.
 fn slopes(accuracy: Accuracy) -> Answer<Vec<f64>> {
     let plan = plan(accuracy)?;
     let starts = (0..COMPARED).map(|start| FASTEST * start as f64 / COMPARED as f64);
@@ -78,7 +78,7 @@ fn slopes(accuracy: Accuracy) -> Answer<Vec<f64>> {
     slopes.collect()
 }
 
-/// Largest error of slopes at an accuracy, relative to the slopes of the motion.
+/// Returns the largest error of slopes at an accuracy, relative to the slopes of the motion.
 fn largest_error(accuracy: Accuracy, motion: &[f64]) -> Answer<f64> {
     let errors = slopes(accuracy)?.into_iter().zip(motion);
     let errors = errors.map(|(slope, motion)| (slope / motion - 1.0).abs());

@@ -1,4 +1,4 @@
-//! Do ten blocks dropped on each other come to rest, and how far does a push slide those above one that is slippery?
+//! Do ten blocks dropped on each other come to rest, and how far does a push slide the blocks above a slippery block?
 //!
 //! `cargo run --release -p hydroelastic-examples --example stack [-- --record FILE.glb --plot FILE.svg]`
 
@@ -17,36 +17,37 @@ use show::{Curve, Panel};
 use std::error::Error;
 use std::sync::Arc;
 
-/// Integrator, steps per second, and the speed (m/s) below which friction is not full.
-/// Implicit Euler is quicker, but it steps over the start of the slide, where friction is less than full.
+/// Integrator, steps per second, and slip tolerance (m/s), below which friction is less than full. Implicit Euler is faster, but it steps
+/// over the start of the slide, where friction is less than full.
 const STEPPING: (Integrator, usize, f64) = (Integrator::Sdirk3, 200, 1e-3);
 
 const GRAVITY: f64 = 9.81;
-/// A block (m, kg), how many there are, and the one that is pushed, which lies on the slippery one.
+/// Edges (m) and mass (kg) of a block, number of blocks, and the pushed block, which lies on the slippery block.
 const SIZE: [f64; 3] = [0.2, 0.2, 0.03];
 const MASS: f64 = 0.5;
 const COUNT: usize = 10;
 const PUSHED: usize = 4;
 const SLIPPERY: usize = PUSHED - 1;
-/// Friction of the others, and of the slippery one.
+/// Friction of the other blocks, and of the slippery block.
 const FRICTIONS: [f64; 2] = [0.4, 0.2];
-/// Gaps to fall through (m), shifts along x and y (m), turns about the vertical (rad).
+/// Initial gaps between blocks (m), shifts along x and y (m), and rotations about the vertical (rad).
 const GAPS: [f64; 2] = [1e-4, 1e-3];
 const SHIFT: f64 = 1e-3;
 const TURN: f64 = 0.05;
 
-/// Tenths of a second: until the push, of the push, after it.
+/// Tenths of a second before, during and after the push.
 const BEFORE: usize = 5;
 const PUSHING: usize = 1;
 const AFTER: usize = 3;
-/// The push (N), along x.
+/// Force of the push (N), along x.
 const PUSH: f64 = 16.0;
 
-/// A speed (m/s) that counts as rest.
+/// Speed (m/s) below which a block is at rest.
 const AT_REST: f64 = 1e-4;
-/// How far the blocks below the push may creep (m): at the slip tolerance, all of them the same way, while the others slide.
+/// Largest creep (m) of the blocks below the pushed block: all creep in the same direction at the slip tolerance while the upper blocks
+/// slide.
 const CREEP: f64 = STEPPING.2 * PUSHED as f64 * (PUSHING + AFTER) as f64 / 10.0;
-/// Relative error allowed in the way of the others: friction is less than full when they begin to slide.
+/// Relative tolerance of the upper blocks' displacement, because friction is less than full at the start of the slide.
 const WAY_ERROR: f64 = 0.01;
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -115,7 +116,7 @@ fn panels(world: &World, trajectory: &Trajectory) -> Vec<Panel> {
     ]
 }
 
-/// The blocks above each other, with the push to come.
+/// Returns the stacked blocks, with the push as a control.
 fn stacked() -> Result<World, Box<dyn Error>> {
     let skin = |friction| {
         Material::elastic(5e6)
@@ -151,8 +152,8 @@ fn stacked() -> Result<World, Box<dyn Error>> {
         .with_control(control)?)
 }
 
-/// How far (m) the push slides the blocks above the slippery one, all together: they gain the speed v = at in the time t
-/// of the push, and lose it at μg.
+/// Returns how far (m) the push slides the blocks above the slippery block, all together. They gain the speed v = at in the time t of the
+/// push, and lose it at μg.
 fn way_of_push() -> f64 {
     let [rough, slippery] = FRICTIONS;
     let braking = 2.0 * rough * slippery / (rough + slippery) * GRAVITY;
@@ -162,7 +163,7 @@ fn way_of_push() -> f64 {
     speed * time / 2.0 + speed * speed / (2.0 * braking)
 }
 
-/// The highest speed (m/s) of a block.
+/// Returns the highest speed (m/s) of a block.
 fn fastest(state: &State) -> f64 {
     let speeds = state.bodies.iter().map(|body| body.velocity().norm());
     speeds.fold(0.0, f64::max)

@@ -1,4 +1,4 @@
-//! Can gradient descent find the throw that meets a target after bouncing off floor and wall?
+//! Can gradient descent find the throw that hits a target after bouncing off floor and wall?
 //!
 //! `cargo run --release -p hydroelastic-examples --example throw_to_target [-- --record FILE.glb --plot FILE.svg]`
 
@@ -14,20 +14,20 @@ use nalgebra::Vector3;
 use show::{Curve, Panel};
 use std::error::Error;
 
-/// Where the ball should be at the end (m), and the velocity to begin with (m/s).
+/// Target of the ball at the end (m), and the velocity of the first guess (m/s).
 const TARGET: Vector3<f64> = Vector3::new(0.5, 0.3, 0.5);
 const GUESS: Vector3<f64> = Vector3::new(3.0, 0.0, -2.0);
-/// Time step (s) and steps.
+/// Time step (s) and number of steps.
 const TIME_STEP: f64 = 5e-4;
 const STEPS: usize = 1_200;
-/// A miss (m) that counts as a hit, one that is far from it, and the iterations allowed.
+/// Largest miss (m) that counts as a hit, a large miss (m), and the largest number of iterations.
 const HIT: f64 = 1e-3;
 const FAR: f64 = 0.1;
 const ITERATIONS: usize = 60;
-/// A change must bring this share of what the slope promises, or it is halved.
+/// Fraction of the predicted decrease that a change must achieve; otherwise it is halved.
 const SHARE: f64 = 0.1;
 
-/// Squared distance (m²) of the ball's last position from the target.
+/// Squared distance (m²) of the ball's final position from the target.
 struct SquaredMiss;
 
 impl Outcome for SquaredMiss {
@@ -38,7 +38,7 @@ impl Outcome for SquaredMiss {
     }
 }
 
-/// A throw, its flight, how far it misses (m) and the slope of the squared miss (m² per m/s).
+/// A throw, its flight, its miss (m) and the gradient norm of the squared miss (m² per m/s).
 type Iteration = (World, Trajectory, f64, f64);
 
 fn main() -> Result<(), Box<dyn Error>> {

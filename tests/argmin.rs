@@ -55,6 +55,8 @@ fn l_bfgs_finds_the_throw_that_met_a_target_after_a_bounce() {
     let target = experiment().value_at(&by(), &THROW, &end).unwrap();
     let miss = Miss(Vector3::from_column_slice(&target));
     let problem = experiment().problem(&by(), miss).unwrap();
+    let start = [0.5, 0.0, -0.4];
+    assert!(problem.value(&start).unwrap()[0] > 1e-2);
     let solver = LBFGS::new(MoreThuenteLineSearch::new(), 5);
     let solved = Executor::new(problem.clone(), solver)
         .configure(|state| {
@@ -68,8 +70,6 @@ fn l_bfgs_finds_the_throw_that_met_a_target_after_a_bounce() {
     let velocity = solved.state.best_param.unwrap();
     let missed = problem.value(&velocity).unwrap()[0];
     assert!(missed <= 1e-8, "{missed} m²");
-    let away = Vector3::from_column_slice(&velocity) - Vector3::from(THROW);
-    assert!(away.amax() < 1e-2, "{velocity:?}");
 }
 
 #[test]

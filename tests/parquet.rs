@@ -1,4 +1,4 @@
-//! Trajectories in Parquet files, read back with the reader of the `parquet` crate.
+//! Trajectories in Parquet files, read by the `parquet` crate.
 
 use hydroelastic::contact::Shape;
 use hydroelastic::dynamics::{Body, Mass, Material, Plan, Trajectory, World};
@@ -16,10 +16,10 @@ use std::sync::Arc;
 
 const BALL: &str = "ball, the \"first\" für uns";
 
-/// Rows that the writer keeps in memory at a time.
+/// Number of rows that the writer buffers in memory.
 const ROWS_PER_GROUP: i64 = 1 << 17;
 
-/// A turning ball that falls on a floor. Its velocity has a negative zero, the floor's a positive one.
+/// Returns a rotating ball that falls on a floor. Its velocity has a negative zero, and the floor's velocity a positive zero.
 fn world() -> World {
     let skin = Material::elastic(1e5);
     let ball = Arc::new(Shape::new(shapes::icosphere(0.1, 1).unwrap()));
@@ -48,7 +48,7 @@ fn reader(path: &Path) -> SerializedFileReader<File> {
     SerializedFileReader::new(File::open(path).unwrap()).unwrap()
 }
 
-/// Name and the bits of time and numbers of each row.
+/// Returns the name, and the bits of time and numbers, of each row.
 fn rows(path: &Path) -> Vec<(String, Vec<u64>)> {
     let reader = reader(path);
     let rows = reader.get_row_iter(None).unwrap().map(|row| {
@@ -60,7 +60,7 @@ fn rows(path: &Path) -> Vec<(String, Vec<u64>)> {
     rows.collect()
 }
 
-/// The same, from the trajectory.
+/// Returns the expected rows of a trajectory.
 fn expected(trajectory: &Trajectory) -> Vec<(String, Vec<u64>)> {
     let of_state = |state: &hydroelastic::dynamics::State| {
         let time = state.time;
@@ -143,7 +143,7 @@ fn the_numbers_are_those_of_the_csv_file() {
 fn a_long_trajectory_is_written_group_by_group() {
     let world = world();
     let short = trajectory(&world, 5);
-    // The ball alone, without the floor: nothing to compute.
+    // The ball without the floor has no contact to compute.
     let ball = World::new(world.bodies()[..1].to_vec()).unwrap();
     let long = trajectory(&ball, 140_000);
     let path = file("long.parquet");
@@ -159,7 +159,7 @@ fn a_long_trajectory_is_written_group_by_group() {
         assert_eq!(row.1[0], state.time.to_bits());
         assert_eq!(row.1[3], state.bodies[0].position().z.to_bits());
     }
-    // A shorter file takes its place.
+    // A shorter file replaces the file.
     write_trajectory(&path, &world, &short).unwrap();
     assert_eq!(groups(&path), [2 * 6]);
 }

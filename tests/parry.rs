@@ -15,13 +15,13 @@ use parry3d_f64::shape::{
 use proptest::prelude::*;
 use std::f64::consts::{PI, TAU};
 
-/// Sums over some thousand tetrahedra, relative to the result.
+/// Relative rounding error of sums over some thousand tetrahedra.
 const SUM_ROUND_OFF: f64 = 1e-12;
 
-/// Wrenches of the same fields, whose centers differ by a rounding, relative to their largest part.
+/// Difference, relative to the largest component, of wrenches of equal fields whose centers differ by rounding.
 const SAME_WRENCH: f64 = 1e-12;
 
-/// A rotation matrix to a quaternion and back.
+/// Rounding error of converting a rotation matrix to a quaternion and back.
 const ROTATION: f64 = 2e-15;
 
 fn assert_relative(found: f64, expected: f64, tolerance: f64) {
@@ -46,13 +46,13 @@ fn trimesh((vertices, triangles): (Vec<Vec3>, Vec<[u32; 3]>)) -> TriMesh {
 
 const EDGES: [f64; 3] = [0.3, 0.2, 0.1];
 
-/// A box of parry with these edges.
+/// Returns parry's triangulation of a box with these edges.
 fn parry_box() -> (Vec<Vec3>, Vec<[u32; 3]>) {
     let [x, y, z] = EDGES;
     Cuboid::new(Vec3::new(x, y, z) / 2.0).to_trimesh()
 }
 
-/// Force and torque on the block when a ball is pressed into it from above.
+/// Returns force and torque on the block when a ball is pressed into it from above.
 fn wrench_on(block: &PressureField, turn: &Vector3<f64>) -> [Vector3<f64>; 2] {
     let ball = Shape::new(shapes::icosphere(0.1, 2).unwrap());
     let above = Pose::from_translation(vector![0.02, 0.01, 0.13]);
@@ -115,7 +115,7 @@ fn the_hull_of_the_vertices_of_an_icosphere_is_the_icosphere() {
     assert_same_mass(&found, &expected);
 }
 
-/// Points spread over a sphere by the golden angle.
+/// Returns points spread over a sphere by the golden angle.
 fn points_on_sphere(radius: f64, count: usize) -> Vec<Vector3<f64>> {
     let golden_angle = PI * (3.0 - 5.0_f64.sqrt());
     let point = |k: usize| {
@@ -132,13 +132,13 @@ fn hulls_of_points_on_a_sphere_approach_the_ball() {
     let ball = 4.0 / 3.0 * PI * 0.5_f64.powi(3);
     let missing = |count: usize| {
         let hull = field_from_hull(&points_on_sphere(0.5, count)).unwrap();
-        // Euler: V − E + F = 2 on the surface.
+        // Euler's formula on the surface: V − E + F = 2.
         assert_eq!(hull.mesh().tet_count(), 2 * count - 4);
         1.0 - hull.mesh().volume() / ball
     };
     let [few, many] = [250, 1000].map(missing);
     assert!(many > 0.0 && many < 0.01, "{many}");
-    // A quarter of the area a point, a quarter of the height under the sphere.
+    // With a quarter of the area per point, the height below the sphere is a quarter too.
     assert!((3.5..4.5).contains(&(few / many)), "{}", few / many);
 }
 
@@ -175,7 +175,7 @@ fn cylinders_and_cones_of_parry_have_their_prisms_and_pyramids_volumes() {
     let cone = trimesh(Cone::new(0.2, 0.1).to_trimesh(segments));
     let field = field_from_trimesh(&cone).unwrap();
     assert_relative(field.mesh().volume(), base * 0.4 / 3.0, SUM_ROUND_OFF);
-    // A quarter of the height above the base, which parry puts at y = −0.2.
+    // The center of mass is at a quarter of the height above the base, which parry places at y = −0.2.
     let center = field.mesh().mass_properties(1.0).unwrap().center_of_mass;
     assert!((center - vector![0.0, -0.1, 0.0]).amax() <= SUM_ROUND_OFF);
 }
@@ -202,7 +202,7 @@ fn an_open_mesh_is_refused() {
 
 #[test]
 fn a_mesh_that_is_not_star_shaped_is_refused() {
-    // The letter U, 3 by 3 and 1 deep; the center of its volume lies between the arms.
+    // The letter U, 3 by 3 and 1 deep. Its center of volume lies between the arms.
     let outline = [
         [0.0, 0.0],
         [3.0, 0.0],
@@ -236,8 +236,8 @@ fn a_mesh_that_is_not_star_shaped_is_refused() {
     let ShapeError::Field(MeshError::HiddenTriangle { triangle, distance }) = error else {
         panic!("{error}")
     };
-    // The inner sides of the arms are 0.5 m from the center, which is on their outer side, and the floor
-    // between them is 0.357… m below it: 9.5/7 − 1.
+    // The inner sides of the arms are 0.5 m from the center, which is on their outer side. The floor between the arms is 0.357… m below the
+    // center: 9.5/7 − 1.
     let normal = mesh.triangle(u32::try_from(triangle).unwrap()).normal();
     let expected = if normal.unwrap().y > 0.5 {
         9.5 / 7.0 - 1.0
@@ -301,7 +301,7 @@ proptest! {
     }
 }
 
-/// Volume (m³) of a shape of parry as a polyhedron with that many segments to a circle.
+/// Returns the volume (m³) of a parry shape as a polyhedron with `segments` segments per circle.
 fn volume_of(shape: &dyn ParryShape, segments: u32) -> f64 {
     let surface = surface_from_shape(shape, segments);
     surface.unwrap_or_else(|error| panic!("{error}")).volume()
@@ -320,7 +320,7 @@ fn shapes_become_surfaces_that_tend_to_their_volumes() {
     ];
     for (shape, expected) in shapes {
         let [coarse, fine] = [32, 64].map(|segments| 1.0 - volume_of(shape, segments) / expected);
-        // Inscribed, and of second order.
+        // The polyhedron is inscribed, and its error is of second order.
         assert!(0.0 < fine && fine < 0.01, "{fine}");
         assert!((fine / coarse - 0.25).abs() < 0.01, "{fine} {coarse}");
         assert!(volume_of(shape, 4) > 0.0);

@@ -1,5 +1,5 @@
-//! Gradients swept back, by ten to a hundred thousand numbers: the wrenches on eight balls on a box, up to one a ball in each
-//! step, and the vertices and extents of all.
+//! Reverse-mode gradients with respect to ten to a hundred thousand parameters: the wrenches on eight balls on a box, up to one wrench per
+//! ball and step, and the vertices and extents of all bodies.
 
 use super::panel::Curve;
 use super::scenes::heap;
@@ -10,15 +10,15 @@ use hydroelastic::scalar::Scalar;
 use hydroelastic::spatial::Wrench;
 use std::hint::black_box;
 
-/// As long (s) as the rollouts of the Jacobians.
+/// Duration (s), the same as that of the rollouts of the Jacobians.
 const DURATION: f64 = 0.02;
-/// So many that a wrench on each ball in each step makes 100,000 numbers.
+/// Number of steps: a wrench on each ball in each step makes 100,000 parameters.
 const STEPS: usize = 2_084;
 const BALLS: usize = 8;
 const NUMBERS_A_WRENCH: usize = 6;
 const ROUNDS: usize = 5;
 
-/// Square (m²) of how far from the origin the first ball is in the end.
+/// Squared final distance (m²) of the first ball from the origin.
 struct Miss;
 
 impl Outcome for Miss {
@@ -28,8 +28,8 @@ impl Outcome for Miss {
     }
 }
 
-/// What gradients cost in rollouts, over their numbers: by wrenches, and by all vertices and extents too. Prints a row of a table
-/// for each.
+/// Measures the cost of gradients, in rollouts, against the number of parameters: with respect to wrenches alone, and with respect to all
+/// vertices and extents too. Prints a table row for each.
 pub fn measured(is_quick: bool) -> [Curve; 2] {
     println!(
         "\n| numbers | gradient backwards, in rollouts ({STEPS} steps) | with shapes: numbers | in rollouts |"
@@ -37,7 +37,7 @@ pub fn measured(is_quick: bool) -> [Curve; 2] {
     println!("| --- | --- | --- | --- |");
     let mut by_wrenches = Curve::new("gradient backwards, by wrenches", 1.0);
     let mut by_all = Curve::new("by all vertices too", 1.0);
-    // Balls with a control, and intervals of each control.
+    // Number of balls with a control, and number of intervals of each control.
     let all = [(1, 2), (8, 2), (8, 21), (8, 209), (8, STEPS)];
     let some = if is_quick { &all[1..3] } else { &all[..] };
     for &(balls, intervals) in some {
@@ -71,7 +71,7 @@ fn name(ball: usize) -> String {
     format!("ball {ball}")
 }
 
-/// The heap, with controls of the first balls.
+/// Returns the heap with controls of the first balls.
 fn pushed(balls: usize, intervals: usize) -> World {
     let heap = heap([BALLS / 2, 2, 1], Material::elastic(1e5));
     let duration = DURATION / intervals as f64;
@@ -90,7 +90,7 @@ fn wrenches(balls: usize, intervals: usize) -> Vec<Parameter> {
     (0..balls).flat_map(of_ball).collect()
 }
 
-/// Three coordinates and an extent for each vertex of each body.
+/// Returns the number of shape parameters: three coordinates and an extent for each vertex of each body.
 fn shape_numbers(world: &World) -> usize {
     let shapes = world.bodies().iter().map(|body| body.shape().compliant());
     let vertices = shapes
@@ -99,7 +99,7 @@ fn shape_numbers(world: &World) -> usize {
     4 * vertices.sum::<usize>()
 }
 
-/// The price of some work, in rollouts.
+/// Returns the cost of the work in rollouts.
 fn in_rollouts(experiment: &Experiment, work: impl FnMut()) -> f64 {
     median_ratio(ROUNDS, work, || {
         drop(black_box(experiment.value(&Miss).unwrap()));

@@ -1,4 +1,4 @@
-//! Growth with the bodies of a world: a heap of balls on a box.
+//! Growth with the number of bodies in a world: a heap of balls on a box.
 
 use super::panel::{Curve, Panel};
 use super::picture::time_tick;
@@ -11,7 +11,7 @@ use std::time::Duration;
 const STEPS: usize = 5;
 const BUDGET: Duration = Duration::from_secs(1);
 
-/// In smaller heaps most balls lie at the outside and have fewer neighbors.
+/// Smallest number of bodies in the fit. In smaller heaps, most balls lie at the outside and have fewer neighbors.
 const FITTED_FROM: f64 = 64.0;
 
 /// Prints a line for each heap.

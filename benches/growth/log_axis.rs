@@ -3,10 +3,11 @@
 use plotters::coord::ranged1d::{DefaultFormatting, KeyPointHint, Ranged};
 use std::ops::Range;
 
-/// Room beside the values, as a factor.
+/// Margin on both sides of the values, as a factor.
 const ROOM: f64 = 1.6;
 
-/// Ticks at the powers of ten; at twice and five times them too, if there would be fewer than three.
+/// Logarithmic axis with ticks at the powers of ten. If there would be fewer than three ticks, twice and five times the powers of ten have
+/// ticks too.
 #[derive(Clone)]
 pub struct LogAxis {
     limits: Range<f64>,
@@ -14,7 +15,7 @@ pub struct LogAxis {
 }
 
 impl LogAxis {
-    /// With some room beside the values.
+    /// Creates an axis over the values, with a margin.
     pub fn over(values: impl Iterator<Item = f64> + Clone) -> Self {
         let low = values.clone().fold(f64::INFINITY, f64::min) / ROOM;
         let limits = low..values.fold(0.0, f64::max) * ROOM;
@@ -26,7 +27,7 @@ impl LogAxis {
     }
 }
 
-/// These multiples of powers of ten.
+/// Returns the given multiples of powers of ten within the limits.
 fn ticks(limits: &Range<f64>, multiples: &[f64]) -> Vec<f64> {
     let powers = (-9..=9).map(|exponent| 10_f64.powi(exponent));
     let all = powers.flat_map(|power| multiples.iter().map(move |multiple| multiple * power));

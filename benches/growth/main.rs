@@ -1,12 +1,11 @@
-//! How cost grows: with the contact polygons of a pair, the bodies of a world, the parameters of a
-//! derivative, up to a hundred thousand, and the steps of a rollout.
+//! Growth of cost with the contact polygons of a pair, the bodies of a world, the parameters of a derivative (up to a hundred thousand),
+//! and the steps of a rollout.
 //!
-//! Serves the decision whether a scene can be afforded before it is built: from one time and the
-//! exponents the others follow. An exponent above the expected one means that something grows that
-//! should not. Run `cargo bench --bench growth`, a minute or so, or with `-- --quick`; add
-//! `-- --svg docs/growth.svg` for the picture. Nothing else is written.
+//! Helps to estimate the cost of a scene before it is built: one measured time and the exponents give all other times. An exponent above
+//! the expected value means that some cost grows although it should not. Run `cargo bench --bench growth` (about a minute), or with
+//! `-- --quick`. Add `-- --svg docs/growth.svg` to write the figure; the bench writes no other file.
 //!
-//! Medians of processor time, on one thread; exponents are least-squares slopes in log-log.
+//! Times are medians of processor time on one thread. Exponents are least-squares slopes in log-log coordinates.
 
 mod backwards;
 mod bodies;
@@ -24,7 +23,7 @@ use panel::Panel;
 use std::error::Error;
 use std::path::{Path, PathBuf};
 
-/// What the command line asks for.
+/// Options of the command line.
 struct Wanted {
     is_quick: bool,
     svg: Option<PathBuf>,
@@ -38,7 +37,7 @@ fn wanted() -> Result<Wanted, String> {
         None => None,
     };
     Ok(Wanted {
-        // Without `cargo bench`, as a test, it is quick too.
+        // `cargo test` runs benches too, without `--bench`. The bench is then quick.
         is_quick: place("--quick").is_some() || place("--bench").is_none(),
         svg,
     })

@@ -1,27 +1,27 @@
-//! What is measured of one growth, and its exponent.
+//! Measurements of one kind of growth, and their exponent.
 
-/// One growth: curves over the same axes.
+/// One kind of growth: curves over the same axes.
 pub struct Panel {
     pub title: &'static str,
     pub x_label: &'static str,
     pub y_label: &'static str,
-    /// How a round value on the y axis is written.
+    /// Formats a round value of the y axis.
     pub y_tick: fn(f64) -> String,
     pub curves: Vec<Curve>,
 }
 
-/// A cost over what it grows with.
+/// Cost against the quantity with which it grows.
 pub struct Curve {
     pub name: String,
     pub points: Vec<(f64, f64)>,
-    /// Smaller x do not count in the fit: fixed costs still show there.
+    /// Smallest x in the fit. At smaller x, fixed costs distort the exponent.
     pub fitted_from: f64,
-    /// Or else a known law to compare with.
+    /// False for a known law, drawn for comparison.
     pub is_measured: bool,
 }
 
 impl Curve {
-    /// A measured curve without points.
+    /// Creates a measured curve without points.
     pub fn new(name: impl Into<String>, fitted_from: f64) -> Self {
         Self {
             name: name.into(),
@@ -31,19 +31,19 @@ impl Curve {
         }
     }
 
-    /// Adds a point, in the order of x.
+    /// Adds a point. Points must be added in the order of x.
     pub fn push(&mut self, x: f64, y: f64) {
         let place = self.points.partition_point(|point| point.0 < x);
         self.points.insert(place, (x, y));
     }
 
-    /// The points that count in the fit.
+    /// Returns the points in the fit.
     pub fn fitted(&self) -> &[(f64, f64)] {
         let first = self.points.partition_point(|(x, _)| *x < self.fitted_from);
         &self.points[first..]
     }
 
-    /// The exponent k of y = c·xᵏ, by least squares in log-log.
+    /// Returns the exponent k of y = c·xᵏ, fitted by least squares in log-log coordinates.
     pub fn exponent(&self) -> f64 {
         let [center_x, center_y] = self.log_center();
         let (mut across, mut square) = (0.0, 0.0);
@@ -54,13 +54,13 @@ impl Curve {
         across / square
     }
 
-    /// The exponent with two decimals.
+    /// Returns the exponent with two decimals.
     pub fn exponent_text(&self) -> String {
-        // Adding 0 takes the sign from −0.
+        // Adding 0 turns −0 into 0.
         format!("{:.2}", (self.exponent() * 100.0).round() / 100.0 + 0.0)
     }
 
-    /// The fitted y at an x.
+    /// Returns the fitted y at an x.
     pub fn fit_at(&self, x: f64) -> f64 {
         let [center_x, center_y] = self.log_center();
         (center_y + self.exponent() * (x.ln() - center_x)).exp()

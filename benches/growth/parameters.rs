@@ -1,5 +1,5 @@
-//! Growth with the parameters of a derivative: eight balls on a box, which touch their neighbors,
-//! and where and how fast they start; gradients swept back by many more.
+//! Growth with the parameters of a derivative. The scene is eight balls on a box that touch their neighbors; the parameters are their
+//! initial positions and velocities. Reverse-mode gradients have many more parameters.
 
 use super::backwards;
 use super::panel::{Curve, Panel};
@@ -16,10 +16,10 @@ const BALLS: [&str; 8] = [
 const STEPS: usize = 100;
 const ROUNDS: usize = 9;
 
-/// Fewer numbers than these are carried by narrower dual numbers.
+/// Smallest number of parameters in the fit. Fewer parameters use narrower dual numbers.
 const FITTED_FROM: f64 = 12.0;
 
-/// As many numbers of the start, twelve a ball; or one, which no start is: a mass.
+/// Returns `count` parameters of the initial state, twelve per ball. A single parameter is a mass, which is not part of the initial state.
 fn parameters(count: usize) -> Vec<Parameter> {
     if count == 1 {
         return vec![Parameter::Mass(BALLS[0].into())];
@@ -36,7 +36,7 @@ fn parameters(count: usize) -> Vec<Parameter> {
     all.take(count / 3).collect()
 }
 
-/// The price of a Jacobian, in rollouts.
+/// Returns the cost of a Jacobian in rollouts.
 fn jacobian(world: &World, count: usize) -> f64 {
     let plan = Plan::new(TIME_STEP, STEPS).unwrap();
     let experiment = Experiment::new(world, &plan.recording_every(STEPS));

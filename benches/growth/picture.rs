@@ -1,4 +1,4 @@
-//! The picture: a log-log panel for each growth.
+//! Log-log figure with one panel for each kind of growth.
 
 use super::log_axis::LogAxis;
 use super::panel::{Curve, Panel};
@@ -59,7 +59,7 @@ fn draw_panel(area: &Area, panel: &Panel) -> Answer {
         .bold_line_style(FAINT)
         .light_line_style(TRANSPARENT)
         .draw()?;
-    // The second curve is drawn in rings, through which dots below can be seen.
+    // The second curve has rings as markers, so dots below remain visible.
     let marks = [
         (4, COLORS[0].filled()),
         (6, COLORS[1].stroke_width(2)),
@@ -82,7 +82,7 @@ fn draw_panel(area: &Area, panel: &Panel) -> Answer {
     Ok(())
 }
 
-/// Points and the fit through those that count in it; a law to compare with is only a line.
+/// Draws the points and the fitted line. A known law is drawn as a line only.
 fn draw_curve(chart: &mut Chart, curve: &Curve, (radius, style): Mark) -> Answer {
     if !curve.is_measured {
         let line = LineSeries::new(curve.points.iter().copied(), GRAY.stroke_width(1));
@@ -110,12 +110,12 @@ fn title(panel: &Panel) -> String {
     format!("{}: exponent{plural} {}", panel.title, exponents.join(", "))
 }
 
-/// A whole number.
+/// Formats a whole number.
 pub fn number_tick(number: f64) -> String {
     count(number)
 }
 
-/// A round time (s) with its unit.
+/// Formats a round time (s) with its unit.
 pub fn time_tick(seconds: f64) -> String {
     match seconds {
         s if s < 1e-3 => format!("{:.0} µs", s * 1e6),

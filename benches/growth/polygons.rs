@@ -1,4 +1,4 @@
-//! Growth with the contact polygons: two icospheres, finer and finer, at random poses.
+//! Growth with the number of contact polygons: two icospheres of increasing resolution at random poses.
 
 use super::panel::{Curve, Panel};
 use super::picture::time_tick;
@@ -15,7 +15,7 @@ const DISTANCES: [f64; 2] = [1.0, 1.7];
 const POSES: usize = 5;
 const BUDGET: Duration = Duration::from_millis(60);
 
-/// Below this many polygons, finding where the surface begins shows.
+/// Smallest number of polygons in the fit. With fewer polygons, the search for the first polygon distorts the exponent.
 const FITTED_FROM: f64 = 500.0;
 
 /// Medians over the poses.
@@ -29,7 +29,7 @@ fn random_vector(random: &mut StdRng) -> Vector3<f64> {
     Vector3::from_fn(|_, _| random.random_range(-1.0..1.0))
 }
 
-/// Both bodies turned, one at the distance from the other; the same poses for every mesh.
+/// Returns poses of both bodies, randomly rotated, at the given distance. The poses are the same for every mesh.
 fn poses(distance: f64) -> Vec<[Pose; 2]> {
     let mut random = StdRng::seed_from_u64(1);
     let mut pose = |distance: f64| {

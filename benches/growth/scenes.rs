@@ -11,23 +11,23 @@ use std::sync::Arc;
 /// Time step (s).
 pub const TIME_STEP: f64 = 2e-4;
 
-/// Radius (m) of a ball of 1 kg.
+/// Radius (m) of a ball, whose mass is 1 kg.
 const RADIUS: f64 = 0.1;
 
-/// Subdivisions of a ball.
+/// Number of subdivisions of a ball's mesh.
 const ORDER: usize = 2;
 
-/// From a ball's center to its neighbors' (m): they are slightly pressed into each other.
+/// Distance (m) between the centers of neighbors, which are slightly pressed into each other.
 const SPACING: f64 = 0.19;
 
-/// From the floor to the lowest centers (m): where one ball rests.
+/// Height (m) of the lowest centers above the floor, at which a single ball rests.
 const LOWEST: f64 = 0.088;
 
-/// How far (m) a ball is off its place in the lattice, along each axis.
+/// Largest offset (m) of a ball from its lattice position along each axis.
 const JITTER: f64 = 0.001;
 
-/// A lattice of so many balls along x, y and z, slightly pressed into each other and a fixed box
-/// below, all at rest.
+/// Returns a lattice with the given numbers of balls along x, y and z. The balls are at rest, slightly pressed into each other and into a
+/// fixed box below.
 pub fn heap(counts: [usize; 3], skin: Material) -> World {
     let mut random = StdRng::seed_from_u64(2);
     let ball = Arc::new(Shape::new(shapes::icosphere(RADIUS, ORDER).unwrap()));
@@ -42,7 +42,7 @@ pub fn heap(counts: [usize; 3], skin: Material) -> World {
     under_gravity(bodies)
 }
 
-/// One ball where it lies still on the box, so that every step has the same contact.
+/// Returns one ball at rest on the box, so that every step has the same contact.
 pub fn resting_ball(skin: Material) -> World {
     let damped = heap([1; 3], skin.with_dissipation(20.0));
     let rest = final_state(&damped, 20_000);
@@ -57,7 +57,7 @@ fn under_gravity(bodies: Vec<Body>) -> World {
     world.with_gravity(Vector3::new(0.0, 0.0, -9.81)).unwrap()
 }
 
-/// The places of a lattice whose corner is above the origin.
+/// Returns the positions of a lattice whose corner is above the origin.
 fn places([nx, ny, nz]: [usize; 3]) -> impl Iterator<Item = Vector3<f64>> {
     (0..nx * ny * nz).map(move |index| {
         let place = Vector3::new(index % nx, index / nx % ny, index / (nx * ny));
@@ -65,7 +65,7 @@ fn places([nx, ny, nz]: [usize; 3]) -> impl Iterator<Item = Vector3<f64>> {
     })
 }
 
-/// A box under the lattice, with a margin.
+/// Creates a box under the lattice, with a margin.
 fn floor([nx, ny, _]: [usize; 3], skin: Material) -> Body {
     let [x, y] = [nx, ny].map(|n| (n - 1) as f64 * SPACING);
     let shape = Shape::new(shapes::cuboid([x + 1.0, y + 1.0, 0.5]).unwrap());
@@ -74,7 +74,7 @@ fn floor([nx, ny, _]: [usize; 3], skin: Material) -> Body {
     body.with_pose(Pose::from_translation(center))
 }
 
-/// The state after so many steps.
+/// Returns the state after `steps` steps.
 pub fn final_state(world: &World, steps: usize) -> State {
     let plan = Plan::new(TIME_STEP, steps).unwrap().recording_every(steps);
     world.rollout(&plan).run().unwrap().last().clone()

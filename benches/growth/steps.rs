@@ -1,4 +1,4 @@
-//! Growth with the steps of a rollout: a ball that rests on a box.
+//! Growth with the number of steps of a rollout: a ball at rest on a box.
 
 use super::panel::{Curve, Panel};
 use super::picture::time_tick;

@@ -1,15 +1,15 @@
 #!/usr/bin/env python3
-"""Errors of values and of slopes against processor time, here, in Drake and in MuJoCo.
+"""Errors of values and of slopes against processor time, for this library, Drake and MuJoCo.
 
-Serves the choice of a program, a method and its accuracy for a given error. Run
+Helps to choose a program, a method and its accuracy for a given error. Run
 
     python3 benches/peers/accuracy.py            # about half an hour
     python3 benches/peers/accuracy.py --quick    # about five minutes
     python3 benches/peers/accuracy.py --scenes "stiff ball" grasp
 
-The first run downloads Drake and MuJoCo into a virtual environment in cargo's target directory, where
-references are kept too. README.md says what is measured. Output: Markdown, and the plot
-`docs/figures/accuracy.svg` (with options in the target directory).
+The first run downloads Drake and MuJoCo into a virtual environment in cargo's target directory, which also stores references. README.md
+describes the measurements. The output is Markdown and the plot `docs/figures/accuracy.svg` (in the target directory if the script has
+options).
 """
 
 import argparse
@@ -37,8 +37,8 @@ TOLERANCES = {
 LONGEST_STEP = 5e-3  # s, with error control
 STEPS = [1e-2, 5e-3, 2e-3, 1e-3, 5e-4, 2e-4]  # s
 SHORT_STEPS = [1e-3, 5e-4, 2e-4, 1e-4, 5e-5, 2e-5, 1e-5]  # s
-CHANGE = 1e-3  # SI units, to either side: differences whose error is measured
-WIDE_CHANGE = 5e-3  # SI units: differences of references, and half as wide
+CHANGE = 1e-3  # SI units, to either side, for differences whose error is measured
+WIDE_CHANGE = 5e-3  # SI units, for differences of references; the second width is half of this
 LARGEST_DRIFT, LARGEST_SPREAD = 1e-3, 0.2  # m, relative: references above these are not converged
 SHORT, LONG = 0.5, 3.0  # s: shorter measurements are repeated, longer ones are made once
 MOST_ROUNDS = 5
@@ -46,13 +46,13 @@ MOST_ROUNDS = 5
 
 @dataclasses.dataclass(frozen=True)
 class Method:
-    """A method of a program with its settings: accuracies, or steps (s)."""
+    """A method of a program with its settings: accuracies or steps (s)."""
 
     program: str
     name: str
     has_error_control: bool
     settings: tuple
-    # Settings of references: in short scenes, longer ones, and long ones of many polygons.
+    # Settings of references: for short scenes, for longer scenes, and for long scenes with many polygons.
     references: tuple = ()
     # The default accuracy of the program, if it has one.
     default: float | None = None
@@ -85,7 +85,7 @@ def main():
     target = target_directory()
     os.environ.update({f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL")})
     enter_virtual_environment(target / "peers_environment")
-    # These need numpy and matplotlib, which the virtual environment has.
+    # accuracy_tables needs numpy and matplotlib, which the virtual environment provides.
     import accuracy_tables
     import rollout_scenes
 
@@ -110,14 +110,14 @@ def parsed_options():
 
 
 class Study:
-    """Asks the programs about scenes."""
+    """Sends the scenes to the programs and rates their answers."""
 
     def __init__(self, programs, references, is_quick):
         self.programs, self.references, self.is_quick = programs, references, is_quick
         references.mkdir(exist_ok=True)
 
     def measured(self, name, scene):
-        """The reference of each method, and its errors and times by setting."""
+        """Returns the reference of each method, and its errors and times by setting."""
         found = {}
         for method in METHODS:
             print(f"{name}, reference of {method.name} ...", file=sys.stderr)
@@ -129,7 +129,7 @@ class Study:
         return found
 
     def settings(self, method, scene):
-        """Settings that are coarser than that of the reference by a factor of two at least."""
+        """Returns the settings that are at least twice as coarse as that of the reference."""
         settings = method.settings[:-1] if self.is_quick else method.settings
         if not method.references:
             return settings
@@ -142,8 +142,8 @@ class Study:
         return method.coarser(setting) if self.is_quick else setting
 
     def by_turns(self, name, scene, jobs):
-        """Values and slopes of each job with the shortest times (s). The programs take turns, so
-        other load on the processor affects all of them."""
+        """Returns values and slopes of each job with the shortest times (s). The programs take turns, so other load on the processor
+        affects all of them."""
         answers, times, waiting, turn = {}, {job: [] for job in jobs}, jobs, 0
         while waiting:
             turn += 1
@@ -157,14 +157,14 @@ class Study:
         return answers
 
     def slopes(self, method, setting, scene):
-        """Processor time (s), and slopes (SI units, a column per parameter)."""
+        """Returns the processor time (s) and the slopes (SI units, one column per parameter)."""
         if method.program == "ours":
             seconds, _, jacobian = self.asked(method, setting, scene, parameters=scene["parameters"])
             return seconds, jacobian
         return self.differences(method, setting, scene, CHANGE)
 
     def differences(self, method, setting, scene, change):
-        """Time (s) and slopes by central differences."""
+        """Returns the time (s) and the slopes by central differences."""
         import numpy
 
         total, columns = 0.0, []
@@ -178,8 +178,8 @@ class Study:
         return total, numpy.array(columns).T
 
     def asked(self, method, setting, scene, change=None, parameters=()):
-        """Processor time (s), measured positions (m) and, with parameters, their slopes; `None` if
-        the rollout failed."""
+        """Returns the processor time (s), the measured positions (m) and, with parameters, their slopes. Returns `None` if the rollout
+        failed."""
         import rollout_scenes
 
         question = scene["question"]
@@ -194,10 +194,9 @@ class Study:
         return answer["seconds"], *(rollout_scenes.measured_rows(scene, rows) for rows in numbers)
 
     def reference(self, method, scene):
-        """Values and slopes of the program's own converged motion, kept in a file. All of our
-        methods share one. `drift` is the distance (m) from the values at a coarser setting. The
-        slopes are extrapolated from differences of two widths, and `spread` is the relative difference
-        between these."""
+        """Returns values and slopes of the program's own converged motion, cached in a file. All methods of this library share one
+        reference. `drift` is the distance (m) from the values at a coarser setting. The slopes are extrapolated from differences of two
+        widths, and `spread` is the relative difference between them."""
         import numpy
 
         if method.program == "ours":
@@ -221,11 +220,11 @@ class Study:
         return {name: numpy.array(number) for name, number in numbers.items()}
 
     def reference_file(self, method, scene, setting):
-        """The name depends on all that the reference depends on."""
+        """Returns a path whose name is a hash of everything on which the reference depends."""
         files = [pathlib.Path(word) for word in self.programs[method.program].process.args]
         question = [scene, method.question(scene, setting), method.coarser(setting), WIDE_CHANGE]
         digest = hashlib.sha256(json.dumps(question).encode())
-        # Our executable, or the script of the other program.
+        # The executable of this library, or the script of the other program.
         digest.update((files[0] if method.program == "ours" else files[1]).read_bytes())
         return self.references / f"{digest.hexdigest()[:16]}.json"
 
@@ -237,8 +236,8 @@ def needs_more(times):
 
 
 def rated(answers, reference, scene):
-    """Times (s), and errors of values (m, root mean square over bodies) and of slopes (relative).
-    An error is `None` if the rollout failed or the reference is not converged."""
+    """Returns times (s), and errors of values (m, root mean square over bodies) and of slopes (relative). An error is `None` if the rollout
+    failed or the reference is not converged."""
     times, (values, slopes) = zip(*answers)
     row = {"seconds": times, "errors": [None, None]}
     if reference is None or reference["drift"] > LARGEST_DRIFT:
@@ -251,14 +250,14 @@ def rated(answers, reference, scene):
 
 
 def distance(values, others, scene):
-    """Root mean square over the bodies of the distance (m) between their positions."""
+    """Returns the root mean square over the bodies of the distance (m) between their positions."""
     import numpy
 
     return float(numpy.linalg.norm(values - others) / len(scene["measured"][0]) ** 0.5)
 
 
 def relative_error(slopes, reference):
-    """Root mean square over the columns of the error's norm over the column's norm."""
+    """Returns the root mean square over the columns of the relative error of a column."""
     import numpy
 
     norms = numpy.linalg.norm(slopes - reference, axis=0) / numpy.linalg.norm(reference, axis=0)

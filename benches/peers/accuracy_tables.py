@@ -1,4 +1,4 @@
-"""Tables and plot of `accuracy.py`: results by scene, then by method."""
+"""Tables and plot of `accuracy.py`, from results by scene and method."""
 
 import matplotlib
 
@@ -14,7 +14,7 @@ COLORS = {
     "mujoco": ["#8c96a0"],
 }
 MARKERS = {"ours": "o", "drake": "s", "mujoco": "^"}
-# Errors outside these are drawn at the limit: values (m), slopes.
+# Limits of the axes, of values (m) and of slopes. Errors outside are drawn at the limit.
 LIMITS = [(1e-8, 1.0), (1e-6, 100.0)]
 
 
@@ -36,7 +36,7 @@ def print_references(results):
     print_line("---", ["---"] * 3)
     for name, found in results.items():
         for method, of_method in found.items():
-            # Our methods share a reference.
+            # All methods of this library share a reference.
             if method.program != "ours" or method.name == "sdirk3":
                 program = "ours" if method.program == "ours" else label(method)
                 print_line(name, [program, *reference_cells(of_method["reference"])])
@@ -77,7 +77,7 @@ def milliseconds(seconds):
 
 
 def print_fastest(results, scenes):
-    """Prints the shortest time whose error, and that of all finer settings, is within a bound."""
+    """Prints the shortest time at which the error of a setting and of all finer settings is within a bound."""
     methods = list(next(iter(results.values())))
     print("\nProcessor time (ms) with no larger error, and the accuracy or step (ms):\n")
     print_line("scene, error", [label(method) for method in methods])
@@ -91,7 +91,7 @@ def print_fastest(results, scenes):
 
 
 def fastest(method, of_method, which, bound):
-    """The shortest time; nothing if the reference itself is not known to the bound."""
+    """Formats the shortest time and its setting. Returns a dash if the reference is less accurate than the bound."""
     reference, rows, best = of_method["reference"], of_method["rows"], None
     if reference is None or reference["drift" if which == 0 else "spread"] > bound:
         return "–"
@@ -105,7 +105,7 @@ def fastest(method, of_method, which, bound):
 
 
 def plot(results, path):
-    """A row of panels for each scene: errors of values and of slopes against processor time."""
+    """Plots a row of panels for each scene: errors of values and of slopes against processor time."""
     pyplot.rcParams.update({"svg.hashsalt": "accuracy", "svg.fonttype": "none", "font.size": 9})
     size = (10.0, 3.3 * len(results) + 0.5)
     figure, panels = pyplot.subplots(len(results), 2, figsize=size, squeeze=False)
@@ -123,7 +123,7 @@ def plot(results, path):
 
 
 def draw(panel, found, which):
-    """Lines of one panel; a large marker is the default accuracy of the program."""
+    """Draws the lines of one panel. A large marker is the default accuracy of the program."""
     colors = {program: iter(of_program) for program, of_program in COLORS.items()}
     for method, of_method in found.items():
         color = next(colors[method.program])

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Contact here beside contact in Drake: the same meshes, fields and poses, one thread each.
+"""Contact in this library and in Drake: the same meshes, fields and poses, with one thread each.
 
-Serves the decision whether to use this library or Drake where contact must be fast or its
-derivatives right: how many times as long Drake takes, and what its answers are worth. Run
+Helps to choose between this library and Drake if contact must be fast or its derivatives correct. Measures the ratio of times and the
+errors of the derivatives. Run
 
     python3 benches/peers/compare.py            # under five minutes after the first run
     python3 benches/peers/compare.py --quick    # about a minute
@@ -10,9 +10,8 @@ derivatives right: how many times as long Drake takes, and what its answers are 
     python3 benches/peers/compare.py --cold     # five poses at a time by turns: caches are cold
     python3 benches/peers/compare.py --orders 1 2 --poses 100
 
-The first run downloads Drake into a virtual environment in cargo's target directory. The two
-programs stay up side by side and are asked one after the other; what is timed says README.md. Output:
-Markdown.
+The first run downloads Drake into a virtual environment in cargo's target directory. Both programs keep running, and the script sends
+questions to one at a time. README.md describes what is timed. The output is Markdown.
 """
 
 import argparse
@@ -27,14 +26,14 @@ sys.dont_write_bytecode = True
 HERE = pathlib.Path(__file__).resolve().parent
 REPOSITORY = HERE.parent.parent
 REQUIREMENTS = ["drake==1.58.0", "mujoco==4.0.0", "numpy", "matplotlib"]
-OLDEST_PYTHON = (3, 12)  # that Drake supports
+OLDEST_PYTHON = (3, 12)  # supported by Drake
 
 
 def main():
     options = parsed_options()
     target = target_directory()
     enter_virtual_environment(target / "peers_environment")
-    # These need numpy, which the virtual environment has.
+    # These modules need numpy, which the virtual environment provides.
     import contacts
     import steps
 
@@ -68,7 +67,7 @@ def target_directory():
 
 
 def enter_virtual_environment(folder, requirements=REQUIREMENTS):
-    """Starts this script again inside the virtual environment, made if it is not there."""
+    """Restarts this script inside the virtual environment, which is created if it does not exist."""
     python = folder / "bin" / "python"
     if folder.exists() and os.path.samefile(sys.prefix, folder):
         return
@@ -81,20 +80,20 @@ def enter_virtual_environment(folder, requirements=REQUIREMENTS):
 
 
 def interpreter():
-    """Path of a Python that is new enough for Drake."""
+    """Returns the path of a Python that is new enough for Drake."""
     if sys.version_info >= OLDEST_PYTHON:
         return sys.executable
     versions = pathlib.Path.home() / ".pyenv/versions"
     for name in ("python3.13", "python3.12"):
         for python in [shutil.which(name), *sorted(versions.glob(f"*/bin/{name}"))]:
-            # Shims of pyenv are on the path for versions that are not active.
+            # pyenv puts shims on the path even for versions that are not active, so run the interpreter.
             if python and subprocess.run([python, "-c", ""], capture_output=True).returncode == 0:
                 return python
     sys.exit("Drake needs Python 3.12 or later: none on the path or under ~/.pyenv/versions")
 
 
 def built_ours(bench="peers_ours"):
-    """The path of our side, built in release mode and without threads."""
+    """Returns the path of this library's program, built in release mode and without threads."""
     command = ["cargo", "bench", "--no-run", "--bench", bench]
     command += ["--no-default-features", "--features", "avx512,vtk"]
     command += ["--message-format", "json-render-diagnostics"]
@@ -127,7 +126,7 @@ class Program:
 
 
 def written_meshes(folder, orders, balls):
-    """Paths of the mesh files, by name."""
+    """Writes the mesh files and returns their paths by name."""
     import meshes
 
     folder.mkdir(exist_ok=True)

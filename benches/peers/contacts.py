@@ -1,4 +1,4 @@
-"""Wrenches of two posed meshes and their derivatives: time and accuracy, program by program."""
+"""Wrenches of two posed meshes and their derivatives: time and accuracy of each program."""
 
 import statistics
 import sys
@@ -11,15 +11,15 @@ DISTANCES = [1.0, 1.7]  # m, between the centers of two spheres of radius 1 m
 GRID_DISTANCE = 0.9  # m, between the centers of two cubes of edge 1 m
 FAR = 10.0  # m
 POSES = {1: 60, 2: 30, 3: 10, 4: 3, "grid": 10}
-COLD_BATCH = 5  # poses, between which the other program fills the caches
+COLD_BATCH = 5  # poses; between batches the other program fills the caches
 ROUNDS = {"wrench": 3, "jacobian": 2}
 
-OFF = 1e-6  # of the largest entry: a derivative further off its differences counts as wrong
-SAME = 1e-12  # of the largest entry: wrenches further apart come from different fields
+OFF = 1e-6  # of the largest entry: derivatives with a larger error count as wrong
+SAME = 1e-12  # of the largest entry: wrenches that differ more come from different fields
 
 
 def compare(programs, files, options):
-    """Measures all scenes and prints two tables, of times and of errors."""
+    """Measures all scenes and prints a table of times and a table of errors."""
     batch = COLD_BATCH if options.cold else None
     results = [compared(programs, batch, *scene) for scene in contact_scenes(files, options)]
     print_times(results)
@@ -28,7 +28,7 @@ def compare(programs, files, options):
 
 
 def contact_scenes(files, options):
-    """Name, meshes, center distance (m) and number of poses of each scene."""
+    """Yields name, meshes, center distance (m) and number of poses of each scene."""
     for order in options.orders:
         for distance in DISTANCES:
             name = f"icosphere {order} ({20 * 4**order:,}), {distance}"
@@ -38,7 +38,7 @@ def contact_scenes(files, options):
 
 
 def compared(programs, batch, name, mesh, distance, count):
-    """All that is measured of a scene, by what is asked and the program asked."""
+    """Returns all measurements of a scene, by question and program."""
     print(f"{name} ...", file=sys.stderr)
     generator = numpy.random.default_rng(20 + int(10 * distance))
     poses = [random_poses(generator, distance) for _ in range(count)]
@@ -57,8 +57,8 @@ def compared(programs, batch, name, mesh, distance, count):
 
 
 def asked(programs, ask, scene, poses, batch):
-    """Answers of each program about all poses, asked several times over; of its times for a pose the shortest. The programs
-    take turns every so many poses; without a number each is asked in one go."""
+    """Returns the answers of each program for all poses, with the shortest of several times for each pose. The programs take turns every
+    `batch` poses. If `batch` is `None`, each program gets all poses at once."""
     rounds = ROUNDS[ask]
     questions = poses * rounds
     batch = min(batch, len(poses)) if batch else len(questions)
@@ -77,8 +77,7 @@ def asked(programs, ask, scene, poses, batch):
 
 
 def derivative_errors(program, scene, poses, jacobians):
-    """For each pose the largest error against central differences of the program's own wrench, of
-    the largest entry."""
+    """Returns, for each pose, the largest error relative to central differences of the program's own wrench, over the largest entry."""
     errors = []
     for both, jacobian in zip(poses, jacobians):
         answer = program.ask(ask="wrench", scene=scene, poses=neighbors(both))
@@ -101,7 +100,7 @@ def print_times(results):
 
 
 def print_without_contact(programs, batch, mesh):
-    """What a call costs at least: bodies far apart."""
+    """Prints the minimum time of a call, measured with bodies far apart."""
     generator = numpy.random.default_rng(1)
     poses = [random_poses(generator, FAR) for _ in range(50)]
     scene = {"meshes": [mesh, mesh], "modulus": MODULUS}
@@ -124,13 +123,12 @@ def print_errors(results):
 
 
 def ratio_columns(answers):
-    """Drake's median time, ours, and the ratio."""
+    """Returns Drake's median time, ours, and the ratio."""
     drake, ours = (statistics.median(answers[key]["seconds"]) for key in ("drake", "ours"))
     return [duration(drake), duration(ours), f"**{drake / ours:.1f}**"]
 
 
 def duration(seconds):
-    """In ms, of short ones in µs: three digits, and all of them where there are more before the
-    point."""
+    """Formats a time in ms, or in µs if short, with three digits or all digits before the decimal point."""
     number, unit = (1e3 * seconds, "ms") if seconds >= 1e-3 else (1e6 * seconds, "µs")
     return f"{number:,.0f} {unit}" if number >= 100 else f"{number:.3g} {unit}"

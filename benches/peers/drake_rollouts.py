@@ -1,10 +1,9 @@
-"""Drake's side of `accuracy.py`: answers questions on stdin, a JSON line each, until it closes.
+"""Drake's side of `accuracy.py`: answers questions on stdin, one JSON line each, until stdin closes.
 
-The time is processor time of `Simulator.AdvanceTo`. With an accuracy, the plant is continuous and its
-integrator is CENIC; otherwise the plant is discrete. A body on a path has prismatic joints with stiff
-controllers, and no gravity. CENIC reads the path from a `TrajectorySource`. Before each discrete step,
-outside the time, the body is put on the path with the mean velocity of the step, and the controllers
-hold it there.
+The time is processor time of `Simulator.AdvanceTo`. With an accuracy, the plant is continuous and its integrator is CENIC; otherwise the
+plant is discrete. A body on a path has prismatic joints with stiff controllers, and no gravity. CENIC reads the path from a
+`TrajectorySource`. Before each discrete step, outside the measured time, the script puts the body on the path with the mean velocity of
+the step, and the controllers hold it there.
 """
 
 import json
@@ -35,7 +34,7 @@ STIFFNESS, DAMPING = 1e9, 2 * (1e9 * FINGER) ** 0.5  # N/m, N s/m
 
 
 class Rollout:
-    """A scene at its start, with a method that steps it."""
+    """A scene in its initial state, with a method that advances it."""
 
     def __init__(self, scene, method, time_step, accuracy):
         self.time_step, self.bodies = time_step, scene["bodies"]
@@ -62,14 +61,14 @@ class Rollout:
             integrator = {"integration_scheme": method, "accuracy": accuracy}
             ApplySimulatorConfig(SimulatorConfig(**integrator, max_step_size=0.1), self.simulator)
         else:
-            # Between two steps, here and later: rounding cannot add or drop one.
+            # All times lie between two steps, so that rounding cannot add or drop a step.
             root.SetTime(-time_step / 2)
         self.context = self.plant.GetMyMutableContextFromRoot(root)
         for body in self.bodies:
             self.start(body)
 
     def add(self, body, scene):
-        """The body of the plant with its joints, if any, and its shape."""
+        """Adds the body to the plant, with its joints, if any, and its shape."""
         link, place = self.plant.world_body(), pose(body)
         if body.get("moves"):
             link, place = self.moved_link(body), RigidTransform()
@@ -86,7 +85,7 @@ class Rollout:
         self.plant.RegisterCollisionGeometry(link, place, shape, body["name"], material)
 
     def moved_link(self, body):
-        """A body on a prismatic joint for each axis that its moves have."""
+        """Adds a body with a prismatic joint for each axis of its moves."""
         model = self.plant.AddModelInstance(body["name"])
         axes = numpy.flatnonzero(numpy.any([move["by"] for move in body["moves"]], axis=0))
         link, joints = self.plant.world_body(), []
@@ -111,7 +110,7 @@ class Rollout:
         return self.plant.AddFrame(FixedOffsetFrame(f"{name}, start", link.body_frame(), offset))
 
     def connect_paths(self, builder):
-        """Connects the controllers to the paths: cubic polynomials at rest where moves begin and end."""
+        """Connects the controllers to the paths: cubic polynomials with zero velocity at both ends of each move."""
         for body in self.bodies:
             if not body.get("moves"):
                 continue
@@ -134,7 +133,7 @@ class Rollout:
         self.plant.SetFreeBodySpatialVelocity(self.context, link, velocity)
 
     def answer(self, steps):
-        """The processor time (s) of the steps, and the positions of the bodies at the end."""
+        """Returns the processor time (s) of the steps and the final positions of the bodies."""
         reply = {"seconds": 0.0, "positions": None, "failure": None}
         is_prescribed = bool(self.joints) and not self.is_continuous
         # Bodies on paths are moved before every discrete step.
@@ -155,7 +154,7 @@ class Rollout:
         return {**reply, "positions": positions.tolist()}
 
     def prescribe(self, now):
-        """Puts the bodies on paths where they are, with the mean velocity of the step."""
+        """Puts the bodies on their paths, with the mean velocity of the step."""
         for body in self.bodies:
             if not body.get("moves"):
                 continue
@@ -168,7 +167,7 @@ class Rollout:
             self.control(body["name"], there, velocity)
 
     def control(self, name, position, velocity):
-        """Tells the controllers of a body where it shall be at the end of the step."""
+        """Sets the target of a body's controllers: its position at the end of the step."""
         axes = [axis for axis, _ in self.joints[name]]
         port = self.plant.get_desired_state_input_port(self.plant.GetModelInstanceByName(name))
         port.FixValue(self.context, numpy.concatenate([position[axes], velocity[axes]]))

@@ -1,8 +1,8 @@
-"""Drake's side of the comparison: answers questions on stdin, a JSON line each, until it closes.
+"""Drake's side of `compare.py`: answers questions on stdin, one JSON line each, until stdin closes.
 
-`wrench` and `jacobian` time `QueryObject.ComputeContactSurfaces(kPolygon)` alone, at poses that
-were set just before and that Drake has not seen. What the surfaces amount to is summed afterwards.
-`steps` times `Simulator.AdvanceTo` of a discrete `MultibodyPlant`.
+`wrench` and `jacobian` time `QueryObject.ComputeContactSurfaces(kPolygon)` alone, at poses that were set just before and that Drake has
+not evaluated yet. The surfaces are integrated afterwards, outside the measured time. `steps` times `Simulator.AdvanceTo` of a discrete
+`MultibodyPlant`.
 """
 
 import json
@@ -37,7 +37,7 @@ DERIVATIVES = 12
 
 
 def skin(modulus, dissipation=0.0, friction=0.0):
-    """Properties of a soft body."""
+    """Returns the properties of a compliant body."""
     properties = ProximityProperties()
     AddContactMaterial(
         dissipation=dissipation,
@@ -64,7 +64,7 @@ class Pair:
         self.posed = {float: Posed(self, float), AutoDiffXd: Posed(self, AutoDiffXd)}
 
     def answer(self, scalar, poses):
-        """Times, wrenches on A about A's origin and, with derivatives, their Jacobians."""
+        """Returns times, wrenches on A about A's origin and, with derivatives, their Jacobians."""
         timed = [self.posed[scalar].timed_surfaces(both) for both in poses]
         reply = {"seconds": [seconds for seconds, _ in timed]}
         origins = [numpy.array(both[0][9:]) for both in poses]
@@ -79,7 +79,7 @@ class Pair:
 
 
 class Posed:
-    """A scene graph in a scalar type with its context."""
+    """A scene graph in a scalar type, with its context."""
 
     def __init__(self, pair, scalar):
         self.scalar, self.frames = scalar, pair.frames
@@ -88,7 +88,7 @@ class Posed:
         self.port = self.scene.get_source_pose_port(pair.source)
 
     def timed_surfaces(self, poses):
-        """Contact surfaces at the poses, and the time (s) they took."""
+        """Returns the contact surfaces at the poses, and their times (s)."""
         vector = FramePoseVector_[self.scalar]()
         for frame, pose in zip(self.frames, self.transforms(poses)):
             vector.set_value(frame, pose)
@@ -99,8 +99,8 @@ class Posed:
         return time.perf_counter() - start, surfaces
 
     def transforms(self, poses):
-        """Poses (9 entries of the rotation, row by row, then 3 of the translation); with
-        derivatives: by twists of A, then of B, angular before linear, in world axes."""
+        """Returns poses from 9 entries of the rotation, row by row, and 3 of the translation. Derivatives are with respect to the twists of
+        A and then of B, angular before linear, in world axes."""
         if self.scalar is float:
             return [RigidTransform(*rotation_and_origin(pose)) for pose in poses]
         seeds = InitializeAutoDiff(numpy.zeros(DERIVATIVES)).reshape(2, 2, 3)
@@ -112,7 +112,7 @@ def rotation_and_origin(pose):
 
 
 def seeded(pose, angular, linear):
-    """The pose with derivatives by a twist, whose values are zero."""
+    """Returns the pose with derivatives with respect to a twist at zero."""
     rotation, origin = numpy.reshape(pose[:9], (3, 3)), numpy.array(pose[9:])
     x, y, z = angular
     turn = numpy.array([[0 * x, -z, y], [z, 0 * x, -x], [-y, x, 0 * x]])
@@ -122,8 +122,8 @@ def seeded(pose, angular, linear):
 
 
 def wrench_of(surfaces, id_a, origin):
-    """Exact integral of pressure times normal over the polygons: torque about `origin` and force
-    on A, its derivatives (of the surface and of A's origin), and the number of polygons."""
+    """Integrates pressure times normal exactly over the polygons. Returns torque about `origin` and force on A, with derivatives of the
+    surface and of A's origin, and the number of polygons."""
     wrench, jacobian, count = numpy.zeros(6), numpy.zeros((6, DERIVATIVES)), 0
     for surface in surfaces:
         sign = 1.0 if surface.id_M() == id_a else -1.0
@@ -136,7 +136,7 @@ def wrench_of(surfaces, id_a, origin):
 
 
 def triangulated(surface):
-    """Vertices and pressures, each with derivatives in a last axis, and triangles of vertices."""
+    """Returns vertices and pressures, each with derivatives along a last axis, and triangles of vertex indices."""
     mesh, field = surface.poly_mesh_W(), surface.poly_e_MN()
     vertices = range(mesh.num_vertices())
     points = with_derivatives(numpy.array([mesh.vertex(v) for v in vertices]))
@@ -150,7 +150,7 @@ def triangulated(surface):
 
 
 def with_derivatives(numbers):
-    """Values and their derivatives: [..., 0] the value, [..., 1:] the derivatives."""
+    """Returns values and their derivatives: [..., 0] is the value, [..., 1:] are the derivatives."""
     if numbers.dtype != object:
         return numpy.concatenate([numbers[..., None], numpy.zeros((*numbers.shape, 12))], axis=-1)
     flat = numbers.reshape(-1, 1)
@@ -158,7 +158,7 @@ def with_derivatives(numbers):
 
 
 def integrals(points, pressures, triangles, origin):
-    """Wrench and its derivatives. Exact with the middles of edges: the integrand is quadratic."""
+    """Returns the wrench and its derivatives. The edge-midpoint rule is exact, because the integrand is quadratic."""
     a, b, c = (points[triangles[:, corner]] for corner in range(3))
     area = product(cross, b - a, c - a) / 2
     center = numpy.zeros((3, 1 + DERIVATIVES))
@@ -174,19 +174,19 @@ def integrals(points, pressures, triangles, origin):
 
 
 def cross(left, right):
-    """Cross product along the axis before the last."""
+    """Returns the cross product along the axis before the last."""
     return numpy.cross(left, right, axis=-2)
 
 
 def product(bilinear, left, right):
-    """The product of two quantities with derivatives, by the product rule."""
+    """Returns the product of two quantities with derivatives, by the product rule."""
     value = bilinear(left[..., :1], right[..., :1])
     derivative = bilinear(left[..., 1:], right[..., :1]) + bilinear(left[..., :1], right[..., 1:])
     return numpy.concatenate([value, derivative], axis=-1)
 
 
 def hard_skin(dissipation, friction):
-    """Properties of a rigid body."""
+    """Returns the properties of a rigid body."""
     properties = ProximityProperties()
     AddContactMaterial(
         dissipation=dissipation,
@@ -198,7 +198,7 @@ def hard_skin(dissipation, friction):
 
 
 class BallOnFloor:
-    """A soft ball at rest on a floor that is fixed to the world, stepped in discrete time."""
+    """A compliant ball at rest on a floor that is fixed to the world, in discrete time."""
 
     def __init__(self, scene):
         self.time_step = scene["time_step"]
@@ -214,7 +214,7 @@ class BallOnFloor:
         self.plant.Finalize()
         self.diagram = builder.Build()
         self.simulator = Simulator_[float](self.diagram)
-        # Between two steps, here and later: rounding cannot add or drop one.
+        # All times lie between two steps, so that rounding cannot add or drop a step.
         self.simulator.get_mutable_context().SetTime(-self.time_step / 2)
         context = self.plant.GetMyMutableContextFromRoot(self.simulator.get_mutable_context())
         pose = RigidTransform(*rotation_and_origin(scene["start"]))
@@ -240,14 +240,14 @@ class BallOnFloor:
         )
 
     def advance(self, simulator, steps):
-        """Time (s) that steps take."""
+        """Returns the time (s) of the steps."""
         end = simulator.get_context().get_time() + steps * self.time_step
         start = time.perf_counter()
         simulator.AdvanceTo(end)
         return time.perf_counter() - start
 
     def answer(self, steps, derivatives):
-        """Time per step, in plain numbers or with derivatives by the state."""
+        """Returns the time per step, without derivatives or with derivatives with respect to the state."""
         simulator = self.with_derivatives() if derivatives else self.simulator
         seconds = self.advance(simulator, steps) / steps
         context = self.plant.GetMyContextFromRoot(self.simulator.get_context())
@@ -261,8 +261,7 @@ class BallOnFloor:
         }
 
     def with_derivatives(self):
-        """A simulator at the present state, with derivatives by all of it but one component of the
-        quaternion."""
+        """Returns a simulator at the present state, with derivatives with respect to the state except one component of the quaternion."""
         diagram = self.diagram.ToAutoDiffXd()
         simulator = Simulator_[AutoDiffXd](diagram)
         root = simulator.get_mutable_context()
@@ -277,7 +276,7 @@ class BallOnFloor:
 
 
 class Answers:
-    """Answers questions; builds a scene when it is first asked about it."""
+    """Answers questions, and builds each scene on first use."""
 
     def __init__(self):
         self.scenes = {}

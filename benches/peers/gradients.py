@@ -1,14 +1,14 @@
 #!/usr/bin/env python3
-"""The gradient of a long rollout with contact by 1,000 controls, here and in MuJoCo MJX.
+"""Gradient of a long rollout with contact with respect to 1,000 controls, in this library and in MuJoCo MJX.
 
-Serves the decision which program to optimize controls with, through contact and friction: what a
-gradient costs, in time and in rollouts, and how right it is. Run
+Helps to choose a program for optimizing controls through contact and friction. Measures the cost of a gradient, in time and in rollouts,
+and its error. Run
 
     python3 benches/peers/gradients.py            # three minutes to a quarter of an hour, most of it compilation in JAX
     python3 benches/peers/gradients.py --quick    # a tenth of the steps and controls
 
-The first run downloads MJX into a virtual environment in cargo's target directory. README.md says
-what is measured. Output: Markdown.
+The first run downloads MJX into a virtual environment in cargo's target directory. README.md describes the measurements. The output is
+Markdown.
 """
 
 import argparse
@@ -35,19 +35,19 @@ SCENE = {
     "settling_steps": SETTLING_STEPS,
     "goal": [0.5, 0.1],  # m
 }
-PUSH = [5.0, 1.0]  # N, in the first half; then friction brings the block to rest
+PUSH = [5.0, 1.0]  # N, in the first half; friction brings the block to rest in the second half
 ROUNDS = 5
-COLUMNS = 24  # numbers of controls by which derivatives are held against differences
-DIFFERENCE = 1e-3  # N, of the differences that gradients are held against
-PLAIN_DIFFERENCES = [1e-1, 1e-2, 1e-3, 1e-4]  # N, of which the best is counted
+COLUMNS = 24  # number of controls whose derivatives are compared with differences
+DIFFERENCE = 1e-3  # N, step of the differences with which gradients are compared
+PLAIN_DIFFERENCES = [1e-1, 1e-2, 1e-3, 1e-4]  # N; the table has the best of these
 
 
 def main():
     options = parsed_options()
     enter_virtual_environment(target_directory() / "peers_mjx_environment", REQUIREMENTS)
-    # One core for both programs, and no more threads than that.
+    # Both programs use one core, and at most one thread.
     os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
-    # The virtual environment has these, and JAX, which the first needs.
+    # The virtual environment provides numpy, and JAX for mjx_side.
     import mjx_side
     import numpy
 
@@ -68,7 +68,7 @@ def parsed_options():
 
 
 class Ours:
-    """This library, by the sweep back."""
+    """This library, in reverse mode."""
 
     name = "ours, swept back"
     compilation = 0.0
@@ -88,7 +88,7 @@ class Ours:
 
 
 def by_turns(ways, pushes):
-    """The shortest times of a value and of a gradient, with what they gave, for each way."""
+    """Returns, for each variant, the shortest times of a value and of a gradient, with their results."""
     answers = [{"value": [], "gradient": []} for _ in ways]
     for _ in range(ROUNDS):
         for way, found in zip(ways, answers):
@@ -125,8 +125,8 @@ def print_all(ways, answers, pushes):
 
 
 def errors(way, gradient, pushes):
-    """The error of the gradient against differences of fourth order; the best step (N) of central differences, and their error
-    against the gradient."""
+    """Returns the error of the gradient relative to fourth-order differences, the best step (N) of central differences, and their error
+    relative to the gradient."""
     import numpy
 
     columns = numpy.linspace(0, pushes.size - 1, COLUMNS).astype(int)
@@ -140,7 +140,7 @@ def errors(way, gradient, pushes):
 
 
 def differences(way, pushes, columns, step):
-    """Central differences of the loss by some controls."""
+    """Returns central differences of the loss with respect to some controls."""
     import numpy
 
     found = []

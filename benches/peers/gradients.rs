@@ -1,11 +1,11 @@
-//! This library's side of `gradients.py`: answers questions on stdin, a JSON line each.
+//! This library's side of `gradients.py`: answers questions on stdin, one JSON line each.
 //!
-//! Serves the decision whether to differentiate long rollouts by many controls here or in MJX. The script runs it with
-//! `--serve`; run by hand, it says so and ends.
+//! Helps to decide whether to differentiate long rollouts with respect to many controls here or in MJX. The script runs this program with
+//! `--serve`. Without `--serve`, the program prints a hint and exits.
 //!
-//! The first line is the scene, answered by the height (m) at which the block rests. A question then is a list of pushes, one
-//! for each interval of the control, and whether derivatives are wanted; the answer is the loss, perhaps its derivatives by the
-//! pushes, and the processor time (s).
+//! The first line is the scene, and its answer is the height (m) at which the block rests. Every further question is a list of pushes, one
+//! for each interval of the control, and whether to compute derivatives. The answer is the loss, its derivatives with respect to the pushes
+//! if requested, and the processor time (s).
 
 use cpu_time::ProcessTime;
 use hydroelastic::contact::{HalfSpace, Shape};
@@ -24,8 +24,8 @@ use std::io::{BufRead, Write, stdin, stdout};
 
 type Answer<T> = Result<T, Box<dyn Error>>;
 
-/// The block's edges (m), mass (kg) and material (Pa, s/m, m/s), gravity (m/s²), time step (s), numbers of steps and of intervals
-/// of the control, and where the block should end (m).
+/// The block's edges (m), mass (kg) and material (Pa, s/m, m/s), gravity (m/s²), time step (s), numbers of steps and of control intervals,
+/// and the goal of the block (m).
 #[derive(Deserialize)]
 struct Scene {
     size: [f64; 3],
@@ -51,17 +51,17 @@ struct Question {
 
 #[derive(Serialize)]
 struct Reply {
-    /// Processor time.
+    /// Processor time (s).
     seconds: f64,
     /// Squared distance (m²).
     loss: f64,
-    /// Where the block is in the end (m).
+    /// Final position of the block (m).
     end: [f64; 3],
-    /// By the pushes (m²/N); empty if not asked for.
+    /// Derivatives with respect to the pushes (m²/N); empty if not requested.
     gradient: Vec<[f64; 2]>,
 }
 
-/// Squared distance (m²) from the goal in the end, seen from above.
+/// Squared final horizontal distance (m²) from the goal.
 struct Miss([f64; 2]);
 
 impl Outcome for Miss {
@@ -73,7 +73,7 @@ impl Outcome for Miss {
 }
 
 impl Scene {
-    /// The block, settled on the floor.
+    /// Returns a world with the block settled on the floor.
     fn settled(&self) -> Answer<World> {
         let skin = Material::elastic(self.modulus)
             .with_dissipation(self.dissipation)
@@ -94,12 +94,12 @@ impl Scene {
         Ok(world.with_initial_state(&rest)?)
     }
 
-    /// So many steps, the last state alone recorded.
+    /// Returns a plan with `steps` steps that records only the last state.
     fn plan(&self, steps: usize) -> Result<Plan, WorldError> {
         Ok(Plan::new(self.time_step, steps)?.recording_every(steps))
     }
 
-    /// The world with these pushes, one for each interval.
+    /// Returns the world with these pushes, one for each interval.
     fn pushed(&self, world: &World, pushes: &[[f64; 2]]) -> Answer<World> {
         let wrench = |[x, y]: &[f64; 2]| Wrench {
             torque: Vector3::zeros(),
@@ -110,7 +110,7 @@ impl Scene {
         Ok(world.clone().with_control(control)?)
     }
 
-    /// The answer to a question: the loss or its gradient, timed; where the block ends, untimed.
+    /// Returns the loss or its gradient, with its time. The final position of the block is computed outside the measured time.
     fn answer(&self, world: &World, question: &Question) -> Answer<Reply> {
         let world = self.pushed(world, &question.pushes)?;
         let plan = self.plan(self.steps)?;

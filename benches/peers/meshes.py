@@ -1,5 +1,5 @@
-"""Tetrahedral meshes for both programs, as VTK files. Both make the pressure field of the file
-themselves: the distance to the surface over the largest such distance."""
+"""Tetrahedral meshes for both programs, as VTK files. Each program computes the pressure field of a file itself: the distance to the
+surface divided by the largest distance."""
 
 import itertools
 import math
@@ -8,7 +8,7 @@ import numpy
 
 
 def icosphere(radius, order):
-    """A sphere of 20·4^order tetrahedra, from its center to an icosahedron subdivided `order` times."""
+    """Returns a sphere of 20·4^order tetrahedra, from its center to an icosahedron subdivided `order` times."""
     golden = (1 + math.sqrt(5)) / 2
     corners = [
         numpy.roll([0.0, first, second * golden], turn)
@@ -30,7 +30,7 @@ def icosphere(radius, order):
 
 
 def _subdivided(points, triangles):
-    """Four triangles for each; their new corners are appended to the points of the unit sphere."""
+    """Returns four triangles for each triangle, and the points of the unit sphere with the new corners appended."""
     middles = {}
 
     def middle(i, j):
@@ -50,13 +50,13 @@ def _subdivided(points, triangles):
 
 
 def _star(points, triangles):
-    """Tetrahedra from the triangles of a surface to the origin."""
+    """Returns tetrahedra from the triangles of a surface to the origin."""
     vertices = numpy.vstack([points, numpy.zeros(3)])
     return _oriented(vertices, [(len(points), *triangle) for triangle in triangles])
 
 
 def cube(edge):
-    """Twelve tetrahedra, from the center to two triangles a face."""
+    """Returns twelve tetrahedra, from the center of the cube to two triangles per face."""
     points = numpy.array(list(itertools.product((-0.5, 0.5), repeat=3))) * edge
     triangles = []
     for axis, side in itertools.product(range(3), (0, 1)):
@@ -66,13 +66,13 @@ def cube(edge):
 
 
 def cuboid(lengths, cells=1):
-    """From its center to two triangles a face; with more cells a layered one."""
+    """Returns a box of tetrahedra from its center to two triangles per face, or a layered box if `cells` is above one."""
     vertices, tets = cube(1.0) if cells == 1 else layered_cube(1.0, cells)
     return vertices * numpy.array(lengths), tets
 
 
 def moments(mesh, mass):
-    """Moments of inertia (kg m²) of a uniform solid whose principal axes are those of the mesh."""
+    """Returns the moments of inertia (kg m²) of a uniform solid whose principal axes are those of the mesh."""
     vertices, tets = mesh
     corners = vertices[tets]
     edges = corners[:, 1:] - corners[:, :1]
@@ -83,8 +83,8 @@ def moments(mesh, mass):
 
 
 def layered_cube(edge, cells):
-    """A grid of cells³ cubes (an even number each way) of six tetrahedra. Each has a corner of its
-    cube that is nearest to the center, so none has all corners on the surface."""
+    """Returns a grid of cells³ cubes (an even number along each axis) of six tetrahedra. Each tetrahedron contains the corner of its cube
+    that is nearest to the center, so no tetrahedron has all corners on the surface."""
     size, half = cells + 1, cells // 2
     grid = numpy.array(list(itertools.product(range(size), repeat=3)))
     index = lambda place: (place[0] * size + place[1]) * size + place[2]
@@ -102,7 +102,7 @@ def layered_cube(edge, cells):
 
 
 def _oriented(vertices, tets):
-    """The mesh with all tetrahedra of positive volume."""
+    """Returns the mesh with all tetrahedra of positive volume."""
     tets = numpy.array(tets)
     a, b, c, d = (vertices[tets[:, corner]] for corner in range(4))
     negative = numpy.einsum("ij,ij->i", numpy.cross(b - a, c - a), d - a) < 0

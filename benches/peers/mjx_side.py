@@ -1,4 +1,4 @@
-"""A block pushed over a floor in MuJoCo MJX, and the gradient by its pushes, in double precision."""
+"""A block pushed over a floor in MuJoCo MJX, and the gradient with respect to its pushes, in double precision."""
 
 import contextlib
 import sys
@@ -9,15 +9,15 @@ import mujoco
 import numpy
 from jax import numpy as jnp
 
-# MJX prints on import which other packages it looked for.
+# On import, MJX prints which optional packages it searched for.
 with contextlib.redirect_stdout(sys.stderr):
     from mujoco import mjx
     from mujoco.mjx._src import solver
 
 jax.config.update("jax_enable_x64", True)
 
-# Iterations of the solver, and of its line search in each of them: with these the block ends within
-# 1 mm of where it ends with 100 and 50.
+# Iterations of the solver, and of its line search in each iteration. With these numbers, the block ends within 1 mm of its final position
+# with 100 and 50 iterations.
 ITERATIONS, LINE_SEARCH = 4, 10
 
 MODEL = """
@@ -36,7 +36,7 @@ MODEL = """
 
 
 class Rollout:
-    """A rollout as a function of the pushes, compiled, and its gradient by reverse mode."""
+    """A compiled rollout as a function of the pushes, and its gradient by reverse mode."""
 
     def __init__(self, scene, cone, iterations, line_search, loops=contextlib.nullcontext):
         self.name = f"MJX, {cone}, {iterations} iteration" + "s" * (iterations > 1)
@@ -59,13 +59,13 @@ class Rollout:
         self.compilation = 0.0
 
     def loss(self, pushes):
-        """Squared distance (m²) from the goal in the end, seen from above, and the end (m)."""
+        """Returns the squared final horizontal distance (m²) from the goal, and the final position (m)."""
         steps = self.scene["steps"] // self.scene["intervals"]
 
         def step(data, push):
             data = data.replace(qfrc_applied=jnp.zeros(6).at[:2].set(push))
             after = mjx.step(self.model, data)
-            # In double precision some indices come back wider than they went in.
+            # In double precision, the step returns some indices in a wider type than it received.
             return jax.tree.map(lambda new, old: new.astype(old.dtype), after, data), None
 
         @jax.checkpoint
@@ -78,7 +78,8 @@ class Rollout:
         return miss @ miss, data.qpos[:3]
 
     def end_in_mujoco(self, pushes):
-        """The end (m) in MuJoCo itself, of which MJX is a port. To be called once: its data stay where they end."""
+        """Returns the final position (m) in MuJoCo itself, from which MJX is ported. Must be called only once, because the call changes the
+        simulation data."""
         model, data = self.in_mujoco
         for push in pushes:
             data.qfrc_applied[:2] = push
@@ -95,7 +96,8 @@ class Rollout:
         return {"seconds": seconds, "loss": float(loss), "gradient": numpy.asarray(slope)}
 
     def timed(self, what, function, pushes):
-        """Processor time (s) and result of a call. The first call compiles, is timed as that, and is made again."""
+        """Returns the processor time (s) and the result of a call. The first call compiles; its time is recorded as compilation, and the
+        call is repeated."""
         pushes = jnp.asarray(pushes)
         if not hasattr(self, what + "_is_warm"):
             start = time.process_time()
@@ -109,7 +111,7 @@ class Rollout:
 
 
 def ways(scene):
-    """Rollouts with one iteration of the solver, for which MJX has no loop, and with some, whose loop is put into another form."""
+    """Returns rollouts with one solver iteration, for which MJX has no loop, and with several, whose loop is replaced by a scan."""
     return [
         Rollout(scene, "pyramidal", 1, LINE_SEARCH),
         Rollout(scene, "pyramidal", ITERATIONS, LINE_SEARCH, scanned_loops),
@@ -119,7 +121,7 @@ def ways(scene):
 
 @contextlib.contextmanager
 def scanned_loops():
-    """Within it, what JAX traces has loops of ITERATIONS iterations at most, in a form that has reverse mode."""
+    """Context in which JAX traces `while_loop` as a scan of ITERATIONS iterations, which has reverse mode."""
     loop = jax.lax.while_loop
     jax.lax.while_loop = lambda condition, body, start: solver._while_loop_scan(
         condition, body, start, ITERATIONS
@@ -131,7 +133,7 @@ def scanned_loops():
 
 
 def print_default(scene, pushes):
-    """Prints where the block goes in MuJoCo by 100 iterations, and what JAX says of reverse mode through MJX by as many."""
+    """Prints the block's final position in MuJoCo with 100 iterations, and JAX's error for reverse mode through MJX with as many."""
     for cone in ("pyramidal", "elliptic"):
         rollout = Rollout(scene, cone, iterations=100, line_search=50)
         x, y, _ = rollout.end_in_mujoco(pushes)

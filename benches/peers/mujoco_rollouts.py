@@ -1,8 +1,7 @@
-"""MuJoCo's side of `accuracy.py`: answers questions on stdin, a JSON line each, until it closes.
+"""MuJoCo's side of `accuracy.py`: answers questions on stdin, one JSON line each, until stdin closes.
 
-The time is processor time of `mj_step`. Bodies are spheres, boxes and a plane, which touch at points.
-A body on a path is heavy and has slide joints. Before each step, outside the time, it is put on the path
-with the mean velocity of the step.
+The time is processor time of `mj_step`. Bodies are spheres, boxes and a plane, which have contact points. A body on a path is heavy and
+has slide joints. Before each step, outside the measured time, the script puts the body on the path with the mean velocity of the step.
 """
 
 import json
@@ -17,7 +16,7 @@ HEAVY = 1e6  # kg
 
 
 class Rollout:
-    """A scene at its start, to be stepped."""
+    """A scene in its initial state, with a method that advances it."""
 
     def __init__(self, scene, time_step):
         self.bodies = scene["bodies"]
@@ -34,7 +33,7 @@ class Rollout:
                 joint.qvel[:3] = body["velocity"]
 
     def answer(self, steps):
-        """The processor time (s) of the steps, and the positions of the bodies at the end."""
+        """Returns the processor time (s) of the steps and the final positions of the bodies."""
         seconds, is_prescribed = 0.0, any(body.get("moves") for body in self.bodies)
         at_once = 1 if is_prescribed else steps
         for done in range(0, steps, at_once):
@@ -43,7 +42,7 @@ class Rollout:
             start = time.process_time()
             mujoco.mj_step(self.model, self.data, nstep=at_once)
             seconds += time.process_time() - start
-        # The poses that `mj_step` leaves are those before its last step.
+        # After `mj_step`, the poses are those before its last step.
         mujoco.mj_kinematics(self.model, self.data)
         positions = numpy.concatenate([self.data.body(body["name"]).xpos for body in self.bodies])
         # MuJoCo resets a simulation that diverges.
@@ -85,14 +84,14 @@ def add(world, body, scene):
         type=shapes.get(len(size), mujoco.mjtGeom.mjGEOM_BOX),
         size=numpy.resize([*half, 0.0, 0.0], 3),
         friction=[friction(body, scene), 0.0, 0.0],
-        # Of two geometries, the one of higher priority has the friction.
+        # MuJoCo uses the friction of the geometry with the higher priority.
         priority=1 if body.get("mass") else 0,
         solref=scene["solref"],
     )
 
 
 def friction(body, scene):
-    """Friction of the body with the last one, which is fixed: the harmonic mean, as in Drake and here."""
+    """Returns the friction between the body and the last, fixed body: the harmonic mean, as in Drake and in this library."""
     both = body["friction"], scene["bodies"][-1]["friction"]
     return 2 * both[0] * both[1] / sum(both) if sum(both) else 0.0
 

@@ -1,10 +1,10 @@
-//! This library's side of `compare.py`: answers questions on stdin, a JSON line each.
+//! This library's side of `compare.py`: answers questions on stdin, one JSON line each.
 //!
-//! Serves the decision named there: is contact here faster than in Drake, and as right? The script
-//! runs it with `--serve`; run by hand, it says so and ends.
+//! Helps to decide whether contact in this library is faster than in Drake, and as accurate. The script runs this program with `--serve`.
+//! Without `--serve`, the program prints a hint and exits.
 //!
-//! `wrench` and `jacobian` time everything from poses to the result: bodies, pair and contact.
-//! `steps` times a rollout of a ball at rest on a box, or the Jacobian of one.
+//! `wrench` and `jacobian` time the whole computation from poses to the result: bodies, pair and contact. `steps` times a rollout of a ball
+//! at rest on a box, or the Jacobian of the rollout.
 
 use hydroelastic::contact::{
     ContactBody, ContactPair, HalfSpace, LinearizedContact, RigidShape, Shape,
@@ -67,7 +67,7 @@ struct BallOnFloor {
     settling_steps: usize,
 }
 
-/// What a ball lies on: a cube of edge 1 m, or a half-space as high as that.
+/// Floor under the ball: a cube of edge 1 m, or a half-space at the height of the cube.
 #[derive(Deserialize, Clone, Copy, PartialEq, Eq, Hash)]
 enum Floor {
     #[serde(rename = "soft box")]
@@ -78,18 +78,18 @@ enum Floor {
     HalfSpace,
 }
 
-/// An entry for each pose.
+/// Results with one entry per pose.
 #[derive(Default, Serialize)]
 struct ContactTimes {
     seconds: Vec<f64>,
     polygons: Vec<usize>,
-    /// On A about A's origin: torque, force.
+    /// Wrenches on A about A's origin: torque, force.
     wrenches: Vec<Vec<f64>>,
-    /// Rows as the wrench; columns by the pose of A, then of B, angular before linear.
+    /// Rows are the components of the wrench; columns are derivatives with respect to the pose of A, then of B, angular before linear.
     jacobians: Vec<Vec<Vec<f64>>>,
 }
 
-/// Time of one step, and the ball after the last.
+/// Time of one step, and the ball after the last step.
 #[derive(Serialize)]
 struct StepTime {
     seconds: f64,
@@ -97,7 +97,7 @@ struct StepTime {
     polygons: usize,
 }
 
-/// The meshes and worlds asked about so far.
+/// Meshes and worlds of earlier questions.
 #[derive(Default)]
 struct Server {
     shapes: HashMap<String, Arc<Shape>>,
@@ -155,7 +155,7 @@ impl Server {
         Ok([self.shape(a)?, self.shape(b)?])
     }
 
-    /// The mesh of a file with its distance field.
+    /// Returns the mesh of a file with its distance field.
     fn shape(&mut self, path: &str) -> Answer<Arc<Shape>> {
         if let Some(shape) = self.shapes.get(path) {
             return Ok(Arc::clone(shape));
@@ -166,7 +166,7 @@ impl Server {
         Ok(shape)
     }
 
-    /// The world that starts when the ball has come to rest; one for each mesh of a ball and floor.
+    /// Returns the world in which the ball has come to rest, cached for each mesh and floor.
     fn settled(&mut self, scene: &BallOnFloor) -> Answer<&World> {
         let key = (scene.ball.clone(), scene.floor);
         if !self.settled.contains_key(&key) {
@@ -190,7 +190,7 @@ impl ContactTimes {
         self.wrenches.push(wrench.to_vector().as_slice().to_vec());
     }
 
-    /// Counted when all is timed, so that no pose is warm.
+    /// Adds polygon counts after all timing, so that no timed pose is in the caches.
     fn with_polygons(
         mut self,
         shapes: &[Arc<Shape>; 2],
@@ -206,7 +206,7 @@ impl ContactTimes {
 }
 
 impl BallOnFloor {
-    /// Ball and floor, with friction and dissipation; a soft box has the material of the ball.
+    /// Returns ball and floor, with friction and dissipation. A compliant box has the material of the ball.
     fn bodies(&self, ball: Arc<Shape>, slab: Arc<Shape>) -> Answer<(Body, Body)> {
         let skin = Material::elastic(self.modulus)
             .with_dissipation(self.dissipation)
@@ -239,7 +239,7 @@ fn last_state(world: &World, time_step: f64, steps: usize) -> Answer<State> {
     Ok(world.rollout(&plan).run()?.last().clone())
 }
 
-/// Of a rollout, or of the Jacobian of its end by as many numbers of its start.
+/// Measures a rollout, or the Jacobian of its final state with respect to `derivatives` components of the initial state.
 fn step_time(world: &World, time_step: f64, steps: usize, derivatives: usize) -> Answer<StepTime> {
     let start = [
         Parameter::initial_velocity("ball"),
@@ -262,7 +262,7 @@ fn step_time(world: &World, time_step: f64, steps: usize, derivatives: usize) ->
     })
 }
 
-/// The result and the time (s) it took.
+/// Returns the time (s) and the result of the work.
 fn timed<T>(work: impl FnOnce() -> Answer<T>) -> Answer<(f64, T)> {
     let start = Instant::now();
     let result = black_box(work()?);
@@ -287,7 +287,7 @@ fn pose(numbers: &PoseNumbers) -> Answer<Pose> {
     )?)
 }
 
-/// Rows of the derivatives of the wrench on A, by both poses.
+/// Returns the rows of the derivatives of the wrench on A with respect to both poses.
 fn rows_by_poses(contact: &LinearizedContact) -> Vec<Vec<f64>> {
     (0..6)
         .map(|row| contact.by_poses.row(row).iter().copied().collect())

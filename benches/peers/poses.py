@@ -6,7 +6,7 @@ DIFFERENCE = 1e-6  # m and rad, to either side
 
 
 def random_poses(generator, distance):
-    """Two bodies turned at random, their centers a distance apart in a random direction."""
+    """Returns the poses of two randomly rotated bodies whose centers are a distance apart in a random direction."""
     center = generator.normal(size=3)
     apart = generator.normal(size=3)
     apart *= distance / numpy.linalg.norm(apart)
@@ -19,7 +19,7 @@ def pose_numbers(turn, origin):
 
 
 def rotation(vector):
-    """The rotation by a rotation vector (rad)."""
+    """Returns the rotation of a rotation vector (rad)."""
     angle = numpy.linalg.norm(vector)
     x, y, z = vector / angle
     axis = numpy.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
@@ -27,7 +27,7 @@ def rotation(vector):
 
 
 def neighbors(poses):
-    """The poses with each of twelve numbers a little less, then a little more."""
+    """Returns the poses with each of twelve coordinates decreased, then increased, by the difference."""
     moved = []
     for body in range(2):
         turn, origin = numpy.reshape(poses[body][:9], (3, 3)), numpy.array(poses[body][9:])

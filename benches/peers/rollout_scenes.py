@@ -24,14 +24,14 @@ SOFT, BOUNCING, STIFF = [0.02, 0.3], [0.002, 0.3], [0.002, 1.0]
 
 
 class Builder:
-    """Makes scenes, and writes their mesh files."""
+    """Builds scenes and writes their mesh files."""
 
     def __init__(self, folder):
         self.folder = folder
         folder.mkdir(exist_ok=True)
 
     def scenes(self):
-        """Scenes by name."""
+        """Returns the scenes by name."""
         return {
             "CENIC's ball": self.soft_ball(),
             "stiff ball": self.stiff_ball(),
@@ -41,7 +41,7 @@ class Builder:
         }
 
     def soft_ball(self):
-        """A soft ball is thrown on a floor, slides and rolls."""
+        """Returns a compliant ball that is thrown on a floor, slides and rolls."""
         ball = self.ball(0.1, [0.0, 0.0, 0.3], LEVEL, 1e5)
         ball["velocity"] = [0.5, 0.0, 0.0]
         laws = {"dissipation": 1.0, "relaxation_time": 1e-2, "friction": 0.5, "solref": SOFT}
@@ -49,7 +49,7 @@ class Builder:
         return scene([ball, half_space()], laws, 1.0, ([0], [0]), slopes, [3.2e-3, 3.2e-4, 3.2e-6])
 
     def stiff_ball(self):
-        """The ball of chapter 6 of the guide, which bounces once."""
+        """Returns the ball of chapter 6 of the guide, which bounces once."""
         ball = self.ball(0.05, [0.013, 0.017, 0.25], LEVEL, 1e9)
         ball["velocity"] = [0.3, 0.1, 0.0]
         floor = self.box([2.0, 2.0, 0.4], [0.0, 0.0, -0.2], 1e9)
@@ -58,14 +58,14 @@ class Builder:
         return scene([ball, floor], laws, 0.3, ([0], [0, 2]), slopes)
 
     def flat_cube(self):
-        """A cube falls flat on a floor, and bounces."""
+        """Returns a cube that falls flat on a floor and bounces."""
         cube = self.brick([0.1] * 3, [0.0, 0.0, 0.15], 1e9, LEVEL)
         laws = {"dissipation": 0.3, "relaxation_time": 4.4e-5, "friction": 0.0, "solref": BOUNCING}
         return scene([cube, half_space()], laws, 0.3, ([0], [2]), [parameter("position", 2)])
 
     def stack(self):
-        """Cubes, each a little turned and 0.1 mm above the one below; their moduli differ, so that
-        no two fields coincide."""
+        """Returns a stack of cubes, each slightly rotated and 0.1 mm above the cube below. Their moduli differ, so that no two fields
+        coincide."""
         cubes = []
         for k in range(CUBES):
             height = 0.05 + 0.1 * k + 1e-4 * (k + 1)
@@ -80,7 +80,7 @@ class Builder:
         return scene([*cubes, floor], laws, 1.0, measured, slopes, our_reference="leapfrog")
 
     def grasp(self):
-        """A ball on a table, squeezed by 2.1 mm from 50 ms on and lifted from 0.1 to 0.6 s."""
+        """Returns a ball on a table, squeezed by 2.1 mm from 50 ms on and lifted from 0.1 to 0.6 s."""
         modulus = 1.3 * MODULUS
         ball = self.ball(0.1, [0.0, 0.0, 0.5], TURNED, MODULUS)
         table = self.box([1.0, 1.0, 0.4], [0.02, 0.01, 0.2], modulus)
@@ -99,18 +99,18 @@ class Builder:
         return self.body(f"icosphere_{radius}", mesh, turn, place, modulus, [radius], mass=1.0)
 
     def box(self, lengths, place, modulus):
-        """A box of twelve tetrahedra."""
+        """Returns a box of twelve tetrahedra."""
         name = "cuboid_" + "_".join(map(str, lengths))
         return self.body(name, meshes.cuboid(lengths), LEVEL, place, modulus, lengths)
 
     def brick(self, lengths, place, modulus, turn):
-        """A box of 1 kg with CELLS² squares a face."""
+        """Returns a box of 1 kg with CELLS² squares per face."""
         name = "brick_" + "_".join(map(str, lengths))
         mesh = meshes.cuboid(lengths, CELLS)
         return self.body(name, mesh, turn, place, modulus, lengths, mass=1.0)
 
     def body(self, name, mesh, turn, place, modulus, size, mass=None):
-        """A body of a size: the radius of a ball, or the lengths of a box."""
+        """Returns a body. Its size is the radius of a ball or the lengths of a box."""
         path = self.folder / f"{name}.vtk"
         meshes.write_vtk(path, mesh)
         pose = pose_numbers(turn, numpy.array(place))
@@ -119,7 +119,7 @@ class Builder:
 
 
 def half_space():
-    """A rigid floor whose surface is z = 0."""
+    """Returns a rigid floor whose surface is z = 0."""
     return {"mesh": None, "pose": pose_numbers(LEVEL, numpy.zeros(3)), "modulus": 0.0}
 
 
@@ -130,8 +130,8 @@ def parameter(kind, axis=None, body=0):
 def scene(
     bodies, laws, duration, measured, parameters, allowed=(1e-3, 1e-4, 1e-5), our_reference="sdirk3"
 ):
-    """A scene whose bodies are named by their indices; `allowed` are errors (m) for the tables, and
-    `our_reference` is the method of our converged motion."""
+    """Returns a scene that refers to bodies by index. `allowed` are the errors (m) in the tables, and `our_reference` is the method of our
+    converged motion."""
     friction = laws.pop("friction")
     defaults = {"friction": friction, "velocity": [0.0] * 3}
     bodies = [{**defaults, **body, "name": f"body {i}"} for i, body in enumerate(bodies)]
@@ -147,7 +147,7 @@ def scene(
 
 
 def changed(question, parameter, change):
-    """The question with one parameter changed (in its SI unit)."""
+    """Returns the question with one parameter changed (in its SI unit)."""
     question = copy.deepcopy(question)
     body, axis = question["bodies"][parameter["body"]], parameter["axis"]
     if parameter["kind"] == "position":
@@ -164,8 +164,7 @@ def changed(question, parameter, change):
 
 
 def displacement(moves, now):
-    """Sum of the moves (m) until a time (s). Each move follows 3s² − 2s³, where s is the elapsed
-    part of its interval."""
+    """Returns the sum of the moves (m) up to a time (s). Each move follows 3s² − 2s³, where s is the elapsed fraction of its interval."""
     total = numpy.zeros(3)
     for move in moves:
         over = (now - move["from"]) / (move["until"] - move["from"])
@@ -175,6 +174,6 @@ def displacement(moves, now):
 
 
 def measured_rows(scene, rows):
-    """The measured rows of an array with three rows per body."""
+    """Returns the measured rows of an array with three rows per body."""
     bodies, axes = scene["measured"]
     return numpy.array(rows)[[3 * body + axis for body in bodies for axis in axes]]

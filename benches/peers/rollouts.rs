@@ -1,11 +1,10 @@
-//! This library's side of `accuracy.py`: answers questions on stdin, a JSON line each.
+//! This library's side of `accuracy.py`: answers questions on stdin, one JSON line each.
 //!
-//! Serves the decision which step and integrator to take, here or in another program, for an error that is
-//! small enough. The script runs it with `--serve`; run by hand, it says so and ends.
+//! Helps to choose a program, a step and an integrator for a given error. The script runs this program with `--serve`. Without `--serve`,
+//! the program prints a hint and exits.
 //!
-//! A question is a scene, a time step, the number of steps, the name of an integrator, and parameters
-//! if a Jacobian is wanted. The answer is the processor time of the rollout or of the Jacobian, and
-//! the positions of the bodies at the end.
+//! A question is a scene, a time step, the number of steps, the name of an integrator, and the parameters of a Jacobian, if any. The answer
+//! is the processor time of the rollout or of the Jacobian, and the final positions of the bodies.
 
 use cpu_time::ProcessTime;
 use hydroelastic::contact::{HalfSpace, Shape};
@@ -36,17 +35,17 @@ struct Question {
     parameters: Vec<ScalarParameter>,
 }
 
-/// One number of a body.
+/// A scalar property of a body.
 #[derive(Deserialize)]
 struct ScalarParameter {
     kind: String,
-    /// Axis of a vector.
+    /// Axis, if the property is a vector.
     axis: Option<usize>,
     /// Index of the body.
     body: usize,
 }
 
-/// Bodies whose skins differ in modulus and friction only.
+/// Bodies with a common dissipation and slip tolerance; their moduli and friction differ.
 #[derive(Deserialize)]
 struct Scene {
     bodies: Vec<SceneBody>,
@@ -55,11 +54,11 @@ struct Scene {
     gravity: f64,
 }
 
-/// With a mass it falls, with moves it follows a path, otherwise it is fixed.
+/// A body with a mass falls, a body with moves follows a path, and any other body is fixed.
 #[derive(Deserialize)]
 struct SceneBody {
     name: String,
-    /// A rigid half-space if absent.
+    /// Mesh file; without a mesh, the body is a rigid half-space.
     mesh: Option<String>,
     modulus: f64,
     friction: f64,
@@ -81,7 +80,7 @@ struct Move {
 #[derive(Serialize)]
 struct Rollout {
     seconds: f64,
-    /// Three coordinates per body (m); nothing if the rollout failed.
+    /// Three coordinates per body (m); `None` if the rollout failed.
     positions: Option<Vec<f64>>,
     /// Derivatives of the positions, row by row.
     jacobian: Vec<Vec<f64>>,
@@ -132,7 +131,7 @@ impl Question {
         }))
     }
 
-    /// Final positions, and their derivatives with respect to the parameters, if any.
+    /// Returns the final positions, and their derivatives with respect to the parameters, if any.
     fn positions(&self, world: &World, plan: &Plan) -> Answer<(Vec<f64>, Vec<Vec<f64>>)> {
         if self.parameters.is_empty() {
             let trajectory = world.rollout(plan).run()?;
@@ -163,7 +162,7 @@ impl Question {
     }
 }
 
-/// The integrator of a name; the script has the same names.
+/// Returns the integrator with a name, which is the same in the script.
 fn integrator(name: &str) -> Answer<Integrator> {
     match name {
         "leapfrog" => Ok(Integrator::Leapfrog),
@@ -209,7 +208,7 @@ fn pose(numbers: &[f64; 12]) -> Answer<Pose> {
     Ok(Pose::new(rotation, translation)?)
 }
 
-/// The path that starts at a pose and makes the moves.
+/// Returns the path that starts at a pose and makes the moves.
 fn path(start: Pose, moves: Vec<Move>) -> Arc<KinematicPath> {
     Arc::new(move |time| {
         let (mut pose, mut twist) = (start, Twist::zero());
@@ -223,8 +222,8 @@ fn path(start: Pose, moves: Vec<Move>) -> Arc<KinematicPath> {
 }
 
 impl Move {
-    /// Displacement (m) until a time (s), and its rate (m/s): 3s² − 2s³ of the whole, where s is the
-    /// part of the interval that is over.
+    /// Returns the displacement (m) up to a time (s), and its rate (m/s). The displacement is 3s² − 2s³ of the whole, where s is the
+    /// elapsed fraction of the interval.
     fn at(&self, time: f64) -> (Vector3<f64>, Vector3<f64>) {
         let duration = self.until - self.from;
         let over = ((time - self.from) / duration).clamp(0.0, 1.0);

@@ -1,4 +1,4 @@
-"""A ball at rest on a floor: steps per second, and what derivatives of a rollout cost."""
+"""A ball at rest on a floor: steps per second, and the cost of derivatives of a rollout."""
 
 import sys
 
@@ -18,7 +18,7 @@ STEPS, DERIVATIVE_STEPS, ROUNDS = 500, 20, 5
 
 
 def compare(programs, files):
-    """Measures Drake's approximations and our leapfrog by turns and prints a table."""
+    """Measures Drake's contact approximations and our leapfrog by turns, and prints a table."""
     print("\n| ball on floor | polygons | height (m) | steps per second | time of a step, of ours |"
           " with 12 derivatives: of a plain step | of ours |")
     print("|---|---|---|---|---|---|---|")
@@ -33,7 +33,7 @@ def compare(programs, files):
 
 
 def stepping_schemes(scene):
-    """The program and the scene of each way to step, by name."""
+    """Returns the program and the scene of each stepping scheme, by name."""
     schemes = {
         f"Drake, {name}": ("drake", {**scene, "approximation": name}) for name in APPROXIMATIONS
     }
@@ -41,7 +41,7 @@ def stepping_schemes(scene):
 
 
 def ball_scene(files, order, floor):
-    """A ball that starts a little above where it rests on a cube of edge 1 m, or on the plane of its upper side."""
+    """Returns a ball slightly above its rest position on a cube of edge 1 m, or on a half-space at the height of its upper side."""
     turn = rotation(numpy.array([0.3, -0.5, 0.2]))
     return {
         "ball": files[f"ball {order}"],
@@ -59,7 +59,7 @@ def ball_scene(files, order, floor):
 
 
 def steps_by_turns(programs, schemes, steps, derivatives):
-    """Answers of each scheme, asked by turns."""
+    """Returns the answers of each scheme. The schemes take turns."""
     answers = {name: [] for name in schemes}
     for _ in range(ROUNDS):
         for name, (key, scene) in schemes.items():

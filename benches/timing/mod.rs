@@ -1,4 +1,4 @@
-//! Median times, and how they are written.
+//! Median times and their formatting.
 
 #![allow(dead_code, reason = "each bench uses a part")]
 
@@ -6,12 +6,12 @@ use cpu_time::ProcessTime;
 use std::fmt::Display;
 use std::time::{Duration, Instant};
 
-/// A sample takes at least this long, so that the clock's own steps do not show.
+/// Shortest duration (s) of a sample, so that the resolution of the clock has no effect.
 const SHORTEST_SAMPLE: f64 = 1e-4;
 
 const FEWEST_SAMPLES: usize = 3;
 
-/// Keeps to one thread: what grows is work, and threads would hide some of it.
+/// Restricts rayon to one thread, because the benches measure work, which threads would hide.
 pub fn use_one_thread() {
     #[cfg(feature = "parallel")]
     rayon::ThreadPoolBuilder::new()
@@ -20,8 +20,8 @@ pub fn use_one_thread() {
         .unwrap();
 }
 
-/// Median time (s) of the work, over as many samples as the budget allows, and over three in any
-/// case. A first run, which fills caches and buffers, does not count.
+/// Returns the median time (s) of the work over as many samples as the budget allows, and over at least three. A first run, which fills
+/// caches and buffers, does not count.
 pub fn median_seconds(budget: Duration, mut work: impl FnMut()) -> f64 {
     median_of_samples(budget, |runs| {
         let start = Instant::now();
@@ -30,21 +30,22 @@ pub fn median_seconds(budget: Duration, mut work: impl FnMut()) -> f64 {
     })
 }
 
-/// The same of processor time, which other programs on the same cores do not lengthen as much.
+/// Returns the median processor time (s), which other programs on the same cores lengthen less than the wall time.
 pub fn median_processor_seconds(budget: Duration, mut work: impl FnMut()) -> f64 {
     median_of_samples(budget, |runs| {
         processor_seconds(|| (0..runs).for_each(|_| work())) / runs as f64
     })
 }
 
-/// Processor time (s) of some work, over all threads.
+/// Returns the processor time (s) of the work over all threads.
 pub fn processor_seconds(work: impl FnOnce()) -> f64 {
     let start = ProcessTime::now();
     work();
     start.elapsed().as_secs_f64()
 }
 
-/// The median of the processor time of some work over that of other work, one after the other in each of some rounds.
+/// Returns the median over the rounds of the ratio of the processor times of `work` and `other`, which run one after the other in each
+/// round.
 pub fn median_ratio(rounds: usize, mut work: impl FnMut(), mut other: impl FnMut()) -> f64 {
     let ratio = |_| {
         let reference = processor_seconds(&mut other);
@@ -65,13 +66,13 @@ fn median_of_samples(budget: Duration, mut seconds_for: impl FnMut(usize) -> f64
     median(samples)
 }
 
-/// The middle one, the upper of two.
+/// Returns the median; of two middle samples, the upper one.
 pub fn median(mut samples: Vec<f64>) -> f64 {
     samples.sort_by(f64::total_cmp);
     samples[samples.len() / 2]
 }
 
-/// A time (s) with three digits and its unit.
+/// Formats a time (s) with three digits and its unit.
 pub fn time(seconds: f64) -> String {
     let (number, unit) = match seconds {
         s if s < 1e-3 => (s * 1e6, "µs"),
@@ -86,7 +87,7 @@ pub fn time(seconds: f64) -> String {
     format!("{number:.digits$} {unit}")
 }
 
-/// A whole number with commas between thousands.
+/// Formats a whole number with commas between thousands.
 pub fn count(number: impl Display) -> String {
     let digits = format!("{number:.0}");
     let mut grouped = String::new();

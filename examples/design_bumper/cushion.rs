@@ -1,30 +1,30 @@
-//! A soft block on the ground that may have any shape with the same volume.
+//! A soft block on the ground whose shape is variable at constant volume.
 
 use hydroelastic::mesh::{MeshError, PressureField, TetMesh};
 use hydroelastic::spatial::MassGradient;
 use nalgebra::{Matrix3, Vector3};
 
-/// Cells along each axis, and their edges (m).
+/// Numbers of cells along each axis, and their edge (m).
 const CELLS: [usize; 3] = [10, 10, 2];
 const EDGE: f64 = 0.05;
-/// Times that a gradient is averaged with that of the neighbors.
+/// Number of times that a gradient is averaged over neighbors.
 const SMOOTHINGS: usize = 2;
-/// A tetrahedron must keep this part of its volume.
+/// Smallest fraction of its original volume that a tetrahedron may have.
 const LEAST_VOLUME: f64 = 0.1;
 
-/// A block of cells, six tetrahedra each; its bottom stays where it is.
+/// A block of cells with six tetrahedra each. Its bottom is fixed.
 #[derive(Clone)]
 pub struct Cushion {
     mesh: TetMesh,
     extents: Vec<f64>,
     is_free: Vec<bool>,
-    /// Volumes (m³) of the tetrahedra of the flat one, and of all of it.
+    /// Volumes (m³) of the tetrahedra of the flat block, and of the whole block.
     volumes: Vec<f64>,
     volume: f64,
 }
 
 impl Cushion {
-    /// With its bottom in the plane z = 0.
+    /// Creates a flat block whose bottom is in the plane z = 0.
     pub fn flat() -> Result<Self, MeshError> {
         let field = PressureField::from_distance(&grid()?)?;
         let mesh = field.mesh().clone();
@@ -37,12 +37,12 @@ impl Cushion {
         })
     }
 
-    /// Its pressure field: extents stay with the vertices.
+    /// Returns the pressure field. Each vertex keeps its extent.
     pub fn field(&self) -> Result<PressureField, MeshError> {
         PressureField::new(self.mesh.clone(), self.extents.clone())
     }
 
-    /// How many coordinates may change.
+    /// Returns the number of variable coordinates.
     pub fn free_count(&self) -> usize {
         3 * self.is_free.iter().filter(|&&is_free| is_free).count()
     }
@@ -51,7 +51,7 @@ impl Cushion {
         self.mesh.volume()
     }
 
-    /// The least part of its volume that a tetrahedron has kept.
+    /// Returns the smallest volume of a tetrahedron as a fraction of its volume in `flat`.
     pub fn thinnest(&self, flat: &Self) -> f64 {
         let ratios = volumes(&self.mesh).into_iter().zip(&flat.volumes);
         ratios
@@ -59,7 +59,7 @@ impl Cushion {
             .fold(f64::INFINITY, f64::min)
     }
 
-    /// Places (x, z) of the vertices that are on top of the flat one, in the row nearest to a y.
+    /// Returns the positions (x, z) of the vertices on top of the flat block, in the row nearest to a y.
     pub fn top_near(&self, y: f64, flat: &Self) -> Vec<(f64, f64)> {
         let [height, half] = [CELLS[2] as f64 * EDGE, 0.5 * EDGE];
         let pairs = self.mesh.vertices().iter().zip(flat.mesh.vertices());
@@ -70,8 +70,8 @@ impl Cushion {
         places
     }
 
-    /// A change of the vertices that a derivative by them asks for: the mean over neighbors, without what would change the volume,
-    /// the largest 1 m.
+    /// Returns a change of the vertices along a smoothed gradient: the mean over neighbors, projected to constant volume and scaled so that
+    /// the largest change is 1 m.
     pub fn smoothed(&self, by_vertices: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
         let mut direction = by_vertices.to_vec();
         for _ in 0..SMOOTHINGS {
@@ -91,7 +91,7 @@ impl Cushion {
         direction.iter().map(|change| change / largest).collect()
     }
 
-    /// Moved that far along a direction, and by what keeps the volume; none if a tetrahedron becomes too thin.
+    /// Returns the block moved by a distance along a direction, with its volume restored. Returns `None` if a tetrahedron becomes too thin.
     pub fn moved(&self, direction: &[Vector3<f64>], distance: f64) -> Option<Self> {
         let pairs = self.mesh.vertices().iter().zip(direction);
         let mut next = self.with_vertices(pairs.map(|(x, by)| x + by * distance).collect())?;
@@ -123,7 +123,7 @@ impl Cushion {
         })
     }
 
-    /// The derivative of the volume by the vertices that may move.
+    /// Returns the derivative of the volume with respect to the variable vertices.
     fn by_volume(&self) -> Vec<Vector3<f64>> {
         let volume = MassGradient {
             by_mass: 1.0,
@@ -168,7 +168,7 @@ fn volumes(mesh: &TetMesh) -> Vec<f64> {
         .collect()
 }
 
-/// Cells of six tetrahedra each, one for each order in which the axes are walked.
+/// Returns a grid of cells with six tetrahedra each, one for each order of the three axes.
 fn grid() -> Result<TetMesh, MeshError> {
     let [nx, ny, nz] = CELLS;
     let place = |[i, j, k]: [usize; 3]| (i * (ny + 1) + j) * (nz + 1) + k;

@@ -1,5 +1,5 @@
-//! Which shape of a soft cushion catches a thrown ball, so that it comes to rest at a target? Hundreds of vertex coordinates,
-//! by the reverse sweep through contact, friction and dissipation; the cushion's volume is kept.
+//! Which shape of a soft cushion catches a thrown ball, so that it comes to rest at a target? The parameters are hundreds of vertex
+//! coordinates, and reverse mode differentiates through contact, friction and dissipation. The cushion keeps its volume.
 //!
 //! `cargo run --release -p hydroelastic-examples --example design_bumper [-- --record FILE.glb --plot FILE.svg]`
 
@@ -20,26 +20,26 @@ use nalgebra::{Vector3, vector};
 use show::{Curve, Panel};
 use std::error::Error;
 
-/// Radius (m) and mass (kg) of the ball, and how it is thrown.
+/// Radius (m) and mass (kg) of the ball, initial position (m) and velocity (m/s).
 const RADIUS: f64 = 0.06;
 const MASS: f64 = 0.3;
 const START: Vector3<f64> = Vector3::new(-0.2, -0.05, 0.3);
 const VELOCITY: Vector3<f64> = Vector3::new(0.7, 0.25, 0.0);
-/// Where it should come to rest (m), as seen from above.
+/// Target of the ball (m), as seen from above.
 const TARGET: Vector3<f64> = Vector3::new(0.06, 0.04, 0.0);
-/// From this time (s) on, distance and speed count; a speed (m/s) counts as a distance (m) over this (s).
+/// Time (s) from which distance and speed count, and time (s) that converts a speed (m/s) to a distance (m).
 const SETTLED: f64 = 0.6;
 const TAU: f64 = 0.1;
-/// Time step (s) and steps.
+/// Time step (s) and number of steps.
 const TIME_STEP: f64 = 5e-4;
 const STEPS: usize = 1_800;
-/// Largest change (m) of a vertex in an iteration, and iterations.
+/// Largest change (m) of a vertex in an iteration, and number of iterations.
 const LARGEST_CHANGE: f64 = 1e-2;
 const ITERATIONS: usize = 30;
-/// What must be left of the miss.
+/// Largest final miss, as a fraction of the initial miss.
 const LEFT: f64 = 0.2;
 
-/// Squared distance from the target and squared speed (m²), once the ball should have settled.
+/// Squared distance from the target plus scaled squared speed (m²), after the settling time.
 struct Unrest;
 
 impl Integrand for Unrest {
@@ -55,7 +55,7 @@ impl Integrand for Unrest {
     }
 }
 
-/// A cushion, the flight on it, and the root of the mean unrest (m).
+/// A cushion, the ball's rollout on it, and the root of the mean unrest (m).
 struct Design {
     cushion: Cushion,
     world: World,
@@ -107,7 +107,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// The way of the ball from the side, and the top of the cushion below the target, before and after.
+/// Plots the path of the ball from the side, and the top of the cushion near the target, before and after optimization.
 fn section(first: &Design, last: &Design) -> Panel {
     let mut curves = Vec::new();
     for (name, design) in [("flat", first), ("designed", last)] {
@@ -142,7 +142,7 @@ fn thrown_on(cushion: &Cushion) -> Result<World, Box<dyn Error>> {
     Ok(world.with_slip_tolerance(2e-2)?)
 }
 
-/// Steepest descent on smoothed gradients, with steps that fall where they do not help.
+/// Performs steepest descent on smoothed gradients. A step that does not reduce the unrest is shortened.
 fn descent() -> Result<Vec<Design>, Box<dyn Error>> {
     let plan = Plan::new(TIME_STEP, STEPS)?.recording_every(10);
     let tried = |cushion: Cushion| {
@@ -165,7 +165,7 @@ fn descent() -> Result<Vec<Design>, Box<dyn Error>> {
         let found = Experiment::new(&design.world, &plan).full_gradient(&TimeIntegral(Unrest))?;
         let slope = found.by_shape("cushion", HoldFixed::MassProperties)?;
         let direction = design.cushion.smoothed(&slope.by_vertices);
-        // As large as a step may be, or until one helps.
+        // The step starts at twice the last accepted size, at most `LARGEST_CHANGE`, and shrinks until it helps.
         size = (2.0 * size).min(LARGEST_CHANGE);
         while size > 1e-3 * LARGEST_CHANGE {
             if let Some(next) = design.cushion.moved(&direction, -size) {

@@ -1,4 +1,4 @@
-//! What holds the finger that is pressed.
+//! Guide of the pressed finger.
 
 use super::path;
 use hydroelastic::dynamics::{Body, Force, ForceContext, WrenchAccumulator};
@@ -6,16 +6,16 @@ use hydroelastic::scalar::{Scalar, lift, lift_vector};
 use hydroelastic::spatial::{Pose, Twist, Wrench};
 use nalgebra::Vector3;
 
-/// A slide along y that lifts and tilts as the path says: a spring and a damper to the pose there, but along y a damper
-/// alone. It bears the weight of its body.
+/// A slide along y that lifts and tilts along the path. A spring and a damper act toward the pose on the path, except along y, where only a
+/// damper acts. The slide supports the weight of its body.
 pub struct Guide {
-    /// Place of the body in the world's list.
+    /// Index of the body in the world.
     pub body: usize,
-    /// Against shifts across y: N/m, N s/m.
+    /// Stiffness and damping against displacements across y: N/m, N s/m.
     pub linear: [f64; 2],
-    /// Against turns: N m/rad, N m s/rad.
+    /// Stiffness and damping against rotations: N m/rad, N m s/rad.
     pub angular: [f64; 2],
-    /// Against motion along y (N s/m).
+    /// Damping of motion along y (N s/m).
     pub along: f64,
 }
 
@@ -39,13 +39,13 @@ impl Force for Guide {
         }
     }
 
-    /// It looks at no other body.
+    /// The force depends on no other body.
     fn coupling_groups(&self, _: &[Body]) -> Vec<Vec<usize>> {
         vec![vec![self.body]]
     }
 }
 
-/// The small rotation (rad, world axes) from one pose to another: half the sum of the cross products of the axes.
+/// Returns the small rotation (rad, world axes) from one pose to another: half the sum of the cross products of the axes.
 fn turn<T: Scalar>(from: &Pose<T>, to: &Pose<T>) -> Vector3<T> {
     let axes = from
         .rotation()

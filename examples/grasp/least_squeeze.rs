@@ -1,4 +1,4 @@
-//! The least squeeze with which a lift slips no more than it may.
+//! Smallest squeeze for which the slip during a lift is within a limit.
 
 use super::path::HEIGHT;
 use super::scene::{FRICTION, GRAVITY, LEADING, MUG, SQUEEZE, STEPPING, plan};
@@ -9,19 +9,19 @@ use nalgebra::{Vector3, vector};
 use std::error::Error;
 use std::f64::consts::SQRT_2;
 
-/// Tenths of a second that are looked at: the lift is fastest at their end, and accelerates all the time.
+/// Duration of the evaluated lift in tenths of a second. The lift accelerates throughout and is fastest at the end.
 pub const LIFTING: usize = 2;
-/// How far the mug may slip (m): by as much as it does at the slip tolerance.
+/// Largest slip (m) of the mug: the distance at the slip tolerance.
 pub const MAY_SLIP: f64 = STEPPING.2 * LIFTING as f64 / 10.0;
-/// Place of the force along y in the numbers of a control.
+/// Index of the force along y in the components of a control.
 const ALONG: usize = 4;
-/// Step of the difference, as a share of the squeeze.
+/// Step of the difference, relative to the squeeze.
 const DIFFERENCE: f64 = 1e-3;
-/// Newton's method ends where the slip is what it may be, up to this share.
+/// Relative tolerance of the slip at which Newton's method ends.
 const FOUND: f64 = 1e-6;
 const ITERATIONS: usize = 10;
 
-/// How far (m) the mug slips along the face of the leading finger between the first state and the last.
+/// Slip (m) of the mug along the face of the leading finger between the first state and the last.
 struct Slip;
 
 impl Outcome for Slip {
@@ -31,20 +31,20 @@ impl Outcome for Slip {
     }
 }
 
-/// The point (m) of the mug that was between the fingers in the beginning.
+/// Returns the point (m) of the mug that was initially between the fingers.
 pub fn held<T: Scalar>(state: &State<T>) -> Vector3<T> {
     let between = lift_vector(&vector![0.0, 0.0, HEIGHT.from]);
     state.bodies[MUG].pose.transformed_point(&between)
 }
 
-/// The same point (m) in the frame of the leading finger, along its face.
+/// Returns the point `held` (m) in the frame of the leading finger, projected to its face.
 pub fn on_face<T: Scalar>(state: &State<T>) -> Vector3<T> {
     let finger = &state.bodies[LEADING].pose;
     let place = finger.rotation().transpose() * (held(state) - finger.translation());
     Vector3::new(place.x, lift(0.0), place.z)
 }
 
-/// A squeeze (N), the slip (m) with it, and its derivative (m/N).
+/// A squeeze (N), its slip (m), and the derivative of the slip (m/N).
 pub struct Iteration {
     pub squeeze: f64,
     pub slip: f64,
@@ -65,8 +65,8 @@ impl<F: Force> Lift<F> {
         Ok(Self { world, plan })
     }
 
-    /// Newton's method for the squeeze. Friction that bears the share r of what it could slips at the slip tolerance times
-    /// r/√(1 − r²), where r is the load over friction times squeeze: 1/slip² is a quadratic function of the squeeze.
+    /// Finds the squeeze by Newton's method. Let r be the load divided by friction times squeeze. The slip speed is the slip tolerance
+    /// times r/√(1 − r²), so 1/slip² is a quadratic function of the squeeze.
     pub fn least_squeeze(&self) -> Result<Vec<Iteration>, Box<dyn Error>> {
         let mut iterations = vec![self.slipped(SQUEEZE)?];
         loop {
@@ -85,7 +85,7 @@ impl<F: Force> Lift<F> {
         }
     }
 
-    /// The slip with a squeeze, and its derivative.
+    /// Returns the slip at a squeeze, and its derivative.
     fn slipped(&self, squeeze: f64) -> Result<Iteration, Box<dyn Error>> {
         let change = change_to(squeeze);
         let lift = Experiment::new(self.world.perturbed(&[by_squeeze()], &change)?, &self.plan);
@@ -98,7 +98,7 @@ impl<F: Force> Lift<F> {
         })
     }
 
-    /// The derivative of the slip (m/N) by differences.
+    /// Returns the derivative of the slip (m/N) by differences.
     pub fn difference(&self, squeeze: f64) -> Result<f64, Box<dyn Error>> {
         let lift = Experiment::new(&self.world, &self.plan);
         let slip = |squeeze| lift.value_perturbed(&[by_squeeze()], &change_to(squeeze), &Slip);
@@ -108,15 +108,15 @@ impl<F: Force> Lift<F> {
     }
 }
 
-/// The change of the control that makes the squeeze another (N).
+/// Returns the change of the control that results in a squeeze (N).
 fn change_to(squeeze: f64) -> [f64; 6] {
     let mut change = [0.0; 6];
     change[ALONG] = squeeze - SQUEEZE;
     change
 }
 
-/// The least squeeze (N) by hand. At the slip tolerance friction has 1/√2 of its full value, and two faces bear the weight
-/// and what lifts it.
+/// Returns an estimate of the smallest squeeze (N). At the slip tolerance, friction has 1/√2 of its full value. Two faces support the
+/// weight and the inertial force of the lift.
 pub fn by_hand<F: Force>(world: &World<f64, F>) -> f64 {
     let mass = world.bodies()[MUG].inertia().map_or(0.0, |it| it.mass);
     let duration = LIFTING as f64 / 10.0;

@@ -1,9 +1,9 @@
-//! Do two soft fingers lift and tilt a mug, and what is the least squeeze with which it does not slip?
+//! Do two soft fingers lift and tilt a mug, and what is the smallest squeeze without slip?
 //!
 //! `cargo run --release -p hydroelastic-examples --example grasp [-- --record FILE.glb --plot FILE.svg]`
 //!
-//! The mug is a mesh of Gmsh, not convex. One finger follows a path, the other is pressed against the mug from the other side.
-//! Newton's method finds the least squeeze from the exact derivative of the slip by the force of that finger.
+//! The mug is a non-convex mesh made with Gmsh. One finger follows a path, and the other is pressed against the mug from the opposite side.
+//! Newton's method finds the smallest squeeze from the exact derivative of the slip with respect to the force of the pressed finger.
 
 mod guide;
 mod least_squeeze;
@@ -21,16 +21,15 @@ use scene::{MUG, PRESSED, STEPPING};
 use show::{Curve, Panel};
 use std::error::Error;
 
-/// Tenths of a second: until the fingers have closed, and until all is done.
+/// Times in tenths of a second until the fingers have closed, and until the end.
 const CLOSED: usize = 1;
 const DONE: usize = 12;
-/// How far the mug may slip (m) and tilt by itself (rad): at the slip tolerance all the time, once along the faces and once
-/// about their middles.
+/// Largest slip (m) and tilt (rad) of the mug, at the slip tolerance throughout: once along the faces and once about their centers.
 const CREEP: f64 = STEPPING.2 * (DONE - CLOSED) as f64 / 10.0;
 const TURN: f64 = CREEP / (scene::FINGER[2] / 2.0);
-/// Relative error allowed in the squeeze by hand, which knows neither the handle nor that the mug turns.
+/// Relative tolerance of the estimated squeeze, which ignores the handle and the rotation of the mug.
 const BY_HAND_ERROR: f64 = 0.2;
-/// Relative error allowed in the derivative by differences.
+/// Relative tolerance of the derivative by differences.
 const DIFFERENCE_ERROR: f64 = 1e-4;
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -91,7 +90,7 @@ fn height(state: &State) -> f64 {
     held(state).z
 }
 
-/// Angle (rad) of the mug's axis to the vertical.
+/// Returns the angle (rad) between the mug's axis and the vertical.
 fn tilt(state: &State) -> f64 {
     let pose: &Pose = &state.bodies[MUG].pose;
     pose.rotation()[(2, 2)].clamp(-1.0, 1.0).acos()

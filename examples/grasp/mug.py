@@ -1,6 +1,6 @@
-"""Makes mug.msh, by Gmsh (`pip install gmsh`, here 4.15): `python mug.py` in this folder.
+"""Creates mug.msh with Gmsh (`pip install gmsh`, here 4.15): `python mug.py` in this folder.
 
-A cup of radius 40 mm and height 95 mm with walls of 4 mm, and a handle of half a ring.
+A cup of radius 40 mm and height 95 mm with walls of 4 mm, and a handle in the shape of half a ring.
 
 Script and mesh are our own work, under the license of the repository.
 """
@@ -8,7 +8,7 @@ Script and mesh are our own work, under the license of the repository.
 import gmsh
 
 RADIUS, HEIGHT, WALL = 0.040, 0.095, 0.004
-# The ring of the handle has its axis along y: its radii, its width, and the height of its center (m).
+# The axis of the handle's ring is along y. These are its radii, its width, and the height of its center (m).
 OUTER, INNER, WIDTH, MIDDLE = 0.031, 0.022, 0.010, 0.048
 # Length of edges (m).
 SIZE = 0.0095
@@ -23,7 +23,7 @@ def across(radius):
 
 
 cup = 3, occ.addCylinder(0, 0, 0, 0, 0, HEIGHT, RADIUS)
-# The seam of a cylinder, on the side of x, is turned away from the handle.
+# The seam of a cylinder is on the side of x. This rotates the seam away from the handle.
 occ.rotate([cup], 0, 0, 0, 0, 0, 1, 2)
 ring, _ = occ.cut([across(OUTER)], [across(INNER)])
 solid, _ = occ.fuse([cup], ring)

@@ -4,14 +4,14 @@ use hydroelastic::dynamics::BodyState;
 use hydroelastic::spatial::{Pose, Twist};
 use nalgebra::vector;
 
-/// A number that goes from one value to another between two times (s), with continuous velocity and acceleration.
+/// A scalar that changes from one value to another between two times (s), with continuous velocity and acceleration.
 pub struct Move {
     pub from: f64,
     pub to: f64,
     pub times: [f64; 2],
 }
 
-/// Height (m) of both fingers, and tilt (rad) about the axis along y through their middles.
+/// Height (m) of both fingers, and tilt (rad) about the axis along y through their centers.
 pub const HEIGHT: Move = Move {
     from: 0.045,
     to: 0.145,
@@ -24,8 +24,7 @@ pub const TILT: Move = Move {
 };
 
 impl Move {
-    /// Value and rate at a time (s): the share 10s³ − 15s⁴ + 6s⁵ of the way after the
-    /// share s of the time.
+    /// Returns value and rate at a time (s). After the fraction s of the duration, the fraction 10s³ − 15s⁴ + 6s⁵ of the change is done.
     pub fn at(&self, time: f64) -> [f64; 2] {
         let [start, end] = self.times;
         let (way, duration) = (self.to - self.from, end - start);
@@ -36,7 +35,7 @@ impl Move {
     }
 }
 
-/// The state at a time (s) of what lifts and tilts like the fingers, its middle at y (m), moving along y at a speed (m/s).
+/// Returns the state at a time (s) of a body that lifts and tilts with the fingers, with its center at y (m) and speed (m/s) along y.
 pub fn carried([y, speed]: [f64; 2], time: f64) -> BodyState {
     let ([height, climb], [tilt, turn]) = (HEIGHT.at(time), TILT.at(time));
     let place = vector![0.0, y, height];

@@ -11,40 +11,40 @@ use nalgebra::vector;
 use std::error::Error;
 use std::sync::Arc;
 
-/// Places in the world's list.
+/// Indices of the bodies in the world.
 pub const MUG: usize = 0;
 pub const PRESSED: usize = 1;
 pub const LEADING: usize = 2;
 
-/// Integrator, steps per second, and the speed (m/s) below which friction is not full. Explicit steps would have to be
-/// shorter the smaller that speed is; implicit ones need not.
+/// Integrator, steps per second, and slip tolerance (m/s), below which friction is less than full. A smaller slip tolerance requires
+/// shorter explicit steps, but not shorter implicit steps.
 pub const STEPPING: (Integrator, usize, f64) = (Integrator::Sdirk3, 200, 1e-3);
 
-/// Made by mug.py.
+/// Mesh made by mug.py.
 const MESH: &str = "examples/grasp/mug.msh";
 
 pub const GRAVITY: f64 = 9.81;
 pub const FRICTION: f64 = 0.5;
 const DISSIPATION: f64 = 5.0;
-/// Radius of the mug (m), and its density (kg/m³): it weighs 2.25 N.
+/// Radius of the mug (m), and its density (kg/m³). The weight is 2.25 N.
 const RADIUS: f64 = 0.04;
 const DENSITY: f64 = 2_000.0;
-/// A finger (m, kg).
+/// Edges (m) and mass (kg) of a finger.
 pub const FINGER: [f64; 3] = [0.03, 0.03, 0.05];
 const FINGER_MASS: f64 = 0.5;
-/// Moduli (Pa). Below their surfaces the fingers have 10 MPa/m, the mug some 200 MPa/m. The floor is rigid.
+/// Moduli (Pa). Below the surface, the pressure gradient is 10 MPa/m in the fingers and about 200 MPa/m in the mug. The floor is rigid.
 const SOFT: f64 = 1.5e5;
 const MUG_MODULUS: f64 = 1e6;
-/// From the wall of the mug to the face of a finger (m): in the beginning, and what the leading one closes to.
+/// Initial gap (m) between the mug's wall and a finger's face, final depth (m) of the leading finger, and the times (s) of closing.
 const GAP: f64 = 5e-4;
 const DEPTH: f64 = 1e-3;
 const CLOSING: [f64; 2] = [0.0, 0.1];
 
-/// The squeeze (N), and for how long (s).
+/// The squeeze (N) and its duration (s).
 pub const SQUEEZE: f64 = 6.0;
 const DURATION: f64 = 10.0;
 
-/// The mug on the floor, and the fingers before they close.
+/// Returns the world with the mug on the floor and the fingers still open.
 pub fn squeezed() -> Result<World<f64, Guide>, Box<dyn Error>> {
     let skin = |modulus| {
         Material::elastic(modulus)
@@ -88,14 +88,14 @@ pub fn squeezed() -> Result<World<f64, Guide>, Box<dyn Error>> {
         ..Wrench::zero()
     };
     let control = Control::new("pressed", DURATION, vec![push])?;
-    // What never meets.
+    // These pairs never touch.
     let world = world
         .with_ignored("pressed", "floor")?
         .with_ignored("pressed", "leading")?;
     Ok(world.with_forces(guide)?.with_control(control)?)
 }
 
-/// Steps for some tenths of a second.
+/// Returns a plan of a number of tenths of a second.
 pub fn plan(tenths: usize) -> Result<Plan, WorldError> {
     let (integrator, rate, _) = STEPPING;
     let plan = Plan::new(1.0 / rate as f64, tenths * rate / 10)?;

@@ -1,4 +1,4 @@
-//! A ball thrown along the floor, and what is recorded of it.
+//! A ball thrown along the floor, and its recorded track.
 
 use hydroelastic::contact::{HalfSpace, Shape};
 use hydroelastic::dynamics::{Body, Mass, Material, State, Trajectory, World};
@@ -9,14 +9,14 @@ use hydroelastic::spatial::Pose;
 use nalgebra::{Vector3, vector};
 use std::error::Error;
 
-/// Modulus (Pa), dissipation (s/m) and friction of the floor, and the thickness (m) of its soft layer. A pair has the harmonic
-/// mean of both frictions.
+/// Modulus (Pa), dissipation (s/m) and friction of the floor, and the thickness (m) of its soft layer. The friction of a pair is the
+/// harmonic mean of both frictions.
 const FLOOR: Vector3<f64> = Vector3::new(1e6, 0.1, 0.4);
 const LAYER: f64 = 0.25;
-/// How far the ball gets along the floor and upwards (m), and how fast (m/s).
+/// Ranges of the ball's position along the floor and upward (m), and of its velocity (m/s).
 const RANGE: [f64; 4] = [1.5, 0.1, 4.0, 1.0];
 
-/// Positions and velocities in the plane of the flight, over their ranges.
+/// Positions and velocities in the plane of the flight, divided by their ranges.
 pub struct Track;
 
 impl Outcome for Track {
@@ -31,7 +31,7 @@ impl Outcome for Track {
     }
 }
 
-/// A ball of this modulus, dissipation and friction, thrown along the floor.
+/// Returns a world with a ball of the given modulus, dissipation and friction, thrown along the floor.
 pub fn world(numbers: &Vector3<f64>) -> Result<World, Box<dyn Error>> {
     let skin = |of: &Vector3<f64>| {
         let elastic = Material::elastic(of.x);

@@ -1,4 +1,4 @@
-//! Can Gauss–Newton tell a ball's modulus, dissipation and friction from a recorded bounce?
+//! Can Gauss–Newton identify a ball's modulus, dissipation and friction from a recorded bounce?
 //!
 //! `cargo run --release -p hydroelastic-examples --example identify_material [-- --record FILE.glb --plot FILE.svg]`
 
@@ -16,19 +16,19 @@ use rand::{RngExt, SeedableRng, rngs::StdRng};
 use show::{Curve, Panel};
 use std::error::Error;
 
-/// Modulus (Pa), dissipation (s/m) and friction of the ball, as they are and as first guessed.
+/// True modulus (Pa), dissipation (s/m) and friction of the ball, and the first guess.
 const TRUTH: Vector3<f64> = Vector3::new(1e5, 0.3, 0.2);
 const GUESS: Vector3<f64> = Vector3::new(1.5e5, 0.15, 0.4);
-/// Time step (s), steps, and one record in so many: every millisecond.
+/// Time step (s), number of steps, and steps per recorded state: one state per millisecond.
 const TIME_STEP: f64 = 2e-4;
 const STEPS: usize = 2_000;
 const RECORD_EVERY: usize = 5;
-/// Standard deviation of the noise, relative to how far and how fast the ball gets.
+/// Standard deviation of the noise, relative to the ranges of position and velocity.
 const NOISE: f64 = 0.01;
-/// Relative errors allowed. With noise the Jacobian predicts a standard deviation of 0.005.
+/// Relative tolerances. With noise, the Jacobian predicts a standard deviation of 0.005.
 const CLEAN_ERROR: f64 = 1e-3;
 const NOISY_ERROR: f64 = 0.02;
-/// The last two iterations change nothing but round-off.
+/// Number of iterations. The last two change only round-off.
 const ITERATIONS: usize = 7;
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -58,7 +58,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     })
 }
 
-/// The three numbers whose track is nearest to a recorded one, and how far it was before each step.
+/// Returns the three parameters with the best fit to a recorded track, and the misfit before each step.
 fn fitted(recorded: &DVector<f64>) -> Result<(Vector3<f64>, Vec<f64>), Box<dyn Error>> {
     let (mut numbers, mut misfits) = (GUESS, Vec::new());
     for _ in 0..ITERATIONS {
@@ -71,7 +71,7 @@ fn fitted(recorded: &DVector<f64>) -> Result<(Vector3<f64>, Vec<f64>), Box<dyn E
     Ok((numbers, misfits))
 }
 
-/// The track and its derivatives by the logarithms of the three numbers.
+/// Returns the track and its derivatives with respect to the logarithms of the three parameters.
 fn linearized(numbers: &Vector3<f64>) -> Result<OutcomeJacobian, Box<dyn Error>> {
     let plan = Plan::new(TIME_STEP, STEPS)?.recording_every(RECORD_EVERY);
     let throw = Experiment::new(bounce::world(numbers)?, &plan);

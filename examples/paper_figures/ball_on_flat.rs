@@ -1,4 +1,4 @@
-//! The paper's first simulation (§VI-A): a ball is dropped on a block.
+//! The paper's first simulation (§VI-A): a ball dropped on a block.
 
 use super::bounce::{RADIUS, drop_with};
 use super::chart::{self, Axes};
@@ -14,7 +14,7 @@ use std::path::Path;
 
 const SIZE: (u32, u32) = (1600, 1360);
 
-/// Steps between curve points and between flashes.
+/// Steps between points of a curve, and between drawn balls.
 const CURVE: usize = 10;
 const FLASH: usize = 600;
 
@@ -22,12 +22,12 @@ const FLASH: usize = 600;
 const DISSIPATION: f64 = 0.1;
 const LOSSY_NAME: &str = "dissipation 0.1 s/m";
 
-/// Times drawn (s), and pixels at the right for names.
+/// Drawn times (s), and pixels for names on the right.
 const TIMES: Range<f64> = -0.12..1.92;
 const NAMES: u32 = 360;
 
-/// Change of the total energy, relative to it: while ball and block press, a leapfrog step is off by
-/// the square of the time step over the time of contact, which is 168 steps.
+/// Relative change of the total energy. During contact, the error of a leapfrog step is the square of the time step divided by the contact
+/// time, which is 168 steps.
 const SAME_ENERGY: f64 = 1e-3;
 
 pub fn draw(path: &Path) -> Answer<String> {
@@ -46,7 +46,7 @@ pub fn draw(path: &Path) -> Answer<String> {
     Ok(format!("energy changes by {change:.0e} of it at most"))
 }
 
-/// The ball's place at many times, from left to right.
+/// Draws the ball at many times, from left to right.
 fn draw_side_view(area: &Area, lossless: &Trajectory, lossy: &Trajectory) -> Answer {
     let heights = -0.04..0.48;
     let scale = chart::plot_size(area, NAMES)[1] / (heights.end - heights.start);
@@ -74,7 +74,7 @@ fn draw_side_view(area: &Area, lossless: &Trajectory, lossy: &Trajectory) -> Ans
     names::draw(area, chart::beside(area, NAMES)?, &curves)
 }
 
-/// Time (s) and height (m) of the ball at every so many steps.
+/// Returns time (s) and height (m) of the ball at every `every`-th step.
 fn places(trajectory: &Trajectory, every: usize) -> Vec<(f64, f64)> {
     let states = trajectory.states().iter().step_by(every);
     states

@@ -1,4 +1,4 @@
-//! The paper's second simulation (§VI-A): a ball is dropped on an incline, bounces and rolls.
+//! The paper's second simulation (§VI-A): a ball that is dropped on an incline, bounces and rolls.
 
 use super::chart::{self, Axes};
 use super::energies::Energies;
@@ -12,14 +12,14 @@ use std::path::Path;
 
 const SIZE: (u32, u32) = (1600, 1940);
 
-/// Pixels at the right for names.
+/// Pixels for names on the right.
 const NAMES: u32 = 360;
 
-/// How far the last speed may be from the textbook's, where bodies are rigid: the skin resists
-/// rolling, the ball is a polyhedron, and it still bounces a little. Without rolling it would be 7/5 of that.
+/// Relative tolerance of the last speed. In the textbook the bodies are rigid; here the skin resists rolling, the ball is a polyhedron, and
+/// it still bounces a little. Without rolling, the speed would be 7/5 of the textbook's.
 const TOLERANCE: f64 = 0.03;
 
-/// What a step that is too long for the stiffness would add to the energy, relative to it.
+/// Largest relative gain of energy. A step too long for the stiffness would add more.
 const GAINED: f64 = 1e-3;
 
 pub fn draw(path: &Path) -> Answer<String> {
@@ -45,18 +45,18 @@ pub fn draw(path: &Path) -> Answer<String> {
     ))
 }
 
-/// Speed (m/s) of a rigid ball that rolls at this time (s), however it bounced before: about a point of
-/// the slope, gravity alone changes the mean angular momentum.
+/// Returns the speed (m/s) of a rigid rolling ball at a time (s). Earlier bounces have no effect, because only gravity changes the mean
+/// angular momentum about a point of the slope.
 fn rolling_speed(time: f64) -> f64 {
     5.0 / 7.0 * GRAVITY * SLOPE.sin() * time
 }
 
-/// Speed down the slope (m/s).
+/// Returns the speed down the slope (m/s).
 fn speed(state: &State) -> f64 {
     state.bodies[0].velocity().dot(&downhill())
 }
 
-/// The speed over time beside that of the textbook.
+/// Draws the speed over time, and the speed of the textbook.
 fn draw_speed(area: &Area, states: &[State]) -> Answer {
     let last = &states[states.len() - 1];
     let axes = Axes {

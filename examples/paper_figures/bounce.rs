@@ -1,4 +1,4 @@
-//! A ball over a block.
+//! A ball above a block.
 
 use super::Answer;
 use hydroelastic::contact::Shape;
@@ -7,19 +7,18 @@ use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::Pose;
 use nalgebra::vector;
 
-/// Radius of the ball, and height of its center over the block at the start (m).
+/// Radius of the ball, and initial height of its center above the block (m).
 pub const RADIUS: f64 = 0.05;
 const HEIGHT: f64 = 0.4;
 
 /// Hydroelastic modulus of ball and block (Pa).
 const MODULUS: f64 = 3e6;
 
-/// Time step (s) and steps.
+/// Time step (s) and number of steps.
 const TIME_STEP: f64 = 1e-4;
 const STEPS: usize = 18_000;
 
-/// A ball of 1 kg dropped on a block whose upper face is z = 0, and every state; the dissipation (s/m)
-/// is that of both.
+/// Drops a ball of 1 kg on a block whose upper face is z = 0, and returns every state. Both bodies have the dissipation (s/m).
 pub fn drop_with(dissipation: f64) -> Answer<(World, Trajectory)> {
     let skin = Material::elastic(MODULUS).with_dissipation(dissipation);
     let ball = Shape::new(shapes::icosphere(RADIUS, 3)?);

@@ -1,4 +1,4 @@
-//! Line charts in one style.
+//! Line charts in a common style.
 
 use super::style::{FAINT, letters, write};
 use super::thinning::thinned;
@@ -13,28 +13,28 @@ use std::ops::Range;
 pub type Chart<'a, 'b> =
     ChartContext<'a, SVGBackend<'b>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
 
-/// Pixels above the plot; below and left of it, for the axes; and at the picture's left edge.
+/// Pixels above the plot, below and to the left of it for the axes, and at the left edge of the picture.
 const ABOVE: u32 = 76;
 const BELOW: u32 = 84;
 const LEFT: u32 = 116;
 const EDGE: u32 = 16;
 
-/// What a chart is about.
+/// Title, ranges and labels of a chart.
 pub struct Axes<'a> {
     pub title: &'a str,
     pub x: (&'a str, Range<f64>),
     pub y: (&'a str, Range<f64>),
-    /// Pixels right of the plot.
+    /// Pixels to the right of the plot.
     pub right: u32,
 }
 
-/// Pixels of the plot itself, across and up.
+/// Returns width and height of the plot in pixels.
 pub fn plot_size(area: &Area, right: u32) -> [f64; 2] {
     let (across, up) = area.dim_in_pixel();
     [across - EDGE - LEFT - right, up - ABOVE - BELOW].map(f64::from)
 }
 
-/// The upper left corner of the room right of a plot.
+/// Returns the upper left corner of the area to the right of a plot.
 pub fn beside(area: &Area, right: u32) -> Answer<Pixel> {
     let across = area.dim_in_pixel().0;
     Ok((
@@ -69,10 +69,10 @@ pub fn on<'a, 'b>(area: &'a Area<'b>, axes: Axes) -> Answer<Chart<'a, 'b>> {
     Ok(chart)
 }
 
-/// A round number without the rounding of its sum of steps.
+/// Formats a round number without the accumulated rounding error of the ticks.
 fn number(value: f64) -> String {
     let rounded = (value * 1e6).round() / 1e6;
-    // Adding 0 takes the sign from −0.
+    // Adding 0 turns −0 into 0.
     format!("{}", rounded + 0.0)
 }
 

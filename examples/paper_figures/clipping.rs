@@ -1,15 +1,14 @@
-//! The intersection of half-planes as this library has it: what is left of a polygon is clipped by
-//! one after the other. A corner is made only on an edge that crosses a border, between its ends, so none
-//! is far away.
+//! The intersection of half-planes as in this library: a polygon is clipped by one half-plane after the other. A new corner always lies on
+//! an edge that crosses a border, between the ends of the edge, so no corner is far away.
 
 use super::half_planes::HalfPlane;
 use hydroelastic::geometry::{AffineField, ConvexPolygon, Tetrahedron};
 use nalgebra::{Vector3, vector};
 
-/// What the clip takes for zero (m): the rounding of a coordinate.
+/// Tolerance of clipping (m): the rounding error of a coordinate.
 const ROUND_OFF: f64 = 1e-15;
 
-/// A triangle, as the slice of a tetrahedron at z = 0, clipped by each of the half-planes.
+/// Returns a triangle, the slice of a tetrahedron at z = 0, clipped by each of the half-planes.
 pub fn clipped(triangle: [[f64; 2]; 3], sides: &[HalfPlane; 3]) -> ConvexPolygon {
     let [a, b, c] = triangle.map(|[x, y]| vector![2.0 * x, 2.0 * y, -1.0]);
     let tetrahedron = Tetrahedron {
@@ -22,7 +21,7 @@ pub fn clipped(triangle: [[f64; 2]; 3], sides: &[HalfPlane; 3]) -> ConvexPolygon
     })
 }
 
-/// [`HalfPlane::depth`] as a field.
+/// Returns [`HalfPlane::depth`] as a field.
 fn depth_field(side: &HalfPlane) -> AffineField {
     let gradient = vector![-side.direction.y, side.direction.x, 0.0];
     AffineField {

@@ -1,4 +1,4 @@
-//! Pressures as greens, from light to dark, and the bar that tells which is which.
+//! Shades of green for pressures, from light to dark, and the color bar.
 
 use super::style::{INK, between, letters, write};
 use super::view::{Pixel, whole};
@@ -13,15 +13,15 @@ const DARK: RGBColor = RGBColor(0, 52, 38);
 /// Width and height (pixels) of the bar.
 const SIZE: (i32, i32) = (40, 520);
 
-/// Shades between 0 and the highest pressure.
+/// Number of shades between 0 and the highest pressure.
 pub const LEVELS: u32 = 16;
 
-/// Where a level begins, as a share of the highest pressure.
+/// Returns the start of a level, as a fraction of the highest pressure.
 pub fn share(level: u32) -> f64 {
     f64::from(level) / f64::from(LEVELS)
 }
 
-/// The shade of a level.
+/// Returns the shade of a level.
 pub fn color(level: u32) -> RGBColor {
     let share = f64::from(level) / f64::from(LEVELS - 1);
     if share < 0.5 {
@@ -31,7 +31,7 @@ pub fn color(level: u32) -> RGBColor {
     }
 }
 
-/// Draws the bar from 0 to the highest pressure (kPa), and marks every so many.
+/// Draws the bar from 0 to the highest pressure (kPa), with a mark at every multiple of `every`.
 pub fn draw(area: &Area, (left, top): Pixel, highest: f64, every: f64) -> Answer {
     let right = left + SIZE.0;
     let height = |share: f64| top + whole(f64::from(SIZE.1) * (1.0 - share));

@@ -8,14 +8,14 @@ use hydroelastic::dynamics::{Diagnostics, State, World};
 use plotters::prelude::*;
 use std::ops::Range;
 
-/// The reports of some states, and their times (s).
+/// Diagnostics of some states, and their times (s).
 pub struct Energies {
     times: Vec<f64>,
     reports: Vec<Diagnostics>,
 }
 
 impl Energies {
-    /// Of these states of a world.
+    /// Computes the diagnostics of states of a world.
     pub fn of<'a>(world: &World, states: impl Iterator<Item = &'a State> + Clone) -> Self {
         Self {
             times: states.clone().map(|state| state.time).collect(),
@@ -25,7 +25,7 @@ impl Energies {
         }
     }
 
-    /// Kinetic energy and what changes into it (J): weight over its lowest, and contact.
+    /// Returns kinetic, gravitational and contact energy in total (J). Gravitational energy is relative to its minimum.
     pub fn total(&self) -> Vec<f64> {
         let lowest = self.lowest();
         let reports = self.reports.iter();
@@ -42,7 +42,7 @@ impl Energies {
         weights.fold(f64::INFINITY, f64::min)
     }
 
-    /// A curve for each kind, over these times (s); names in the room at the right (pixels).
+    /// Draws one curve per kind of energy over these times (s), with names in an area of `right` pixels on the right.
     pub fn draw(&self, area: &Area, times: Range<f64>, right: u32) -> Answer {
         let (lowest, total) = (self.lowest(), self.total());
         let highest = total.iter().copied().fold(0.0, f64::max);

@@ -18,10 +18,10 @@ const SIZE: (u32, u32) = (1400, 1000);
 /// Hydroelastic modulus (Pa) of ball and block.
 const MODULUS: f64 = 1e5;
 
-/// Length of the arrow (m) for a newton.
+/// Length of the force arrow (m) per newton.
 const ARROW: f64 = 4e-4;
 
-/// Round-off of the polygons' forces, summed in another order, relative to the sum.
+/// Relative tolerance of the sum of the polygons' forces, because the order of summation changes rounding errors.
 const SAME: f64 = 1e-12;
 
 pub fn draw(path: &Path) -> Answer<String> {
@@ -48,7 +48,7 @@ pub fn draw(path: &Path) -> Answer<String> {
     Ok(format!("{polygons} polygons, force {:.0} N", force.norm()))
 }
 
-/// The contact surface between the far and the near sides of both bodies.
+/// Draws the contact surface between the far and the near sides of both bodies.
 fn draw_bodies(area: &Area, view: &View, pair: &ContactPair, contact: &ContactSurface) -> Answer {
     let sides = [
         (pair.a(), RED, 0.10),
@@ -71,7 +71,7 @@ fn draw_bodies(area: &Area, view: &View, pair: &ContactPair, contact: &ContactSu
     Ok(())
 }
 
-/// The force on the ball from the center of pressure.
+/// Draws the force on the ball at the center of pressure.
 fn draw_force(area: &Area, view: &View, contact: &ContactSurface, force: &Vector3<f64>) -> Answer {
     let center = contact.center_of_pressure().ok_or("nothing presses")?;
     let ends = [center, center + force * ARROW].map(|point| view.pixel(&point));
@@ -81,7 +81,7 @@ fn draw_force(area: &Area, view: &View, contact: &ContactSurface, force: &Vector
     write(area, &format!("{:.0} N", force.norm()), &letters(30), place)
 }
 
-/// What is what.
+/// Draws the labels.
 fn draw_names(area: &Area) -> Answer {
     let ball = Sample::Patch(RED.mix(0.3).filled());
     let block = Sample::Patch(BLUE.mix(0.3).filled());

@@ -1,4 +1,4 @@
-//! The paper's Figure 2: icospheres, finer and finer.
+//! The paper's Figure 2: icospheres of increasing resolution.
 
 use super::solid::{draw_edges, fill, front_and_back, surface};
 use super::style::{INK, between, ground, letters, write};
@@ -14,7 +14,7 @@ use std::path::Path;
 
 const SIZE: (u32, u32) = (1280, 1320);
 
-/// Radius of a ball and its place in its panel (pixels).
+/// Radius of a ball, and its position in its panel (pixels).
 const RADIUS: f64 = 270.0;
 const CENTER: (i32, i32) = (320, 300);
 
@@ -25,13 +25,13 @@ pub fn draw(path: &Path) -> Answer<String> {
         missing.push(draw_icosphere(panel, order)?);
     }
     area.present()?;
-    // A subdivision halves the edges, and the flat faces miss what is quadratic in them.
+    // A subdivision halves the edges, and the missing volume is quadratic in the edge length.
     assert!(missing.windows(2).all(|pair| pair[1] < pair[0] / 3.0));
     let last = missing.last().ok_or("no panel")?;
     Ok(format!("order 3 misses {:.1} % of the ball", 100.0 * last))
 }
 
-/// Draws a ball and returns the share of the true ball's volume that it misses.
+/// Draws a ball, and returns the fraction of the exact ball's volume that is missing.
 fn draw_icosphere(area: &Area, order: usize) -> Answer<f64> {
     let field = shapes::icosphere(1.0, order)?;
     let mesh = field.mesh();
@@ -56,14 +56,14 @@ fn draw_icosphere(area: &Area, order: usize) -> Answer<f64> {
     Ok(1.0 - share)
 }
 
-/// The color of a face under a large lamp at the upper left.
+/// Returns the color of a face, lit by a large lamp at the upper left.
 fn lit(normal: &Vector3<f64>) -> RGBColor {
     let lamp = vector![-0.35, -1.0, 1.1].normalize();
     let light = 0.5 + 0.5 * normal.dot(&lamp);
     between(RGBColor(25, 60, 95), RGBColor(200, 228, 248), light)
 }
 
-/// A number with a comma before its last three digits.
+/// Formats a number with a comma before its last three digits.
 fn count(number: usize) -> String {
     match (number / 1_000, number % 1_000) {
         (0, last) => format!("{last}"),

@@ -13,14 +13,14 @@ use std::path::Path;
 
 const SIZE: (u32, u32) = (1600, 900);
 
-/// The paper's cubes have pressure ½ at their centers.
+/// Modulus (Pa), because the paper's cubes have pressure ½ at their centers.
 const MODULUS: f64 = 0.5;
 
-/// Offsets from 0 to 1, and to −1; so many of them are between two that are drawn.
+/// Number of offsets from 0 to 1, and also to −1, and number of offsets between drawn points.
 const STEPS: i32 = 200;
 const DRAWN: usize = 10;
 
-/// How far a force may be from the closed form.
+/// Largest deviation (N) of a force from the closed form.
 const EXACT: f64 = 1e-12;
 
 pub fn draw(path: &Path) -> Answer<String> {
@@ -29,7 +29,7 @@ pub fn draw(path: &Path) -> Answer<String> {
     for step in -STEPS..=STEPS {
         let offset = f64::from(step) / f64::from(STEPS);
         let force = force_between(&cube, offset)?;
-        // Wholly coincident cubes push nowhere: the one point off the curve.
+        // Coincident cubes have zero force: a removable discontinuity of the curve.
         let expected = if step == 0 { 0.0 } else { closed_form(offset) };
         worst = worst.max((force - expected).abs());
         forces.push((offset, force));
@@ -39,7 +39,7 @@ pub fn draw(path: &Path) -> Answer<String> {
     Ok(format!("{worst:.0e} N from the closed form at most"))
 }
 
-/// Magnitude of the force (N) on a cube moved along y.
+/// Returns the magnitude of the force (N) on a cube moved along y.
 fn force_between(cube: &Shape, offset: f64) -> Answer<f64> {
     let moved = Pose::from_translation(vector![0.0, offset, 0.0]);
     let pair = ContactPair::new(
@@ -49,7 +49,7 @@ fn force_between(cube: &Shape, offset: f64) -> Answer<f64> {
     Ok(pair.wrench().on_a.force.norm())
 }
 
-/// (1 − |x|³)/6.
+/// Returns (1 − |x|³)/6.
 fn closed_form(offset: f64) -> f64 {
     (1.0 - offset.abs().powi(3)) / 6.0
 }

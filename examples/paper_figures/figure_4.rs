@@ -1,5 +1,5 @@
-//! The paper's Figure 4: half-planes without a common point, two of them with nearly the same border,
-//! in which the paper's algorithm finds a triangle. Clipping finds nothing.
+//! The paper's Figure 4: half-planes without a common point, two of which have nearly the same border. The paper's algorithm returns a
+//! triangle, and clipping returns an empty polygon.
 
 use super::Answer;
 use super::clipping::clipped;
@@ -11,15 +11,15 @@ use std::path::Path;
 
 const SIZE: (u32, u32) = (1600, 1080);
 
-/// Two triangles (m), counter-clockwise, the second 1.5 nm above the first's upper edge, and not
-/// quite parallel to it: as where two stacked bodies almost touch.
+/// Two triangles (m), counter-clockwise. The second is 1.5 nm above the upper edge of the first, and not quite parallel to it, like two
+/// stacked bodies that almost touch.
 pub const LOWER: [[f64; 2]; 3] = [[-0.1, -0.42], [0.8, 0.16], [-0.9, -0.18]];
 pub const UPPER: [[f64; 2]; 3] = [[-0.9, -0.18 + 1.5e-9], [0.8, 0.16 + 1.33e-9], [0.0, 0.9]];
 
-/// A triangle that is far from nothing (m²).
+/// Least area (m²) of the spurious triangle.
 const LARGE: f64 = 0.05;
 
-/// By how much the triangles are put into each other for a check (m), and the rounding of an area (m²).
+/// Overlap of the triangles (m) in a check, and the rounding error of an area (m²).
 const OVERLAP: f64 = 0.2;
 const SAME: f64 = 1e-14;
 
@@ -53,7 +53,7 @@ pub fn draw(path: &Path) -> Answer<String> {
     Ok(format!("area found by theirs {spurious:.3} m², by ours 0"))
 }
 
-/// Where the triangles do overlap, both algorithms find the same area.
+/// Checks that both algorithms return the same area if the triangles overlap.
 fn check_overlapping() {
     let upper = half_planes(UPPER.map(|[x, y]| [x, y - OVERLAP]));
     let theirs = shoelace(&intersection([half_planes(LOWER), upper].concat()));
@@ -64,13 +64,13 @@ fn check_overlapping() {
     );
 }
 
-/// The half-planes whose intersection a triangle is.
+/// Returns the half-planes whose intersection is a triangle.
 fn half_planes(triangle: [[f64; 2]; 3]) -> [HalfPlane; 3] {
     let corners = triangle.map(Vector2::from);
     [0, 1, 2].map(|side| HalfPlane::left_of(corners[side], corners[(side + 1) % 3]))
 }
 
-/// The upper triangle's first side separates the two.
+/// Checks that the first side of the upper triangle separates the triangles.
 fn check_apart([border, ..]: &[HalfPlane; 3]) {
     let depths = LOWER.map(|corner| border.depth(&Vector2::from(corner)));
     assert!(depths.iter().all(|depth| *depth < -TOLERANCE), "{depths:?}");

@@ -1,15 +1,15 @@
-//! The intersection of half-planes as the paper has it (§III-E): sorted by angle, then taken one at
-//! a time into a queue, from whose ends a new one drops those that it makes redundant: the corner that
-//! they make with their neighbor lies outside the new one.
+//! The intersection of half-planes as in the paper (§III-E). The half-planes are sorted by angle and appended to a queue one at a time. A
+//! new half-plane removes redundant half-planes from both ends of the queue. An end is redundant if its corner with its neighbor lies
+//! outside the new half-plane.
 //!
-//! Without a common point this may drop the very border that keeps the half-planes apart. Other corners
-//! should then fall too, but borders that nearly coincide put them within the tolerance, and what is
-//! left looks like a polygon (the paper, §VI-C).
+//! If the intersection is empty, the algorithm may remove the border that separates the half-planes. Other corners should then be removed
+//! too, but nearly coincident borders put these corners within the tolerance. The remaining half-planes then look like a polygon (the
+//! paper, §VI-C).
 
 use nalgebra::Vector2;
 use std::collections::VecDeque;
 
-/// How far outside (m) a point counts as inside, as in the paper's program, Hydroelastics.jl.
+/// Distance (m) at which an outside point counts as inside, as in the paper's program, Hydroelastics.jl.
 pub const TOLERANCE: f64 = 1e-9;
 
 /// The points to the left of a directed line.
@@ -17,12 +17,12 @@ pub const TOLERANCE: f64 = 1e-9;
 pub struct HalfPlane {
     /// A point (m) of the border.
     pub point: Vector2<f64>,
-    /// Unit vector along it.
+    /// Unit vector along the border.
     pub direction: Vector2<f64>,
 }
 
 impl HalfPlane {
-    /// To the left of the way from one point to another.
+    /// Creates the half-plane to the left of the direction from one point to another.
     pub fn left_of(from: Vector2<f64>, to: Vector2<f64>) -> Self {
         Self {
             point: from,
@@ -30,7 +30,7 @@ impl HalfPlane {
         }
     }
 
-    /// How far inside a point lies (m).
+    /// Returns the signed distance (m) of a point inside the border.
     pub fn depth(&self, point: &Vector2<f64>) -> f64 {
         self.direction.perp(&(point - self.point))
     }
@@ -44,13 +44,13 @@ impl HalfPlane {
     }
 }
 
-/// Where two borders cross: far away, or nowhere, if they are parallel.
+/// Returns the crossing of two borders, which is far away or not finite if they are parallel.
 fn crossing(first: &HalfPlane, second: &HalfPlane) -> Vector2<f64> {
     let along = (second.point - first.point).perp(&second.direction);
     first.point + first.direction * (along / first.direction.perp(&second.direction))
 }
 
-/// The corners of what lies in all half-planes, or nothing.
+/// Returns the corners of the intersection, or an empty vector.
 pub fn intersection(mut half_planes: Vec<HalfPlane>) -> Vec<Vector2<f64>> {
     half_planes.sort_by(|a, b| a.angle().total_cmp(&b.angle()));
     let mut queue: VecDeque<HalfPlane> = VecDeque::new();
@@ -67,7 +67,7 @@ pub fn intersection(mut half_planes: Vec<HalfPlane>) -> Vec<Vector2<f64>> {
     pairs.map(|(one, other)| crossing(one, other)).collect()
 }
 
-/// Drops from both ends while the corner there lies outside the next one.
+/// Removes half-planes from both ends of the queue while their corner lies outside the next half-plane.
 fn drop_redundant(queue: &mut VecDeque<HalfPlane>, next: &HalfPlane) {
     while queue.len() > 1 && next.excludes(&corner_at_end(queue)) {
         queue.pop_back();
@@ -82,7 +82,7 @@ fn corner_at_end(queue: &VecDeque<HalfPlane>) -> Vector2<f64> {
     crossing(&queue[last - 1], &queue[last])
 }
 
-/// Drops what the other end makes redundant.
+/// Removes half-planes at one end that are redundant because of the other end.
 fn close(queue: &mut VecDeque<HalfPlane>) {
     while queue.len() > 2 && queue[0].excludes(&corner_at_end(queue)) {
         queue.pop_back();

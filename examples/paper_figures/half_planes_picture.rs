@@ -1,4 +1,4 @@
-//! The half-planes of Figure 4, what was found in them, and their nearly common border enlarged.
+//! Picture of the half-planes of Figure 4, their intersection by each algorithm, and a magnified view of the nearly common border.
 
 use super::chart::{self, Axes};
 use super::figure_4::{LOWER, UPPER};
@@ -14,16 +14,16 @@ use plotters::style::text_anchor::HPos;
 const SCALE: f64 = 340.0;
 const ORIGIN: Pixel = (400, 450);
 
-/// Borders are drawn beyond their triangles by this share of their length.
+/// Fraction of a triangle's edge by which its border extends beyond the triangle.
 const BEYOND: f64 = 0.12;
 
 /// Nanometers in a meter.
 const NANO: f64 = 1e9;
 
-/// Pixels at the right for names.
+/// Pixels for names on the right.
 const NAMES: u32 = 440;
 
-/// What one algorithm finds.
+/// Result of one algorithm.
 pub struct Panel<'a> {
     pub title: &'a str,
     pub outcome: String,
@@ -50,7 +50,7 @@ pub fn draw_panel(area: &Area, panel: &Panel) -> Answer {
     write(area, &panel.outcome, &letters(27), center(80))
 }
 
-/// The borders of all half-planes; the two that are nearly the same are drawn as one.
+/// Returns the borders of all half-planes. The two nearly equal borders are drawn as one.
 fn borders() -> [([Pixel; 2], RGBColor); 5] {
     let sides = [
         (LOWER, 0, BLUE),
@@ -71,7 +71,7 @@ fn pixel(point: &Vector2<f64>) -> Pixel {
     (ORIGIN.0 + across, ORIGIN.1 - up)
 }
 
-/// How far the upper border is above the lower one.
+/// Draws the height of the upper border above the lower border.
 pub fn draw_gap(area: &Area, tolerance: f64) -> Answer {
     let axes = Axes {
         title: "The red border is two: heights above the lower triangle’s",

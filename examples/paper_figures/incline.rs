@@ -1,4 +1,4 @@
-//! A ball over an incline.
+//! A ball above an incline.
 
 use super::Answer;
 use hydroelastic::contact::Shape;
@@ -12,7 +12,7 @@ pub const GRAVITY: f64 = 9.81;
 /// Angle θ of the slope (rad).
 pub const SLOPE: f64 = 0.3;
 
-/// Radius (m) and mass (kg) of the ball, and height of its center over where it first touches (m).
+/// Radius (m) and mass (kg) of the ball, and height (m) of its center above the first point of contact.
 pub const RADIUS: f64 = 0.1;
 const MASS: f64 = 1.0;
 const DROP_HEIGHT: f64 = 0.6;
@@ -22,17 +22,17 @@ const MODULUS: f64 = 3e7;
 const DISSIPATION: f64 = 0.35;
 const FRICTION: f64 = 0.5;
 
-/// Time step (s), steps, and how many of them are between two that are recorded.
+/// Time step (s), number of steps, and steps between recorded states.
 const TIME_STEP: f64 = 2e-4;
 const STEPS: usize = 9_000;
 const RECORDED: usize = 5;
 
-/// Direction down the slope.
+/// Returns the direction down the slope.
 pub fn downhill() -> Vector3<f64> {
     vector![SLOPE.cos(), 0.0, -SLOPE.sin()]
 }
 
-/// The world and what happens in it. The slope's surface goes through the origin.
+/// Returns the world and its trajectory. The slope's surface contains the origin.
 pub fn rolled_down() -> Answer<(World, Trajectory)> {
     let elastic = Material::elastic(MODULUS);
     let skin = elastic

@@ -1,4 +1,4 @@
-//! A ball on its way down the incline, from the side.
+//! A ball that bounces down the incline, from the side.
 
 use super::chart::{self, Axes};
 use super::incline::{RADIUS, SLOPE};
@@ -9,17 +9,17 @@ use hydroelastic::dynamics::State;
 use plotters::prelude::*;
 use std::ops::Range;
 
-/// Recorded states between two flashes.
+/// Recorded states between drawn balls.
 const FLASH: usize = 60;
 
-/// What is seen: x and the highest z (m).
+/// Visible range of x, and the highest visible z (m).
 const ACROSS: Range<f64> = -0.2..3.4;
 const TOP: f64 = 0.75;
 
-/// Pixels at the right.
+/// Pixels on the right.
 const EDGE: u32 = 40;
 
-/// The ball's place at many times, in true proportions.
+/// Draws the ball at many times, to scale.
 pub fn draw(area: &Area, states: &[State]) -> Answer {
     let [width, height] = chart::plot_size(area, EDGE);
     let scale = width / (ACROSS.end - ACROSS.start);

@@ -1,9 +1,8 @@
-//! The figures of the paper, drawn from what this library computes: SVG files in a folder.
+//! The figures of the paper, drawn from results of this library: SVG files in a folder.
 //!
 //! `cargo run --release -p hydroelastic-examples --example paper_figures [FOLDER]`
 //!
-//! Without a folder they go to `hydroelastic_figures` in the directory for temporary files. Every
-//! figure is checked before it is drawn.
+//! The default folder is `hydroelastic_figures` in the directory for temporary files. Every figure is checked before it is drawn.
 
 mod arrow;
 mod ball_on_flat;
@@ -42,7 +41,7 @@ use std::path::{Path, PathBuf};
 type Answer<T = ()> = Result<T, Box<dyn Error>>;
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
-/// Draws a figure into a file, and says what it shows.
+/// Draws a figure to a file, and returns a description of the result.
 type Figure = fn(&Path) -> Answer<String>;
 
 const FIGURES: [(&str, Figure); 7] = [
@@ -66,7 +65,7 @@ fn main() -> Answer {
     Ok(())
 }
 
-/// The first argument, or the folder for those who gave none.
+/// Returns the first argument, or the default folder.
 fn folder() -> PathBuf {
     let given = std::env::args_os().nth(1).map(PathBuf::from);
     given.unwrap_or_else(|| std::env::temp_dir().join("hydroelastic_figures"))

@@ -1,4 +1,4 @@
-//! What the curves and dots of a picture are called.
+//! Names of curves and dots in a picture.
 
 use super::style::{letters, write};
 use super::view::Pixel;
@@ -6,11 +6,11 @@ use super::{Answer, Area};
 use plotters::prelude::*;
 use plotters::style::text_anchor::HPos;
 
-/// Pixels from a name to the next below, and the length of a sample line.
+/// Pixels between successive names, and the length of a sample line.
 const ROW: i32 = 36;
 const SAMPLE: i32 = 44;
 
-/// How something is drawn.
+/// Drawing style of a curve or of dots.
 pub enum Sample {
     Line(ShapeStyle),
     Dashes(ShapeStyle),
@@ -18,7 +18,7 @@ pub enum Sample {
     Patch(ShapeStyle),
 }
 
-/// Writes names below each other from a place on.
+/// Draws names below each other, starting at a position.
 pub fn draw(area: &Area, (left, top): Pixel, names: &[(Sample, &str)]) -> Answer {
     for (row, (sample, name)) in (0..).zip(names) {
         let y = top + ROW * row;

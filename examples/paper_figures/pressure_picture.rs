@@ -1,4 +1,4 @@
-//! A contact surface in colors of its pressure.
+//! A contact surface, colored by pressure.
 
 use super::color_bar::{self, LEVELS};
 use super::solid::{Face, draw_edges, fill};
@@ -9,21 +9,21 @@ use hydroelastic::contact::{ContactPolygon, ContactSurface};
 use hydroelastic::geometry::AffineField;
 use plotters::prelude::*;
 
-/// The place of the color bar, pascals in a kilopascal, and kilopascals between marks.
+/// Position of the color bar, pascals in a kilopascal, and kilopascals between marks.
 const BAR: (i32, i32) = (1090, 360);
 const KILO: f64 = 1e3;
 const EVERY: f64 = 5.0;
 
-/// What the clip takes for zero, as a share of the highest pressure.
+/// Tolerance of clipping, relative to the highest pressure.
 const NOTHING: f64 = 1e-12;
 
-/// A bit that no side of a contact polygon has to have: who lies on which side is not asked.
+/// A bit outside the sides of a contact polygon, because the picture does not use sides.
 const SIDE: u8 = 0b1000_0000;
 
 /// Draws the polygons, shaded in levels, and the color bar.
 pub fn draw(area: &Area, view: &View, contact: &ContactSurface) -> Answer {
     let highest = highest_pressure(contact);
-    // Level by level over the whole surface: in the seams between polygons the level before shows.
+    // Each level is drawn over the whole surface before the next, so that the previous level shows in the seams between polygons.
     for level in 0..LEVELS {
         let polygons = contact.polygons.iter();
         let parts = polygons.filter_map(|polygon| part_above(polygon, level, highest));
@@ -38,8 +38,8 @@ pub fn draw(area: &Area, view: &View, contact: &ContactSurface) -> Answer {
     color_bar::draw(area, BAR, highest / KILO, EVERY)
 }
 
-/// The part of a polygon where the pressure is above a level. None of the levels that are wholly below
-/// it, but the last two: they do for the seams.
+/// Returns the part of a polygon where the pressure is above the start of a level. Returns `None` for levels wholly below the pressure of
+/// the polygon, except the last two of them, which fill the seams.
 fn part_above(polygon: &ContactPolygon, level: u32, highest: f64) -> Option<Face> {
     let start = |level: u32| color_bar::share(level) * highest;
     let corners = polygon.outline.corners().iter();
@@ -58,7 +58,7 @@ fn part_above(polygon: &ContactPolygon, level: u32, highest: f64) -> Option<Face
     })
 }
 
-/// The highest pressure (Pa) at a corner.
+/// Returns the highest pressure (Pa) at a corner.
 fn highest_pressure(contact: &ContactSurface) -> f64 {
     let at_corners = contact.polygons.iter().flat_map(|polygon| {
         let corners = polygon.outline.corners().iter();

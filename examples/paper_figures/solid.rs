@@ -1,4 +1,4 @@
-//! Faces in space, and how they are painted.
+//! Faces in space, and their painting.
 
 use super::trails::trails;
 use super::view::{Pixel, View};
@@ -8,14 +8,14 @@ use hydroelastic::spatial::Pose;
 use nalgebra::Vector3;
 use plotters::prelude::*;
 
-/// A flat convex face, its corners (m) counter-clockwise seen from outside.
+/// A flat convex face, with corners (m) counter-clockwise seen from outside.
 pub struct Face {
     pub corners: Vec<Vector3<f64>>,
     pub color: RGBAColor,
 }
 
 impl Face {
-    /// Unit normal, outwards.
+    /// Returns the outward unit normal.
     pub fn normal(&self) -> Vector3<f64> {
         let edge = |corner: usize| self.corners[corner] - self.corners[0];
         edge(1).cross(&edge(2)).normalize()
@@ -27,7 +27,7 @@ impl Face {
     }
 }
 
-/// The surface of a posed mesh in one color.
+/// Returns the surface of a posed mesh in one color.
 pub fn surface(mesh: &TetMesh, pose: &Pose, color: RGBAColor) -> Vec<Face> {
     let corner = |vertex: usize| pose.transformed_point(&mesh.vertices()[vertex]);
     let triangles = mesh.surface_triangles().iter();
@@ -38,7 +38,7 @@ pub fn surface(mesh: &TetMesh, pose: &Pose, color: RGBAColor) -> Vec<Face> {
     triangles.map(face).collect()
 }
 
-/// Those turned to the viewer, and those turned away.
+/// Returns the faces toward the viewer, and the faces away from the viewer.
 pub fn front_and_back(faces: Vec<Face>, view: &View) -> [Vec<Face>; 2] {
     let (front, back) = faces
         .into_iter()

@@ -1,4 +1,4 @@
-//! A ball as under a stroboscope.
+//! A ball under a stroboscope.
 
 use super::Answer;
 use super::chart::Chart;
@@ -6,18 +6,16 @@ use super::style::{BLUE, INK};
 use super::view::whole;
 use plotters::prelude::*;
 
-/// Where a ball's mark is, in radii from its center.
+/// Distance of the mark from the center of a ball, in radii.
 const MARK: f64 = 0.75;
 
-/// A ball at one time: where its center is drawn, and how far it has turned in the picture's plane
-/// (rad, clockwise).
+/// A ball at one time: the position of its center, and its rotation in the picture's plane (rad, clockwise).
 pub struct Flash {
     pub center: (f64, f64),
     pub turn: f64,
 }
 
-/// Draws balls of a radius in pixels, later ones stronger, each with a mark near its rim that shows
-/// how it is turned.
+/// Draws balls of a radius in pixels, later balls more opaque. A mark near the rim of each ball shows its rotation.
 pub fn draw(chart: &mut Chart, flashes: &[Flash], radius: f64) -> Answer {
     let count = flashes.len() as f64;
     for (index, flash) in flashes.iter().enumerate() {

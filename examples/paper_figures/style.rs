@@ -1,4 +1,4 @@
-//! Colors and letters. The colors can be told apart by the color-blind (M. Okabe, K. Ito).
+//! Colors and fonts. Color-blind readers can distinguish the colors (M. Okabe, K. Ito).
 
 use super::{Answer, Area};
 use plotters::prelude::*;
@@ -14,19 +14,19 @@ pub const INK: RGBColor = RGBColor(40, 40, 40);
 pub const GRAY: RGBColor = RGBColor(130, 130, 130);
 pub const FAINT: RGBColor = RGBColor(225, 225, 225);
 
-/// A white ground of so many pixels.
+/// Creates a white drawing area of a size in pixels.
 pub fn ground(path: &Path, size: (u32, u32)) -> Answer<Area<'_>> {
     let area = SVGBackend::new(path, size).into_drawing_area();
     area.fill(&WHITE)?;
     Ok(area)
 }
 
-/// Letters of so many pixels.
+/// Returns a text style of a size in pixels.
 pub fn letters(size: u32) -> TextStyle<'static> {
     ("sans-serif", size).into_font().color(&INK)
 }
 
-/// Writes a text around, or beginning or ending at, a place.
+/// Draws a text that is centered at a position, or begins or ends there.
 pub fn write(
     area: &Area,
     text: &str,
@@ -38,7 +38,7 @@ pub fn write(
     Ok(())
 }
 
-/// A color between two.
+/// Interpolates between two colors.
 pub fn between(from: RGBColor, to: RGBColor, share: f64) -> RGBColor {
     let mixed = |a: u8, b: u8| channel(f64::from(a) + share * (f64::from(b) - f64::from(a)));
     RGBColor(

@@ -14,7 +14,7 @@ const SIZE: (u32, u32) = (1600, 1060);
 
 const TITLE: &str = "Time of one contact of two icospheres, by what is switched on";
 
-/// Pixels at the right, for the names.
+/// Pixels for names on the right.
 const NAMES: u32 = 430;
 
 const COLORS: [RGBColor; 6] = [GRAY, BLUE, PURPLE, ORANGE, GREEN, RED];
@@ -62,7 +62,7 @@ fn axes<'a, 'b>(area: &'a Area<'b>) -> Answer<Chart<'a, 'b>> {
     Ok(chart)
 }
 
-/// A round time (s) with its unit.
+/// Formats a round time (s) with its unit.
 fn round_time(seconds: f64) -> String {
     match seconds {
         s if s < 9e-4 => format!("{:.0} µs", s * 1e6),
@@ -84,7 +84,7 @@ fn draw_row(chart: &mut Chart, times: &[f64], color: RGBColor, is_paper: bool) -
     Ok(())
 }
 
-/// What is drawn, at the top and at the right.
+/// Draws the title and the names on the right.
 fn draw_names(area: &Area) -> Answer {
     write(area, TITLE, &letters(30), ((660, 44), HPos::Center))?;
     let rows = ROWS.iter().zip(COLORS);

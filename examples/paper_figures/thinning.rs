@@ -1,13 +1,12 @@
-//! Curves with fewer points that look the same: pixels are whole numbers, so points close to each
-//! other make a line that trembles.
+//! Curves with fewer points that look the same. Pixels are whole numbers, so a line through close points looks jagged.
 
 use nalgebra::Vector2;
 
-/// How far a curve may be moved (pixels).
+/// Largest displacement of a curve (pixels).
 const UNSEEN: f64 = 0.4;
 
-/// The ends of a curve, and between them the points without which it would look different; `pixels` is
-/// the length of a unit along each axis.
+/// Returns the ends of a curve, and the points between them without which it would look different. `pixels` is the length of a unit along
+/// each axis.
 pub fn thinned(points: &[(f64, f64)], pixels: Vector2<f64>) -> Vec<(f64, f64)> {
     let (Some(&first), Some(&last)) = (points.first(), points.last()) else {
         return Vec::new();

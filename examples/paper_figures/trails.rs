@@ -1,13 +1,12 @@
-//! The edges of many faces in few lines, each edge once: files stay small, and translucent edges
-//! are not doubled.
+//! The edges of many faces in few polylines, each edge once. Files stay small, and translucent edges are not drawn twice.
 
 use super::view::Pixel;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// For each end of an edge that is left the other ends.
+/// For each end of a remaining edge, the other ends.
 type Ends = BTreeMap<Pixel, BTreeSet<Pixel>>;
 
-/// Walks over the edges of closed outlines, each edge in one walk only.
+/// Traverses the edges of closed outlines, each edge in one polyline only.
 pub fn trails(outlines: &[Vec<Pixel>]) -> Vec<Vec<Pixel>> {
     let mut ends = ends_of(outlines);
     let mut trails = Vec::new();
@@ -40,7 +39,7 @@ fn place_with_edges(ends: &Ends) -> Option<Pixel> {
     left.next().map(|(place, _)| *place)
 }
 
-/// The other end of an edge, which is then used up.
+/// Removes an edge and returns its other end.
 fn step_from(ends: &mut Ends, here: Pixel) -> Option<Pixel> {
     let next = ends.get_mut(&here)?.pop_first()?;
     ends.get_mut(&next)?.remove(&here);

@@ -1,17 +1,17 @@
-//! A camera without perspective.
+//! An orthographic camera.
 
 use nalgebra::Vector3;
 
-/// A place on the picture, in pixels from its upper left corner.
+/// A position in the picture, in pixels from its upper left corner.
 pub type Pixel = (i32, i32);
 
-/// How the world comes to lie on the picture.
+/// Map from the world to the picture.
 pub struct View {
     right: Vector3<f64>,
     up: Vector3<f64>,
-    /// Unit vector from what is seen to the viewer.
+    /// Unit vector from the target to the viewer.
     toward: Vector3<f64>,
-    /// The point (m) that is seen at the pixel `center`.
+    /// The point (m) at the pixel `center`.
     pub target: Vector3<f64>,
     pub center: Pixel,
     /// Pixels per meter.
@@ -19,7 +19,7 @@ pub struct View {
 }
 
 impl View {
-    /// Seen from a direction, z upwards.
+    /// Creates a view from a direction, with z upward.
     pub fn from(direction: Vector3<f64>, center: Pixel, scale: f64) -> Self {
         let toward = direction.normalize();
         let right = Vector3::z().cross(&toward).normalize();
@@ -33,7 +33,7 @@ impl View {
         }
     }
 
-    /// Where a point (m) is seen.
+    /// Returns the pixel of a point (m).
     pub fn pixel(&self, point: &Vector3<f64>) -> Pixel {
         let offset = (point - self.target) * self.scale;
         let (across, upwards) = (self.right.dot(&offset), self.up.dot(&offset));
@@ -43,13 +43,13 @@ impl View {
         )
     }
 
-    /// How near to the viewer a point is (m), beside others.
+    /// Returns a value (m) that is larger for points nearer to the viewer.
     pub fn nearness(&self, point: &Vector3<f64>) -> f64 {
         self.toward.dot(point)
     }
 }
 
-/// The nearest whole number of pixels.
+/// Rounds to the nearest whole number of pixels.
 #[expect(
     clippy::cast_possible_truncation,
     reason = "pictures have a few thousand pixels"

@@ -2,8 +2,8 @@
 //!
 //! `cargo run --release -p hydroelastic-examples --example push_to_goal [-- --record FILE.glb --plot FILE.svg]`
 //!
-//! Found in two ways, with the same prices of pushes and of missing the goal. By a regulator: 20 pushes, by the motion linearized
-//! over each of their intervals. By L-BFGS: a push of its own in each step, 3,000 numbers, by the gradient swept back.
+//! The example finds pushes in two ways, with the same costs of pushes and of missing the goal. A regulator finds 20 pushes from the motion
+//! linearized over each of their intervals. L-BFGS finds a separate push for each step, 3,000 parameters, with reverse-mode gradients.
 
 mod quasi_newton;
 mod regulator;
@@ -43,7 +43,7 @@ fn main() -> Found<()> {
     Ok(())
 }
 
-/// The pushes along x over time.
+/// Returns the pushes along x over time.
 fn forces(name: &str, found: &Pushed) -> Curve {
     let control = &found.world.controls()[0];
     let pushes = control.wrenches().iter().enumerate();

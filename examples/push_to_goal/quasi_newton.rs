@@ -1,4 +1,4 @@
-//! L-BFGS over all pushes as one vector: a push of its own in each step.
+//! L-BFGS over all pushes as one vector, with a separate push in each step.
 
 use crate::scene::{
     BY_ANGLE, BY_PLACE, BY_SPIN, BY_VELOCITY, Found, PUSHES, Pushed, STEPS, Scene, TIME_STEP,
@@ -16,20 +16,20 @@ use nalgebra::Vector3;
 use std::cell::RefCell;
 use std::rc::Rc;
 
-/// The guess: a force (N) toward the goal, more than friction holds. Without any the block would stick, and its motion hardly
+/// Initial guess: a force (N) toward the goal that exceeds friction. Without a force the block would stick, and its motion would hardly
 /// depend on pushes.
 const GUESS: f64 = 4.0;
-/// For this share of the time.
+/// Fraction of the time during which the guess pushes.
 const GUESSED: f64 = 0.5;
 
-/// Pairs of steps and changes of the gradient that L-BFGS remembers.
+/// Number of pairs of steps and gradient changes that L-BFGS stores.
 const MEMORY: usize = 20;
-/// Iterations at most.
+/// Largest number of iterations.
 const ITERATIONS: u64 = 60;
-/// An iteration that changes the cost by less is the last.
+/// Change of the cost at which the iteration ends.
 const ENOUGH: f64 = 1e-6;
 
-/// What it costs to be away from the goal in the end.
+/// Cost of the final distance from the goal.
 struct Missed<'a>(&'a State);
 
 impl Outcome for Missed<'_> {
@@ -46,15 +46,15 @@ impl Outcome for Missed<'_> {
     }
 }
 
-/// The cost as a function of pushes, in units in which a push costs as much as any other of the same number.
+/// Cost as a function of pushes. The units are scaled so that equal numbers have equal cost.
 struct Pushing {
     world: World,
     goal: State,
     plan: Plan,
     parameters: Vec<Parameter>,
-    /// Half the square of a number costs this much.
+    /// Cost of half the square of a number.
     effort: f64,
-    /// Of the three numbers of a push: torque (N m), forces (N).
+    /// Units of the three components of a push: torque (N m), forces (N).
     units: Vector3<f64>,
 }
 
@@ -73,7 +73,7 @@ impl Pushing {
         })
     }
 
-    /// The numbers that L-BFGS begins with.
+    /// Returns the initial parameters of L-BFGS.
     fn guess(&self) -> Vec<f64> {
         let away =
             self.goal.bodies[0].position() - self.world.bodies()[0].initial_state().position();
@@ -84,7 +84,7 @@ impl Pushing {
         pushes.flat_map(<[f64; 3]>::from).collect()
     }
 
-    /// The numbers of the control's wrenches (N m, N).
+    /// Returns the components of the control's wrenches (N m, N).
     fn wrenches(&self, numbers: &[f64]) -> Vec<f64> {
         let push = |numbers: &[f64]| Vector3::from_column_slice(numbers).component_mul(&self.units);
         let wrenches = numbers
@@ -93,7 +93,7 @@ impl Pushing {
         wrenches.flat_map(<[f64; 6]>::from).collect()
     }
 
-    /// The world with these pushes.
+    /// Returns the world with these pushes.
     fn pushed(&self, numbers: &[f64]) -> Result<World, Error> {
         Ok(self
             .world
@@ -136,7 +136,7 @@ impl Gradient for Pushing {
     }
 }
 
-/// Keeps the costs on the way.
+/// Records the cost of each iteration.
 struct Costs(Rc<RefCell<Vec<f64>>>, ProgressBar);
 
 type Iteration = IterState<Vec<f64>, Vec<f64>, (), (), (), f64>;
@@ -154,7 +154,7 @@ impl Observe<Iteration> for Costs {
     }
 }
 
-/// The pushes that L-BFGS finds.
+/// Returns the pushes found by L-BFGS.
 pub fn pushed(scene: &Scene) -> Found<Pushed> {
     let pushing = Pushing::new(scene)?;
     let solver = LBFGS::new(MoreThuenteLineSearch::new(), MEMORY).with_tolerance_cost(ENOUGH)?;

@@ -1,5 +1,5 @@
-//! An iterative linear-quadratic regulator over the intervals of a control: each iteration linearizes the block's motion over
-//! every interval, and improves the pushes by the feedback that is optimal for the linearized motion.
+//! An iterative linear-quadratic regulator over the intervals of a control. Each iteration linearizes the block's motion over every
+//! interval, and improves the pushes by the optimal feedback of the linearized motion.
 
 use crate::scene::{
     BY_ANGLE, BY_PLACE, BY_SPIN, BY_VELOCITY, Found, NEAR, PUSHES, Pushed, STEPS, Scene, TIME_STEP,
@@ -11,12 +11,12 @@ use hydroelastic::spatial::Wrench;
 use indicatif::ProgressBar;
 use nalgebra::{DMatrix, DVector, Vector3};
 
-/// Intervals of the control.
+/// Number of intervals of the control.
 const INTERVALS: usize = 20;
 const STEPS_AN_INTERVAL: usize = STEPS / INTERVALS;
-/// Iterations at most.
+/// Largest number of iterations.
 const ITERATIONS: usize = 40;
-/// The local coordinates that matter in the end, and how much: turn about the vertical, place, spin about the vertical and
+/// The final local coordinates with a cost, and their costs: rotation about the vertical, position, angular velocity about the vertical and
 /// velocity.
 const AIMS: [(usize, f64); 6] = [
     (2, BY_ANGLE),
@@ -26,38 +26,38 @@ const AIMS: [(usize, f64); 6] = [
     (9, BY_VELOCITY),
     (10, BY_VELOCITY),
 ];
-/// Shares of an improvement that are tried.
+/// Fractions of an improvement, in the order of trial.
 const SHARES: [f64; 4] = [1.0, 0.5, 0.2, 0.05];
-/// Costs of changes of pushes that are tried, as multiples of the efforts.
+/// Additional costs of changes of pushes, as multiples of the efforts, in the order of trial.
 const DAMPINGS: [f64; 4] = [0.0, 10.0, 100.0, 1000.0];
-/// An improvement by less than this part of the cost is none.
+/// Smallest relative decrease of the cost that counts as an improvement.
 const ENOUGH: f64 = 1e-6;
 
-/// What the state at the end of the last interval is to be, and the plan of an interval.
+/// Goal state at the end of the last interval, and the plan of an interval.
 struct Regulator {
     goal: State,
     plan: Plan,
 }
 
-/// Pushes and what they lead to.
+/// Pushes and the resulting states.
 struct Iteration {
     /// The world with its control.
     world: World,
-    /// The states at the beginning of each interval, and at the end.
+    /// States at the beginning of each interval, and the final state.
     states: Vec<State>,
     cost: f64,
 }
 
-/// How the pushes of an interval follow from how far the state is from the one expected.
+/// Change of the pushes of an interval, with a gain on the difference between the actual and the expected state.
 struct Feedback {
     change: Vector3<f64>,
     gain: DMatrix<f64>,
 }
 
-/// The derivatives of the state after an interval by that before it and by the pushes: A and B.
+/// Derivatives of the state after an interval with respect to the state before the interval and to the pushes: A and B.
 type Motion = [DMatrix<f64>; 2];
 
-/// The pushes that the regulator finds, from none until the block is at the goal.
+/// Returns the pushes found by the regulator. Iterates from zero pushes until the block is at the goal.
 pub fn pushed(scene: &Scene) -> Found<Pushed> {
     let regulator = Regulator {
         goal: scene.goal.clone(),
@@ -85,14 +85,14 @@ pub fn pushed(scene: &Scene) -> Found<Pushed> {
 }
 
 impl Regulator {
-    /// The iteration with the pushes that a world has.
+    /// Returns the iteration with the pushes of a world.
     fn begun(&self, world: &World) -> Found<Iteration> {
         let pushes = pushes(world);
         let nothing = |_: usize, _: &State| Ok(Vector3::zeros());
         self.applied(world, &pushes, nothing)
     }
 
-    /// One with less cost, if any is found.
+    /// Returns an iteration with a lower cost, or `None` if no trial has one.
     fn improved(&self, last: &Iteration) -> Found<Option<Iteration>> {
         let (motions, old) = (self.linearized(last)?, pushes(&last.world));
         for damping in DAMPINGS {
@@ -113,7 +113,7 @@ impl Regulator {
         Ok(None)
     }
 
-    /// The iteration that old pushes lead to, interval by interval, with changes that depend on the state there.
+    /// Returns the iteration with the old pushes plus changes that depend on the state at each interval.
     fn applied(
         &self,
         world: &World,
@@ -139,7 +139,7 @@ impl Regulator {
         })
     }
 
-    /// The optimal feedback for the motion linearized about an iteration: the Riccati recursion, from the end.
+    /// Returns the optimal feedback for the motion linearized about an iteration, by the backward Riccati recursion.
     fn feedback(&self, last: &Iteration, motions: &[Motion], damping: f64) -> Found<Vec<Feedback>> {
         let count = last.states.len() - 1;
         let away = last.world.difference(&self.goal, &last.states[count])?;
@@ -163,7 +163,7 @@ impl Regulator {
         Ok(feedback)
     }
 
-    /// The state after each interval by that before it and by its pushes.
+    /// Returns the derivatives of the state after each interval with respect to the state before it and to its pushes.
     fn linearized(&self, last: &Iteration) -> Found<Vec<Motion>> {
         let mut motions = Vec::new();
         for interval in 0..last.states.len() - 1 {
@@ -179,20 +179,20 @@ impl Regulator {
         Ok(motions)
     }
 
-    /// The plan of an interval, whose last state alone is recorded.
+    /// Returns the plan of an interval that records only the last state.
     fn last_only(&self) -> Plan {
         self.plan.recording_every(self.plan.steps())
     }
 }
 
-/// The pushes of each interval.
+/// Returns the pushes of each interval.
 fn pushes(world: &World) -> Vec<Vector3<f64>> {
     let wrenches = world.controls()[0].wrenches().iter();
     let push = |wrench: &Wrench| Vector3::from(PUSHES.map(|number| wrench.to_vector()[number]));
     wrenches.map(push).collect()
 }
 
-/// The world with these pushes, one for each interval of its control.
+/// Returns the world with these pushes, one for each interval of its control.
 fn with_pushes(world: World, pushes: &[Vector3<f64>]) -> Found<World> {
     let wrench = |push: &Vector3<f64>| Wrench::from_vector(&wrench_numbers(push));
     let control = &world.controls()[0];
@@ -201,23 +201,23 @@ fn with_pushes(world: World, pushes: &[Vector3<f64>]) -> Found<World> {
     Ok(world.with_control(control)?)
 }
 
-/// The slope of what pushes cost.
+/// Returns the derivative of the cost of pushes.
 fn effort(push: &Vector3<f64>) -> DVector<f64> {
     efforts_of_interval().component_mul(&DVector::from_column_slice(push.as_slice()))
 }
 
-/// What pushes cost in an interval, as multiples of half their squares.
+/// Returns the costs of pushes in an interval, as multiples of half their squares.
 fn efforts_of_interval() -> DVector<f64> {
     let efforts = efforts(TIME_STEP * STEPS_AN_INTERVAL as f64);
     DVector::from_column_slice(efforts.as_slice())
 }
 
-/// The slope of what it costs to be away from the goal.
+/// Returns the derivative of the cost of the distance from the goal.
 fn aim(away: &DVector<f64>) -> DVector<f64> {
     aims(away.len()) * away
 }
 
-/// The matrix of the square that it costs to be away from the goal, on the diagonal.
+/// Returns the diagonal matrix of the quadratic cost of the distance from the goal.
 fn aims(size: usize) -> DMatrix<f64> {
     let mut aims = DMatrix::zeros(size, size);
     for (place, weight) in AIMS {

@@ -1,4 +1,4 @@
-//! A block on a floor, where it should come to rest, and what it costs to be elsewhere and to push.
+//! A block on a floor, its goal, and the costs of pushes and of missing the goal.
 
 use hydroelastic::contact::Shape;
 use hydroelastic::dynamics::{Body, Control, Mass, Material, Plan, State, World};
@@ -8,54 +8,54 @@ use nalgebra::{Vector3, Vector6, vector};
 use std::error::Error;
 
 const GRAVITY: f64 = 9.81;
-/// The block (m, kg) and its friction.
+/// Edges (m), mass (kg) and friction of the block.
 const SIZE: [f64; 3] = [0.2, 0.2, 0.1];
 const MASS: f64 = 1.0;
 const FRICTION: f64 = 0.3;
-/// Speed (m/s) below which friction is not full.
+/// Slip tolerance (m/s), below which friction is less than full.
 const SLIP_TOLERANCE: f64 = 1e-2;
 
 /// Time step (s).
 pub const TIME_STEP: f64 = 1e-3;
-/// Steps until the block has settled.
+/// Number of steps until the block has settled.
 const SETTLING: usize = 500;
-/// Steps with pushes.
+/// Number of steps with pushes.
 pub const STEPS: usize = 1_000;
 
-/// Where the block should be at rest in the end: place (m) and angle (rad).
+/// Goal of the block at rest: position (m) and angle (rad).
 const GOAL: [f64; 2] = [0.3, 0.2];
 const ANGLE: f64 = 0.8;
 
 /// Tolerances of the goal: position (m), angle (rad), speed (m/s).
 pub const NEAR: [f64; 3] = [1e-3, 1e-2, 1e-2];
 
-/// The numbers of a wrench that may be pushed with: torque about the vertical, force along x and y.
+/// Components of a wrench that a push may have: torque about the vertical, and force along x and y.
 pub const PUSHES: [usize; 3] = [2, 3, 4];
-/// What pushes cost by the second: a torque (1/((N m)² s)), forces (1/(N² s)).
+/// Cost of pushes per second: of a torque (1/((N m)² s)) and of forces (1/(N² s)).
 const EFFORTS: [f64; 3] = [0.2, 2e-3, 2e-3];
-/// What it costs to be away from the goal in the end: angle (1/rad²), place (1/m²), spin (s²/rad²), velocity (s²/m²).
+/// Costs of the final distance from the goal: angle (1/rad²), position (1/m²), angular velocity (s²/rad²), velocity (s²/m²).
 pub const BY_ANGLE: f64 = 2e3;
 pub const BY_PLACE: f64 = 2e4;
 pub const BY_SPIN: f64 = 50.0;
 pub const BY_VELOCITY: f64 = 2e3;
 
-/// What is found, or why not.
+/// Result of this example, with any error.
 pub type Found<T> = Result<T, Box<dyn Error>>;
 
-/// The block at rest on the floor, without pushes, and at rest at the goal.
+/// The block at rest on the floor without pushes, and at rest at the goal.
 pub struct Scene {
     pub world: World,
     pub goal: State,
 }
 
-/// Pushes that were found, as the world with its control, and the costs on the way there.
+/// The pushes found, as a world with a control, and the cost of each iteration.
 pub struct Pushed {
     pub world: World,
     pub costs: Vec<f64>,
 }
 
 impl Scene {
-    /// The block after it has settled.
+    /// Creates the block and lets it settle.
     pub fn new() -> Found<Self> {
         let skin = Material::elastic(1e6)
             .with_dissipation(1.0)
@@ -77,7 +77,7 @@ impl Scene {
         Ok(Self { world, goal })
     }
 
-    /// The world with a control of so many intervals in all, and no pushes yet.
+    /// Returns the world with a control of `intervals` intervals in total and zero pushes.
     pub fn with_intervals(&self, intervals: usize) -> Found<World> {
         let none = vec![Wrench::zero(); intervals];
         let duration = TIME_STEP * (STEPS / intervals) as f64;
@@ -85,8 +85,8 @@ impl Scene {
         Ok(self.world.clone().with_control(control)?)
     }
 
-    /// Distance of a state from the goal along the floor: place (m), angle (rad), speed (m/s). Pushes do not control how the block
-    /// vibrates on the floor, up and down and by tilting.
+    /// Returns the distance of a state from the goal along the floor: position (m), angle (rad), speed (m/s). Vertical and tilting
+    /// vibrations on the floor are ignored, because pushes do not control them.
     pub fn missed(&self, end: &State) -> Found<[f64; 3]> {
         let away = self.world.difference(&self.goal, end)?;
         let along_floor = |first: usize| away.rows(first, 2).norm();
@@ -94,7 +94,7 @@ impl Scene {
     }
 }
 
-/// The block at rest at the goal, pressed into the floor as it was in the beginning.
+/// Returns the block at rest at the goal, pressed into the floor as in the initial state.
 fn goal(start: &State) -> State {
     let mut goal = start.clone();
     let height = start.bodies[0].position().z;
@@ -104,12 +104,12 @@ fn goal(start: &State) -> State {
     goal
 }
 
-/// What pushes cost in an interval of this duration (s), as multiples of half their squares.
+/// Returns the costs of pushes in an interval of this duration (s), as multiples of half their squares.
 pub fn efforts(duration: f64) -> Vector3<f64> {
     Vector3::from(EFFORTS) * duration
 }
 
-/// The numbers of the wrench of a push.
+/// Returns the components of the wrench of a push.
 pub fn wrench_numbers(push: &Vector3<f64>) -> Vector6<f64> {
     let mut numbers = Vector6::zeros();
     for (place, number) in PUSHES.into_iter().zip(push) {

@@ -1,5 +1,5 @@
-//! Which of 1,000 random throws ends nearest to a target, and does Newton's method meet it from the
-//! best eight? Ctrl-C ends the search with the throws that were finished.
+//! Which of 1,000 random throws ends nearest to a target, and does Newton's method hit the target from the best eight? Ctrl-C ends the
+//! search and keeps the finished throws.
 //!
 //! `cargo run --release -p hydroelastic-examples --example random_search [-- --record FILE.glb --plot FILE.svg]`
 
@@ -21,15 +21,15 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use throws::{TARGET, by_velocity};
 
-/// Time step (s) and steps.
+/// Time step (s) and number of steps.
 const TIME_STEP: f64 = 5e-4;
 const STEPS: usize = 1_200;
-/// Throws, and the largest component of their velocities (m/s).
+/// Number of throws, and the largest component of their velocities (m/s).
 const THROWS: usize = 1_000;
 const FASTEST: f64 = 4.0;
-/// How many of them go on.
+/// Number of throws that Newton's method improves.
 const BEST: usize = 8;
-/// A miss (m) that counts as a hit.
+/// Largest miss (m) that counts as a hit.
 const HIT: f64 = 1e-6;
 
 fn main() -> Result<(), Box<dyn Error>> {

@@ -1,11 +1,11 @@
-//! Throws, known by their velocities (m/s): how far they miss, and how they are improved.
+//! Throws, given by their velocities (m/s): their misses and their improvement.
 
 use hydroelastic::dynamics::{Batch, RolloutError, World};
 use hydroelastic::gradient::{FinalPosition, GradientError, Parameter};
 use nalgebra::Vector3;
 use std::error::Error;
 
-/// Where the ball should be at the end (m).
+/// Target of the ball at the end (m).
 pub const TARGET: Vector3<f64> = Vector3::new(0.6, 0.4, 0.3);
 const NEWTON_STEPS: usize = 12;
 
@@ -15,7 +15,8 @@ pub fn by_velocity() -> [Parameter; 1] {
     [Parameter::initial_velocity("ball")]
 }
 
-/// How far (m) throws of some velocities (m/s) end from the target; infinitely far if they were not begun.
+/// Returns the final distances (m) from the target of throws with these velocities (m/s). The distance is infinite for throws that did not
+/// start.
 pub fn misses(batch: &Batch, world: &World, throws: &[Vector3<f64>]) -> Answer<Vec<f64>> {
     let end = FinalPosition::of_body(world, "ball")?;
     let ends = batch.map(throws, |job, sample| {
@@ -29,7 +30,7 @@ pub fn misses(batch: &Batch, world: &World, throws: &[Vector3<f64>]) -> Answer<V
     ends.into_iter().map(miss).collect()
 }
 
-/// Takes throws nearer to the target, by Newton's method.
+/// Moves throws closer to the target by Newton's method.
 pub fn improve(batch: &Batch, world: &World, throws: &mut [Vector3<f64>]) -> Answer<()> {
     let end = FinalPosition::of_body(world, "ball")?;
     for _ in 0..NEWTON_STEPS {

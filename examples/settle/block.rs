@@ -1,4 +1,4 @@
-//! A block with its weight off center, and the soft ground it lies on.
+//! A block with its weight off center on soft ground.
 
 use hydroelastic::contact::{HalfSpace, Shape};
 use hydroelastic::dynamics::{Body, Integrator, Mass, Material, Plan, Trajectory, World};
@@ -10,15 +10,15 @@ use std::sync::Arc;
 /// Moduli (Pa) of block and ground, and their dissipation (s/m).
 pub const MODULI: [f64; 2] = [2e5, 5e4];
 const DISSIPATION: f64 = 5.0;
-/// Gravity (m/s²); mass of the block (kg), and its center of mass (m) from the middle.
+/// Gravity (m/s²), mass of the block (kg), and position of its center of mass (m) relative to its middle.
 pub const GRAVITY: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
 pub const MASS: f64 = 2.0;
 pub const CENTER_OF_MASS: Vector3<f64> = Vector3::new(0.02, -0.01, -0.01);
-/// Time step (s) and steps, which are implicit: rest is rest in them, however long they are.
+/// Time step (s) and number of steps. The steps are implicit, so a resting block stays at rest at any step size.
 const TIME_STEP: f64 = 5e-3;
 const STEPS: usize = 200;
 
-/// What the block does when it is let go.
+/// Returns the motion of the block after its release.
 pub fn released(
     block: &Arc<Shape>,
     ground: &HalfSpace,

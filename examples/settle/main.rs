@@ -2,9 +2,8 @@
 //!
 //! `cargo run --release -p hydroelastic-examples --example settle [-- --record FILE.glb --plot FILE.svg]`
 //!
-//! At rest the contact wrench balances the weight. Newton's method finds that pose from the exact
-//! Jacobian, without a step in time; a rollout from there then shows that nothing moves, and one from
-//! the first pose ends at the same depth.
+//! At rest the contact wrench balances the weight. Newton's method finds that pose from the exact Jacobian, without time steps. A rollout
+//! from that pose shows that the block does not move, and a rollout from the first pose ends at the same depth.
 
 mod block;
 #[path = "../show/mod.rs"]
@@ -20,26 +19,26 @@ use show::{Curve, Panel};
 use std::error::Error;
 use std::sync::Arc;
 
-/// Height (m) of the middle of the block over the ground where they touch.
+/// Height (m) of the middle of the block above the ground at first contact.
 const TOUCHING: f64 = 0.05;
 /// Thickness (m) of the soft layer of the ground.
 const LAYER: f64 = 0.1;
-/// Newton's method ends where the net wrench (N, N m) is below this share of the weight (N).
+/// Newton's method ends if the net wrench (N, N m) is below this fraction of the weight (N).
 const BALANCED: f64 = 1e-9;
 const ITERATIONS: usize = 8;
-/// Singular values below this fraction of the largest are zero: sliding on the level ground and
-/// turning on it change nothing.
+/// Singular values below this fraction of the largest are treated as zero, because translation along the level ground and rotation about
+/// the vertical have no effect.
 const FREE: f64 = 1e-9;
-/// How far the resting block may move in a rollout (m).
+/// Largest displacement (m) of the resting block in a rollout.
 const AT_REST: f64 = 1e-9;
-/// And how far from the depth at rest (m) the tilted one may be after 1 s: nothing but dissipation
-/// slows it, and it still turns on the ground.
+/// Largest deviation (m) of the tilted block from the depth at rest after 1 s. Only dissipation damps the block, and it still rotates on
+/// the ground.
 const SETTLED: f64 = 1e-7;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let block = Arc::new(Shape::new(shapes::distance_cuboid([0.3, 0.2, 0.1])?));
     let ground = HalfSpace::layer(LAYER)?;
-    // Tilted so that one edge is lifted off.
+    // The tilt lifts one edge off the ground.
     let tilt = vector![0.02, -0.03, 0.3];
     let tilted = Pose::from_rotation_vector(&tilt, vector![0.1, 0.05, 0.049]);
     let mut pose = tilted;
@@ -54,7 +53,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         if residual < BALANCED {
             break;
         }
-        // The smallest motion that balances the wrench to first order.
+        // The SVD gives the smallest motion that balances the wrench to first order.
         let svd = by_pose.svd(true, true);
         let step = svd.solve(&-wrench, FREE * svd.singular_values.max())?;
         pose = pose.moved_by(&Twist::from_vector(&step));
@@ -62,7 +61,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let depth = TOUCHING - pose.translation().z;
     println!("it sinks in by {:.3} mm", 1e3 * depth);
 
-    // Quadratic: the last residuals are below the squares of those before.
+    // Convergence is quadratic: the last residuals are below the squares of the residuals before them.
     let [.., first, second, third] = residuals[..] else {
         return Err("balanced at once".into());
     };
@@ -88,7 +87,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     })
 }
 
-/// Contact and weight about the block's origin, and the derivatives by the block's pose.
+/// Returns the sum of contact and weight about the block's origin, and its derivatives with respect to the block's pose.
 fn net_wrench(pair: &ContactPair) -> (Vector6<f64>, Matrix6<f64>) {
     let contact = pair.linearized();
     let arm = pair.a().pose().rotation() * CENTER_OF_MASS;
@@ -96,7 +95,7 @@ fn net_wrench(pair: &ContactPair) -> (Vector6<f64>, Matrix6<f64>) {
     let torque = arm.cross(&force);
     let wrench = contact.wrench.on_a + Wrench { torque, force };
     let mut by_pose = contact.by_poses.fixed_view::<6, 6>(0, 0).into_owned();
-    // A turn δθ moves the arm by δθ × arm, so δ(arm × F) = F × (arm × δθ).
+    // A rotation δθ moves the arm by δθ × arm, so δ(arm × F) = F × (arm × δθ).
     let mut by_turn = by_pose.fixed_view_mut::<3, 3>(0, 0);
     by_turn += skew(&force) * skew(&arm);
     (wrench.to_vector(), by_pose)

@@ -1,4 +1,4 @@
-//! Charts of curves, as SVG.
+//! SVG charts of curves.
 
 use super::Panel;
 use plotters::coord::Shift;
@@ -9,19 +9,19 @@ use std::path::Path;
 
 /// Size of a panel in pixels.
 const SIZE: (u32, u32) = (840, 240);
-/// Room for the names of the curves, right of them (pixels).
+/// Width (pixels) for the names of the curves on the right.
 const LEGEND: i32 = 130;
-/// Told apart by color-blind eyes too [Okabe 2008].
+/// Colors that color-blind readers can distinguish [Okabe 2008].
 const COLORS: [RGBColor; 4] = [
     RGBColor(0, 114, 178),
     RGBColor(230, 159, 0),
     RGBColor(0, 158, 115),
     RGBColor(40, 40, 40),
 ];
-/// Room around the curves, as a part of what they span.
+/// Margin around the curves, as a fraction of their range.
 const ROOM: f64 = 0.05;
 
-/// Draws panels, one below the other.
+/// Draws panels below each other.
 pub fn draw(path: &Path, panels: &[Panel]) -> Result<(), Box<dyn Error>> {
     let size = (SIZE.0, SIZE.1 * u32::try_from(panels.len())?);
     let area = SVGBackend::new(path, size).into_drawing_area();
@@ -35,7 +35,7 @@ pub fn draw(path: &Path, panels: &[Panel]) -> Result<(), Box<dyn Error>> {
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
 fn draw_panel(area: &Area, panel: &Panel) -> Result<(), Box<dyn Error>> {
-    // A logarithmic axis is a linear one of the logarithms.
+    // A logarithmic axis is a linear axis of the logarithms.
     let height = |y: f64| if panel.is_log { y.log10() } else { y };
     let at = |&(x, y): &(f64, f64)| (x, height(y));
     let points = || panel.curves.iter().flat_map(|c| &c.points).map(at);
@@ -77,7 +77,7 @@ fn draw_panel(area: &Area, panel: &Panel) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// The range of some values, with room around them.
+/// Returns the range of some values, with a margin.
 fn span(values: impl Iterator<Item = f64> + Clone) -> Range<f64> {
     let low = values.clone().fold(f64::INFINITY, f64::min);
     let high = values.fold(f64::NEG_INFINITY, f64::max);
@@ -85,8 +85,8 @@ fn span(values: impl Iterator<Item = f64> + Clone) -> Range<f64> {
     low - room..high + room
 }
 
-/// A number without the rounding of ticks' sums, and without zeros at its end.
+/// Formats a number without the accumulated rounding error of the ticks and without trailing zeros.
 fn decimal(number: f64) -> String {
-    // Adding 0 takes the sign from −0.
+    // Adding 0 turns −0 into 0.
     format!("{}", (number * 1e6).round() / 1e6 + 0.0)
 }

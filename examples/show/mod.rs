@@ -1,4 +1,4 @@
-//! What an example leaves behind if asked: `--record FILE.glb` and `--plot FILE.svg`.
+//! Optional output files of an example: `--record FILE.glb` and `--plot FILE.svg`.
 
 #![allow(dead_code, unused_imports, reason = "each example uses a part")]
 
@@ -13,7 +13,7 @@ use hydroelastic::io::Recording;
 use std::error::Error;
 use std::path::PathBuf;
 
-/// The files asked for on the command line.
+/// Output files requested on the command line.
 pub struct Wanted {
     record: Option<PathBuf>,
     plot: Option<PathBuf>,
@@ -39,7 +39,7 @@ pub fn wanted() -> Result<Wanted, Box<dyn Error>> {
 }
 
 impl Wanted {
-    /// Writes the recording if it was asked for.
+    /// Writes the recording if requested.
     pub fn record(
         &self,
         recording: impl FnOnce() -> Result<Recording, Box<dyn Error>>,
@@ -51,7 +51,7 @@ impl Wanted {
         Ok(())
     }
 
-    /// Draws the panels, one below the other, if a picture was asked for.
+    /// Draws the panels below each other if a plot was requested.
     pub fn plot(&self, panels: impl FnOnce() -> Vec<Panel>) -> Result<(), Box<dyn Error>> {
         if let Some(path) = &self.plot {
             chart::draw(path, &panels())?;

@@ -1,4 +1,4 @@
-//! What charts show.
+//! Panels and curves of charts.
 
 /// A line through points.
 pub struct Curve {
@@ -21,7 +21,7 @@ impl Curve {
         Self { name, points }
     }
 
-    /// Against the numbers 0, 1, 2 …
+    /// Creates a curve against the numbers 0, 1, 2 …
     pub fn counted(name: &str, values: impl Iterator<Item = f64>) -> Self {
         Self::new(
             name,
@@ -33,7 +33,7 @@ impl Curve {
 }
 
 impl Panel {
-    /// Positive numbers against the count of iterations, or of what else they belong to.
+    /// Creates a logarithmic panel of positive numbers against a count, for example of iterations.
     pub fn counted(x_label: &'static str, curves: Vec<Curve>) -> Self {
         let (y_label, is_log) = ("", true);
         Self {

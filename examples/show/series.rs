@@ -4,7 +4,7 @@ use super::{Curve, Panel};
 use hydroelastic::dynamics::{Diagnostics, Force, State, Trajectory, World};
 use nalgebra::Vector3;
 
-/// Kinetic, gravitational, contact and total energy.
+/// Returns kinetic, gravitational, contact and total energy.
 pub fn energies<F: Force>(world: &World<f64, F>, trajectory: &Trajectory) -> Panel {
     let reports: Vec<(f64, Diagnostics)> = (trajectory.states().iter())
         .map(|state| {
@@ -31,7 +31,7 @@ pub fn energies<F: Force>(world: &World<f64, F>, trajectory: &Trajectory) -> Pan
     }
 }
 
-/// Magnitude of the net contact force on a body, by its place in the world.
+/// Returns the magnitude of the net contact force on a body, given by its index in the world.
 pub fn contact_force<F: Force>(
     world: &World<f64, F>,
     trajectory: &Trajectory,
@@ -60,7 +60,7 @@ pub fn contact_force<F: Force>(
     }
 }
 
-/// The positions (m) of a body, by its place in the world.
+/// Yields the positions (m) of a body, given by its index in the world.
 pub fn path(trajectory: &Trajectory, body: usize) -> impl Iterator<Item = Vector3<f64>> {
     let states = trajectory.states().iter();
     states.map(move |state| *state.bodies[body].position())

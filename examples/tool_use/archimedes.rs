@@ -1,11 +1,11 @@
-//! The force of a liquid on a solid that floats in it.
+//! Force of a liquid on a solid that floats in it.
 
 use hydroelastic::mesh::TriangleSurface;
 use hydroelastic::spatial::{Pose, Wrench};
 use nalgebra::Vector3;
 
-/// Of a liquid with its surface at a height (m), whose pressure grows by a slope (Pa/m), on a closed surface at a pose: the
-/// integral of the pressure over the wet triangles, about the origin of the pose.
+/// Returns the wrench of a liquid on a closed surface at a pose, about the origin of the pose. The liquid's surface is at a height (m), and
+/// its pressure grows by a slope (Pa/m). The wrench is the integral of the pressure over the wet triangles.
 pub fn buoyancy(surface: &TriangleSurface, pose: &Pose, height: f64, slope: f64) -> Wrench {
     let mut wrench = Wrench::zero();
     for triangle in 0..surface.triangles().len() {
@@ -14,7 +14,7 @@ pub fn buoyancy(surface: &TriangleSurface, pose: &Pose, height: f64, slope: f64)
         for i in 2..wet.len() {
             let [a, b, c] = [wet[0], wet[i - 1], wet[i]];
             let inward = (c - a).cross(&(b - a)) / 2.0;
-            // Pressure times arm is of degree two: exact from the middles of the edges.
+            // Pressure times arm has degree two, so the edge-midpoint rule is exact.
             for middle in [a + b, b + c, c + a].map(|sum| sum / 2.0) {
                 let force = inward * (slope * (height - middle.z) / 3.0);
                 wrench.force += force;
@@ -25,7 +25,7 @@ pub fn buoyancy(surface: &TriangleSurface, pose: &Pose, height: f64, slope: f64)
     wrench
 }
 
-/// The part of a triangle below a height.
+/// Returns the part of a triangle below a height.
 fn below(corners: &[Vector3<f64>; 3], height: f64) -> Vec<Vector3<f64>> {
     let mut part = Vec::new();
     for (i, p) in corners.iter().enumerate() {

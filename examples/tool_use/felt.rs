@@ -1,4 +1,4 @@
-//! What the hand feels.
+//! Force and work of the hand.
 
 use super::hand::{DOWN, Hand};
 use super::scene::{RATE, TOOL};
@@ -8,7 +8,7 @@ use hydroelastic::gradient::Outcome;
 use hydroelastic::scalar::{Scalar, lift};
 use nalgebra::Vector3;
 
-/// The force (N) with which the hand presses at the end of the way down, and its work (J) until the end.
+/// Force (N) with which the hand presses at the end of the way down, and total work of the hand (J).
 pub struct Felt(pub Hand);
 
 impl Outcome for Felt {
@@ -28,7 +28,7 @@ impl Felt {
         self.0.force_on(&state.bodies[TOOL], state.time)
     }
 
-    /// The hand's force along x and downwards.
+    /// Plots the hand's force along x and downward.
     pub fn over_time(&self, trajectory: &Trajectory) -> Panel {
         let states = trajectory.states().iter();
         let forces: Vec<_> = states.map(|s| (s.time, self.force_in(s))).collect();
@@ -47,7 +47,7 @@ impl Felt {
     }
 }
 
-/// The step that ends at a time (s).
+/// Returns the step that ends at a time (s).
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,

@@ -2,14 +2,14 @@
 //!
 //! `cargo run --release -p hydroelastic-examples --example tool_use [-- --record FILE.glb --plot FILE.svg]`
 //!
-//! The tool is a hook from an STL file, the block stands on a half-space. Below its upper face the block's pressure is κ times
-//! the depth, as in a liquid of the weight κ per volume, so Archimedes knows the answer for a tool of any shape: on the tool
-//! acts −∫ p N dA = κV, upwards through the middle of the displaced volume V, as long as the side faces are farther than the
-//! upper one. Friction is μ∫p dA, not μN: the flanks of a round tool carry more than their share of N. In a slide along x a
-//! triangle with the normal n has μ√(1 − n_x²) of its force.
+//! The tool is a hook from an STL file, and the block stands on a half-space. Below its upper face, the block's pressure is κ times the
+//! depth, as in a liquid of weight κ per volume. Therefore Archimedes' principle gives the force on a tool of any shape: −∫ p N dA = κV,
+//! upward through the centroid of the displaced volume V. This holds as long as the side faces are farther away than the upper face.
+//! Friction is μ∫p dA, not μN, because the flanks of a round tool carry more than their share of N. In a slide along x, a triangle with
+//! normal n contributes μ√(1 − n_x²) of its force.
 //!
-//! A hand with a spring guides the tool. Its force and work are differentiated by the block's modulus and by the depth of the
-//! path, and held against differences.
+//! A hand with a spring guides the tool. The example compares the derivatives of its force and work, with respect to the block's modulus
+//! and the depth of the path, with differences.
 
 mod archimedes;
 mod felt;
@@ -28,19 +28,19 @@ use nalgebra::{DVector, vector};
 use scene::{BLOCK, BLOCK_SIZE, MODULUS, TOOL, plan};
 use std::error::Error;
 
-/// Number of depths to which the tool is pressed in, of which each fourth is printed.
+/// Number of depths to which the tool is pressed. Every fourth depth is printed.
 const DEPTHS: usize = 16;
-/// The first of these depths (m), and the distance between them.
+/// The first depth (m), and the distance between depths.
 const DEPTH: f64 = 0.25e-3;
 /// Lowest point of the hand's path (m): 3 mm below the block's upper face.
 const LOWEST: f64 = BLOCK_SIZE[2] - 0.003;
-/// Relative error of a sum over a hundred polygons by round-off.
+/// Relative rounding error of a sum over a hundred polygons.
 const ROUND_OFF: f64 = 1e-11;
-/// Relative error of the friction: the block leans by 0.2 mrad under it, so that a share of N counts as friction.
+/// Relative error of the friction. Under friction the block leans by 0.2 mrad, so a fraction of N counts as friction.
 const LEANING: f64 = 1e-3;
 /// Relative error of central differences.
 const BY_DIFFERENCES: f64 = 1e-7;
-/// Their steps: of the modulus (Pa), and of the path's depth (m).
+/// Steps of the differences: of the modulus (Pa), and of the path's depth (m).
 const STEPS: [f64; 2] = [1e-4 * MODULUS, 1e-7];
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -74,12 +74,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     })
 }
 
-/// What the hand feels on a path with this lowest height (m).
+/// Returns the outcome for a path with this lowest height (m).
 fn felt(lowest: f64) -> Felt {
     Felt(Hand { tool: TOOL, lowest })
 }
 
-/// Friction on the sliding tool against the pressure and the directions of its triangles.
+/// Compares the friction on the sliding tool with the pressure and the directions of its triangles.
 fn check_friction(world: &World<f64, Hand>, state: &State) -> Result<(), Box<dyn Error>> {
     let contacts = world.contacts(state)?;
     let mut of_tool = contacts.iter().filter(|it| it.bodies == [BLOCK, TOOL]);
@@ -100,10 +100,10 @@ fn check_friction(world: &World<f64, Hand>, state: &State) -> Result<(), Box<dyn
     Ok(())
 }
 
-/// Derivatives of force and work by the modulus of the block and by the depth of the path.
+/// Compares the derivatives of force and work with respect to the modulus of the block and the depth of the path with differences.
 fn check_gradients(world: &World<f64, Hand>) -> Result<(), Box<dyn Error>> {
     let experiment = Experiment::new(world, &plan()?);
-    // A lower path is one at the same height over a higher block on a higher ground.
+    // A lower path is equivalent to a path at the same height above a higher block on higher ground.
     let by_modulus = [Parameter::modulus("block")];
     let mut by = by_modulus.to_vec();
     by.extend(["block", "ground"].map(|name| Parameter::initial_position(name)));
@@ -137,7 +137,7 @@ fn check_gradients(world: &World<f64, Hand>) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// The slopes of numbers between two steps of this length, to and fro.
+/// Returns the central difference of values at a step ahead and a step behind.
 fn difference(ahead: &[f64], behind: &[f64], step: f64) -> DVector<f64> {
     let slopes = ahead
         .iter()

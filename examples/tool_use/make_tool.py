@@ -1,7 +1,7 @@
-"""Writes the hook of this example beside itself: python3 make_tool.py
+"""Writes the hook of this example to its own folder: python3 make_tool.py
 
-A rod of circular section bent to a J, with round ends, in millimeters. The lowest point is the origin, the shank along z, and
-the bend in the plane y = 0.
+A rod of circular section, bent to a J, with round ends, in millimeters. The lowest point is the origin, the shank is along z, and the
+bend is in the plane y = 0.
 """
 
 import math
@@ -12,20 +12,20 @@ RADIUS = 5.0
 BEND = 15.0
 SHANK = 40.0
 AROUND = 12
-# Rings along the bend, and along each round end without its pole.
+# Number of rings along the bend, and along each round end without its pole.
 ALONG, CAP = 11, 2
-# How far the bend goes: less than half a turn.
+# Angle of the bend, less than half a turn.
 TURN = math.radians(150)
 
 
 def station(angle):
-    """Center of the section and the direction of the rod at an angle of the bend."""
+    """Returns center of the section and direction of the rod at an angle of the bend."""
     center = (-BEND * math.cos(angle), BEND + RADIUS - BEND * math.sin(angle))
     return center, (math.sin(angle), -math.cos(angle))
 
 
 def sections():
-    """Center, direction and radius of every section, from pole to pole; both in the plane y = 0."""
+    """Returns center, direction and radius of every section from pole to pole. Centers and directions are in the plane y = 0."""
     top, down = station(0.0)
     top = (top[0], top[1] + SHANK)
     end, out = station(TURN)
@@ -44,10 +44,10 @@ def moved(point, direction, way):
 
 
 def ring(center, direction, radius):
-    """Counter-clockwise about the direction; a pole is a ring of one."""
+    """Returns points counter-clockwise about the direction. A pole is a ring of one point."""
     if radius == 0.0:
         return [(center[0], 0.0, center[1])]
-    # Across the rod in the plane of the bend; its cross product with y, which is (0, 1, 0), is the direction.
+    # This vector is across the rod in the plane of the bend. Its cross product with y, which is (0, 1, 0), is the direction.
     across = (direction[1], -direction[0])
     angles = [2 * math.pi * step / AROUND for step in range(AROUND)]
     return [
@@ -78,7 +78,7 @@ def main():
         file.write(b"A hook, in millimeters: make_tool.py".ljust(80, b" "))
         file.write(struct.pack("<I", len(corners)))
         for triangle in corners:
-            # Readers work out normals.
+            # Readers compute the normals.
             file.write(struct.pack("<12fH", 0, 0, 0, *(x for corner in triangle for x in corner), 0))
 
 

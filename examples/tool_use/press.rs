@@ -1,4 +1,4 @@
-//! The tool pressed into the block, tilted, both held.
+//! The tilted tool pressed into the block, both fixed.
 
 use super::archimedes::buoyancy;
 use super::scene::{self, BLOCK_SIZE, MODULUS, slope};
@@ -8,16 +8,16 @@ use hydroelastic::spatial::{Pose, Wrench};
 use nalgebra::{Vector3, vector};
 use std::error::Error;
 
-/// A tilt of the tool (rad), so that there is a torque.
+/// Tilt of the tool (rad), which results in a torque.
 const TILT: Vector3<f64> = Vector3::new(0.2, 0.3, 0.0);
 
-/// The wrench on the tool about the origin of its frame, by the library and by Archimedes, at a depth (m).
+/// Wrenches on the tool about the origin of its frame at a depth (m), by the library and by Archimedes' principle.
 pub struct Pressed {
     pub depth: f64,
     pub wrenches: [Wrench; 2],
 }
 
-/// At depths of the tool's lowest point.
+/// Computes the wrenches at depths of the tool's lowest point.
 pub fn at_depths(depths: &[f64]) -> Result<Vec<Pressed>, Box<dyn Error>> {
     let (block, tool) = (Shape::new(scene::block()?), RigidShape::new(scene::tool()?));
     let block = ContactBody::new(&block, Pose::identity(), MODULUS)?;
@@ -38,7 +38,7 @@ pub fn at_depths(depths: &[f64]) -> Result<Vec<Pressed>, Box<dyn Error>> {
     Ok(depths.iter().map(at_depth).collect::<Result<_, _>>()?)
 }
 
-/// How far the two wrenches are apart, relative to the larger parts of theirs.
+/// Returns the larger of the relative differences of forces and of torques.
 pub fn deviation(pressed: &Pressed) -> f64 {
     let [found, expected] = &pressed.wrenches;
     let parts = [
@@ -48,7 +48,7 @@ pub fn deviation(pressed: &Pressed) -> f64 {
     parts[0].max(parts[1])
 }
 
-/// Force against depth.
+/// Plots force against depth.
 pub fn over_depth(pressed: &[Pressed]) -> Panel {
     let curve = |name, which: usize| {
         let force = |at: &Pressed| (1e3 * at.depth, at.wrenches[which].force.z);

@@ -1,8 +1,6 @@
 use super::dual_widths::DifferentiableOutcome;
 use super::motion_slopes::{MotionCheck, WithPositions};
-use super::{
-    CheckedDerivative, DerivativeCheck, Experiment, GradientError, Outcome, Parameter, Verdict,
-};
+use super::{DerivativeCheck, Experiment, GradientError, Outcome, Parameter};
 use crate::dynamics::check_positive;
 
 impl Experiment {

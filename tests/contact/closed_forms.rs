@@ -1,4 +1,4 @@
-//! Wrenches against values that can be written down.
+//! Wrenches against closed forms.
 #![allow(
     clippy::redundant_closure_for_method_calls,
     reason = "a method's path is not general enough in its lifetimes"
@@ -11,16 +11,16 @@ use hydroelastic::spatial::Pose;
 use nalgebra::{Vector3, vector};
 use std::f64::consts::PI;
 
-/// Round-off of a sum over some hundred polygons.
+/// Rounding error of a sum over some hundred polygons.
 const EXACT: f64 = 1e-12;
 
-/// The table's rest depth comes from a root finder; the digits it prints.
+/// Printed digits of the table's rest depth, which comes from a root finder.
 const REST_DEPTH: f64 = 1e-9;
 
-/// The nine digits the table prints of the frequency.
+/// The nine printed digits of the table's frequency.
 const FREQUENCY: f64 = 2e-9;
 
-/// Each printed digit of the table of relative errors.
+/// The printed digits of the table of relative errors.
 const PRINTED: f64 = 6e-4;
 
 fn at(x: f64, y: f64, z: f64) -> Pose {
@@ -74,8 +74,8 @@ fn work_counts_of_the_papers_scene_stay_as_they_are() {
     assert_eq!(culled.candidate_pairs, 4_566);
 }
 
-/// The pair of tetrahedra of the unit tests of the paper's code: as a mesh of its own a surface corner
-/// would have pressure, so each is one of four around its apex.
+/// The pair of tetrahedra is that of the unit tests of the paper's code. In a mesh with one tetrahedron, a corner on the surface would have
+/// pressure. Therefore each of the two is one of four tetrahedra around its apex.
 #[test]
 fn the_papers_pair_of_tetrahedra_meets_in_its_triangle() {
     let body = |upward: f64, base: f64| {
@@ -157,7 +157,7 @@ mod cube_on_box {
 
     #[test]
     fn energy_is_the_integral_of_the_force() {
-        // Simpson's rule is exact: the force is a cubic in the depth.
+        // Simpson's rule is exact, because the force is a cubic polynomial of the depth.
         let depth = 0.01;
         let integral = (force(0.0) + 4.0 * force(depth / 2.0) + force(depth)) * depth / 6.0;
         let energy = shapes_and(depth, |pair| pair.potential_energy());
@@ -211,14 +211,14 @@ fn coincident_cubes_have_no_force() {
     let there = (&cube, Pose::identity(), 0.5);
     let pair = pair(there, there);
     assert_eq!(pair.wrench().on_a.force, Vector3::zeros());
-    // The energy is the integral of the field: a pyramid over each face.
+    // The energy is the integral of the field, which is a pyramid over each face.
     assert!((pair.potential_energy() - 0.5 / 4.0).abs() <= EXACT);
 }
 
 #[test]
 fn mirrored_icospheres_approach_the_force_of_spheres_at_second_order() {
     let overlap: f64 = 0.2;
-    // Each sphere is pressed half the overlap deep by the mirror plane between them.
+    // The mirror plane between the spheres presses each sphere in by half the overlap.
     let depth = overlap / 2.0;
     let smooth = PI * depth * depth * (1.0 - 2.0 * depth / 3.0);
     assert!((smooth / 0.029_321_531_43 - 1.0).abs() < 1e-9);

@@ -1,4 +1,4 @@
-//! Linearized contacts of pairs in motion against differences: at generic poses, and at special ones and all around them.
+//! Linearized contacts of moving pairs against differences, at generic poses, at special poses and near special poses.
 
 use crate::support::hostile::kinks::kink_of;
 use crate::support::moving::bodies::Bodies;
@@ -13,53 +13,54 @@ use nalgebra::SVector;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-/// Pairs that share a set of shapes.
+/// Number of pairs that share a set of shapes.
 const BATCH: usize = 512;
 
-/// Pairs of the short form.
+/// Number of pairs in the short form.
 const SHORT: usize = 2 * BATCH;
 
-/// Pairs of the long form, if COINCIDENCE_PAIRS does not say.
+/// Number of pairs in the long form, unless COINCIDENCE_PAIRS is set.
 const LONG: usize = 1_000_000;
 
-/// Columns that are named one by one.
+/// Number of columns that the report lists individually.
 const NAMED: usize = 200;
 
-/// Generic pairs of the short form, and of the long one.
+/// Numbers of generic pairs in the short form and in the long form.
 const GENERIC: [usize; 2] = [200, 1000];
 
-/// Steps of differences at generic poses, relative to size and speed.
+/// Steps of the differences at generic poses, relative to size and speed.
 const STEPS: [f64; 5] = [1e-6, 1e-5, 1e-7, 1e-4, 1e-8];
 
-/// No other step is tried where a difference is off by no more, relative to the column.
+/// Error of a difference, relative to the column, at which no other step is tried.
 const GOOD: f64 = 1e-9;
 
-/// The best of differences: median, of 99 in 100, worst. Second derivatives are large where a slip is as slow as the
-/// slip tolerance.
+/// Errors relative to the best difference: median, 99th percentile, maximum. Second derivatives are large if a slip is as slow as the slip
+/// tolerance.
 const DIFFERENCES: [f64; 3] = [1e-8, 1e-6, 1e-5];
 
-/// A block of a Jacobian without units counts as no less than this part of the elastic wrenches (at rest the derivative
-/// by the dissipation is round-off), at special positions of pressure times size squared.
+/// Smallest scale of a nondimensional block of a Jacobian, relative to the elastic wrenches, because at rest the derivative with respect to
+/// the dissipation is round-off. At special positions, the scale is relative to pressure times size squared.
 const LEAST: f64 = 1e-3;
 
-/// Round-off through slices and clips of generic pairs, where planes may meet at a flat angle.
+/// Rounding error through slices and clips of generic pairs, whose planes may meet at a small angle.
 pub(super) const TWO_WAYS: f64 = 1e-8;
 
-/// Round-off of the same sums in other frames and another order: at generic poses, and at special ones, where corners
-/// that are taken for coincident are off by up to the margin times the steepest change.
+/// Rounding error of the sums in other frames and another order, at generic poses and at special poses. At special poses, corners that
+/// count as coincident are off by up to the margin times the steepest change.
 const EXCHANGED: [f64; 2] = [1e-8, 1e-6];
 
-/// Where positions are missed by so much, one of the two may be the mean of a kink's sides and the other one of them.
+/// Distances from a special position at which the two Jacobians may differ: one is the mean of both sides of a kink, and the other is that
+/// of one side.
 const BETWEEN: std::ops::Range<f64> = 1e-11..1e-8;
 
-/// What the pairs of a family came to.
+/// Results of the pairs of a family.
 #[derive(Debug, Default, Clone)]
 pub(super) struct Tally {
     pairs: usize,
     failing: usize,
-    /// Pairs with a column at a kink, by its kind.
+    /// Number of pairs with a column at a kink, by kind of kink.
     kinks: BTreeMap<String, usize>,
-    /// Number of the pair, column, what is said of it, and how wrong it is.
+    /// Number of the pair, column, description, and error.
     failures: Vec<(usize, usize, String, f64)>,
 }
 
@@ -95,7 +96,7 @@ impl Tally {
     }
 }
 
-/// The pair with a number, of the shapes with the number of its batch.
+/// Adds the pair with a number, made from the shapes of its batch.
 fn add_pair(tallies: &mut Tallies, bodies: &Bodies, number: usize) {
     let family = number % Family::ALL.len();
     tallies[family].add(number, &scene(bodies, Family::ALL[family], number as u64));
@@ -107,7 +108,7 @@ pub(super) fn merge(total: &mut Tallies, tallies: Tallies) {
     }
 }
 
-/// Pairs with the numbers from `first`, on all threads.
+/// Checks `count` pairs from number `first` on, on all threads.
 fn swept(first: usize, count: usize) -> Tallies {
     let work = |tallies: &mut Tallies, batch, numbers: Range<usize>| {
         let bodies = Bodies::new(batch as u64);
@@ -116,7 +117,7 @@ fn swept(first: usize, count: usize) -> Tallies {
     in_batches((first, count), BATCH, work, merge)
 }
 
-/// Prints what there is, and fails if any pair failed.
+/// Prints the results, and fails if any pair failed.
 pub(super) fn report(tallies: &Tallies) {
     for (family, tally) in Family::ALL.iter().zip(tallies) {
         for (number, column, what, error) in &tally.failures {
@@ -133,7 +134,7 @@ pub(super) fn report(tallies: &Tallies) {
         println!("{family:?}: {pairs} pairs, {failing} failing, {kinks:?}");
     }
     let failing: usize = tallies.iter().map(|tally| tally.failing).sum();
-    assert_eq!(failing, 0, "pairs that fail");
+    assert_eq!(failing, 0, "failing pairs");
 }
 
 #[test]
@@ -141,21 +142,16 @@ fn linearized_contacts_at_special_positions_are_those_of_differences() {
     report(&swept(0, SHORT));
 }
 
-/// 389: sides are flush to 1e-12 of the size, and where no polygon shows it.
-/// 456, 1996: sides are flush to what counts as round-off, on one side less and on the other more.
-/// 701: sides of bodies that are pressed in elsewhere are flush to round-off.
-/// 1383: sides are flush to what counts as coincident, at one corner less and at another more.
-/// 9888: plateaus of both fields pass each other at the same pressure; friction jumps, and only there.
-/// 17021, 39708: moduli part faces in another order than motions do.
-/// 21535, 26057, 32721, 36214, 37089: the contact surface lies in faces inside both bodies.
-/// 25253, 28432, 29016, 33328, 39085: fields are nearly equal, and a kink as seen from afar is not one from near.
-/// 31447: edges inside both bodies coincide.
-/// 43108, 44_053, 59074, 82545, 93929, 102834, 104668, 108979, 150063, 175003: faces inside bodies coincide, and the load jumps.
-/// 59893, 68846: the wrench jumps by so little that only a central difference shows it.
-/// 144134: an edge is shorter than the error in placing a face that grazes the plane there.
-/// 88048, 440402: the nearest kink is 1e-12 to 1e-11 away, and the derivative is that on this side of it.
-/// 286437: 3.6e-6 of the load is on polygons that count as coincident.
-/// 323466: a corner, at which one column has the same slope on both sides.
+/// 389: sides are flush to 1e-12 of the size, but no polygon shows it. 456, 1996: sides are flush to within the round-off margin, on one
+/// side below and on the other above it. 701: sides of bodies that are pressed in elsewhere are flush to round-off. 1383: sides are flush
+/// to within the coincidence margin, at one corner below and at another above it. 9888: plateaus of both fields pass each other at equal
+/// pressure; only there, friction jumps. 17021, 39708: moduli separate faces in another order than motions do. 21535, 26057, 32721, 36214,
+/// 37089: the contact surface lies in faces inside both bodies. 25253, 28432, 29016, 33328, 39085: fields are nearly equal, and a kink at a
+/// large scale is no kink at a small scale. 31447: edges inside both bodies coincide. 43108, 44_053, 59074, 82545, 93929, 102834, 104668,
+/// 108979, 150063, 175003: faces inside bodies coincide, and the load jumps. 59893, 68846: the wrench jumps by so little that only a
+/// central difference shows the jump. 144134: an edge is shorter than the position error of a face that grazes the plane there. 88048,
+/// 440402: the nearest kink is 1e-12 to 1e-11 away, and the derivative is that on the pair's side of the kink. 286437: 3.6e-6 of the load
+/// is on polygons that count as coincident. 323466: at a corner, one column has the same slope on both sides.
 #[test]
 fn pairs_that_once_failed_are_those_of_differences() {
     let mut tallies = Tallies::default();
@@ -170,8 +166,8 @@ fn pairs_that_once_failed_are_those_of_differences() {
     report(&tallies);
 }
 
-/// Faces inside both bodies coincide, and B is turned out of that about each of A's axes. What is left is rounding over the
-/// angle.
+/// Faces inside both bodies coincide, and B is rotated out of coincidence about each of A's axes. The remaining error is round-off divided
+/// by the angle.
 #[test]
 fn forces_are_continuous_where_faces_inside_bodies_part() {
     const ANGLES: [f64; 2] = [1e-15, 1e-9];
@@ -197,7 +193,7 @@ fn forces_are_continuous_where_faces_inside_bodies_part() {
                     let error = (force(axis, turn) - still).norm() / still.norm();
                     assert!(
                         error < MOST,
-                        "pair {number} turned by {turn:e} about {axis}: {error:e}"
+                        "pair {number} rotated by {turn:e} about {axis}: {error:e}"
                     );
                 }
                 angle *= GROWTH;
@@ -206,8 +202,8 @@ fn forces_are_continuous_where_faces_inside_bodies_part() {
     }
 }
 
-/// Takes from COINCIDENCE_PAIRS how many, and from COINCIDENCE_FIRST the number of the first: one that failed can be
-/// looked at by itself, and a sweep taken up where it was left.
+/// COINCIDENCE_PAIRS is the number of pairs, and COINCIDENCE_FIRST is the number of the first pair. With these, a single failing pair can
+/// be examined and an interrupted sweep resumed.
 #[test]
 #[ignore = "hours: a million pairs"]
 fn many_linearized_contacts_at_special_positions_are_those_of_differences() {
@@ -215,7 +211,7 @@ fn many_linearized_contacts_at_special_positions_are_those_of_differences() {
     report(&swept(first, count));
 }
 
-/// So many generic pairs in motion.
+/// Visits `count` generic moving pairs.
 fn for_generic_scenes(count: usize, mut check: impl FnMut(&Scene)) {
     let (shapes, mut random) = (mixed_shapes(), Random::new(81));
     let mut checked = 0;
@@ -228,7 +224,7 @@ fn for_generic_scenes(count: usize, mut check: impl FnMut(&Scene)) {
     }
 }
 
-/// The largest error of a block over the largest entry of it, or over a least one.
+/// Returns the largest error of a block, relative to the larger of the block's largest entry and `least`.
 fn error(least: f64, found: &Jacobian, expected: &Jacobian) -> f64 {
     let of_block = |columns: std::ops::Range<usize>| {
         let (start, count) = (columns.start, columns.len());
@@ -238,7 +234,7 @@ fn error(least: f64, found: &Jacobian, expected: &Jacobian) -> f64 {
     BLOCKS.into_iter().map(of_block).fold(0.0, f64::max)
 }
 
-/// The largest error against the best of differences.
+/// Returns the largest error relative to the best differences.
 pub(super) fn error_of_differences(scene: &Scene) -> f64 {
     let scaled = Scaled::of(scene);
     let found = scaled.relative(&scene.linearized());
@@ -263,7 +259,7 @@ pub(super) fn error_of_differences(scene: &Scene) -> f64 {
     error(LEAST * scaled.elastic().0, &found, &best)
 }
 
-/// Median, of 99 in 100, worst.
+/// Returns the median, the 99th percentile and the maximum.
 pub(super) fn ranked(mut errors: Vec<f64>) -> [f64; 3] {
     errors.sort_by(f64::total_cmp);
     [errors.len() / 2, errors.len() * 99 / 100, errors.len() - 1].map(|rank| errors[rank])
@@ -293,7 +289,7 @@ fn assert_those_of_differences(count: usize) {
     );
 }
 
-/// The largest error against derivatives through slices and clips.
+/// Returns the largest error relative to derivatives through slices and clips.
 pub(super) fn error_of_pipeline(scene: &Scene) -> f64 {
     let (pair, law, twists) = scene.changed(&seeds());
     let expected = jacobian_of(&pair.moving(law, twists).pipeline().wrench());

@@ -1,4 +1,4 @@
-//! The contact surface of two octahedra, polygon by polygon: all that can be read from it has a closed value.
+//! The contact surface of two octahedra, polygon by polygon. All of its public properties have closed forms.
 
 use crate::support::octahedra::{OVERLAP, fall, force, octahedron, places, slope, stacked, stage};
 use crate::support::scenes::{Random, grid, mixed_shapes, pair, random_pair};
@@ -7,10 +7,10 @@ use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::Pose;
 use nalgebra::{Vector3, vector};
 
-/// Round-off, relative to the largest number of its kind.
+/// Rounding error, relative to the largest number of the same kind.
 const EXACT: f64 = 1e-12;
 
-/// Moduli (Pa) of A and B: alike, and either body the softer one.
+/// Moduli (Pa) of A and B: equal, A softer, and B softer.
 const MODULI: [[f64; 2]; 3] = [[1e5, 1e5], [1e5, 3e5], [4e5, 1e5]];
 
 fn assert_near(found: f64, expected: f64, scale: f64) {
@@ -18,21 +18,21 @@ fn assert_near(found: f64, expected: f64, scale: f64) {
     assert!(error <= EXACT * scale, "{found} {expected} {error:e}");
 }
 
-/// One of the roof's four triangles, on the stage.
+/// One of the four triangles of the roof-shaped contact surface, on the stage.
 struct Triangle {
     signs: [f64; 2],
     moduli: [f64; 2],
 }
 
 impl Triangle {
-    /// The one that a polygon should be.
+    /// Returns the expected triangle of a polygon.
     fn of(polygon: &ContactPolygon, moduli: [f64; 2]) -> Self {
         let centroid = stage().inverse().transformed_point(&polygon.centroid);
         let signs = [centroid.x.signum(), centroid.y.signum()];
         Self { signs, moduli }
     }
 
-    /// A point of the roof in this quadrant, from its distances to the middle along x and y.
+    /// Returns a point of the roof in this quadrant, given its distances from the middle along x and y.
     fn point(&self, x: f64, y: f64) -> Vector3<f64> {
         let z = slope(self.moduli) * (OVERLAP - x - y);
         stage().transformed_point(&vector![self.signs[0] * x, self.signs[1] * y, z])
@@ -46,7 +46,7 @@ impl Triangle {
         (1.0 + 2.0 * slope(self.moduli).powi(2)).sqrt()
     }
 
-    /// Area (m²).
+    /// Returns the area (m²).
     fn area(&self) -> f64 {
         OVERLAP * OVERLAP / 2.0 * self.steepness()
     }
@@ -109,7 +109,7 @@ fn force_of_a_polygon_acts_through_its_center_of_pressure() {
     for moduli in MODULI {
         for polygon in stacked(&shape, moduli).surface().polygons {
             let triangle = Triangle::of(&polygon, moduli);
-            // A quarter of the upward force; by the slope, all that the roof's inclination adds.
+            // The expected force is a quarter of the upward force. The slope accounts for the inclination of the roof.
             let expected = triangle.normal() * triangle.steepness() * force(moduli) / 4.0;
             let error = (polygon.force() - expected).amax();
             assert_near(error, 0.0, force(moduli));
@@ -129,14 +129,14 @@ fn whole_surface_has_the_area_center_force_and_energy_of_the_roof() {
         assert!(!surface.is_empty());
         let area = 2.0 * OVERLAP * OVERLAP * (1.0 + 2.0 * c * c).sqrt();
         assert_near(surface.area(), area, area);
-        // Half as high as the roof: ∫ c (L − s)²/∫ (L − s) over a quarter is c (L⁴/12)/(L³/6).
+        // The center is at half the height of the roof: over a quarter, ∫ c (L − s)²/∫ (L − s) is c (L⁴/12)/(L³/6).
         let center = stage().transformed_point(&vector![0.0, 0.0, c * OVERLAP / 2.0]);
         let error = (surface.center_of_pressure().unwrap() - center).amax();
         assert_near(error, 0.0, 1.0);
         let expected = stage().rotation() * Vector3::z() * force(moduli);
         let found = pair.wrench().on_a.force;
         assert_near((found - expected).amax(), 0.0, force(moduli));
-        // The force does work over the way 2 dL: ∫ 2 k l³/3 · 2 dl = k L⁴/3.
+        // The force does work over the distance 2 dL: ∫ 2 k l³/3 · 2 dl = k L⁴/3.
         let energy = fall(moduli) * OVERLAP.powi(4) / 3.0;
         assert_near(pair.potential_energy(), energy, energy);
     }
@@ -161,7 +161,7 @@ fn derivatives_of_area_and_center_by_an_approach_are_the_closed_ones() {
     use num_dual::Dual64;
     let (shape, moduli) = (octahedron(0), MODULI[1]);
     let [above, below] = places();
-    // L grows by half of what A comes down.
+    // L grows by half of A's downward displacement.
     let down = stage().rotation() * vector![0.0, 0.0, -1.0];
     let lowered = Pose::<Dual64>::lifted(&above);
     let moved = lowered.translation() + down.map(|part| Dual64::new(0.0, part));
@@ -171,13 +171,14 @@ fn derivatives_of_area_and_center_by_an_approach_are_the_closed_ones() {
     let (c, area) = (slope(moduli), surface.area());
     let expected = 2.0 * OVERLAP * (1.0 + 2.0 * c * c).sqrt();
     assert_near(area.eps, expected, expected);
-    // The middle comes down by a half, and the roof's half height grows by c/4.
+    // The middle moves down by half of the displacement, and half the roof's height grows by c/4.
     let center = surface.center_of_pressure().unwrap().map(|x| x.eps);
     let expected = down * (0.5 - c / 4.0);
     assert_near((center - expected).amax(), 0.0, 1.0);
 }
 
-/// Along a polygon both fields have the same gradient; across, that of the flatter one is rounded less.
+/// Along a polygon, both fields have the same gradient. Across the polygon, the gradient of the flatter field has the smaller rounding
+/// error.
 #[test]
 fn pressure_gradient_of_a_polygon_is_that_of_the_flatter_field() {
     let (shapes, mut random) = (mixed_shapes(), Random::new(81));
@@ -211,8 +212,8 @@ fn a_shape_is_printed_by_its_number_of_tetrahedra() {
     assert_eq!(format!("{:?}", octahedron(0)), "Shape { tets: 8, .. }");
 }
 
-/// Two grids of which a layer of inner faces lies in the contact surface: what is above it in one and below it in the other has
-/// a polygon in common that counts for nothing.
+/// In both grids, a layer of inner faces lies in the contact surface. The tetrahedra above the layer in one grid and below the layer in the
+/// other share a polygon with zero weight.
 #[test]
 fn all_polygons_have_an_area_where_inner_faces_of_both_bodies_lie_in_the_surface() {
     let layers = Shape::new(grid(&[4, 4, 4], 0.25, |_| true).unwrap());
@@ -231,7 +232,7 @@ fn the_center_of_pressure_is_the_centroid_where_the_force_is_less_than_the_least
     let cube = Shape::new(shapes::cuboid([1.0; 3]).unwrap());
     let pressed_in = Pose::from_translation(vector![0.0, 0.0, 0.4]);
     let plane = Partner::rigid_half_space(Pose::identity()).unwrap();
-    // With the one the pressure is 0 in double precision, with the other the force of small polygons.
+    // With the first modulus, the pressure is 0 in double precision; with the second, the force of small polygons is 0.
     for modulus in [5e-324, 1e-322] {
         let cube = ContactBody::new(&cube, pressed_in, modulus).unwrap();
         let mut polygons = ContactPair::new(cube, plane).surface().polygons;

@@ -1,5 +1,5 @@
-//! Random and deliberately degenerate pairs: nothing is ever NaN or infinite, the wrench
-//! balances, and no force exceeds the largest pressure times the area.
+//! Random and deliberately degenerate pairs. No result is NaN or infinite, the wrench balances, and no force exceeds the largest pressure
+//! times the area.
 
 use crate::support::scenes::{Random, grid, pair};
 use hydroelastic::contact::{ContactBody, ContactPair, Shape};
@@ -8,29 +8,29 @@ use hydroelastic::mesh::{PressureField, TetMesh, shapes};
 use hydroelastic::spatial::Pose;
 use nalgebra::{Matrix3, Vector3, vector};
 
-/// Rounding of a sum of pressures times areas.
+/// Bound of a force relative to pressures times areas, with the rounding error of their sum.
 const BOUND: f64 = 1.0 + 1e-9;
 
-/// Third law, relative to the force.
+/// Tolerance of Newton's third law, relative to the force.
 const BALANCE: f64 = 1e-13;
 
-/// Energy and force of round-off, relative to the largest pressure over the whole body: surfaces
-/// that only touch leave so much.
+/// Energy and force of round-off in surfaces that only touch, relative to the largest pressure over the whole body.
 const ENERGY: f64 = 1e-15;
 
-/// What the contact with slivers may be off, relative to the force: a face of them is placed to the rounding over their thickness.
+/// Error of the contact with slivers, relative to the force. The position error of a sliver's face is the rounding error divided by its
+/// thickness.
 const OF_SLIVERS: f64 = 1e-3;
 
-/// Every so many pairs, the dual numbers are run as well: they take ten times as long.
+/// Interval of the pairs that are also evaluated with dual numbers, which take ten times as long.
 const DUAL_EVERY: usize = 4;
 
-/// Scales a pair may have (m).
+/// Scales of a pair (m).
 const SCALES: [f64; 3] = [1e-6, 1.0, 1e6];
 
-/// How far from the world's origin a pair may be, in its own sizes.
+/// Distances of a pair from the world's origin, relative to its size.
 const DISTANCES: [f64; 3] = [0.0, 1.0, 1e4];
 
-/// Few tetrahedra, many coincidences: faces, edges and vertices on a grid of quarters.
+/// Returns shapes with few tetrahedra and many coincidences: faces, edges and vertices are on a grid of quarters.
 fn blocky_shapes(scale: f64) -> Vec<Shape> {
     let fields = [
         shapes::cuboid([scale; 3]),
@@ -45,7 +45,7 @@ fn blocky_shapes(scale: f64) -> Vec<Shape> {
     fields.map(|field| Shape::new(field.unwrap())).into()
 }
 
-/// A rotation that takes the axes to axes.
+/// Returns a rotation that maps axes to axes.
 fn axis_rotation(random: &mut Random) -> Matrix3<f64> {
     let columns: [usize; 3] = [[0, 1, 2], [1, 2, 0], [2, 0, 1]][random.below(3)];
     let signs = [[1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]][random.below(4)];
@@ -59,8 +59,8 @@ fn axis_rotation(random: &mut Random) -> Matrix3<f64> {
     })
 }
 
-/// Relative poses: generic, aligned on a grid of quarters (faces, edges and vertices that touch or
-/// coincide, one body inside the other), and the same shaken by 1e-16 to 1e-4.
+/// Returns a relative pose: generic; aligned on a grid of quarters (faces, edges and vertices touch or coincide, or one body is inside the
+/// other); or aligned and perturbed by 1e-16 to 1e-4.
 fn relative_pose(random: &mut Random, scale: f64) -> Pose {
     let quarters = |random: &mut Random| {
         Vector3::from_fn(|_, _| (random.below(13) as f64 - 6.0) / 4.0 * scale)
@@ -145,9 +145,9 @@ fn nothing_is_ever_not_a_number_in_many_pairs() {
     soak(100_000, 41);
 }
 
-/// A tetrahedron in four parts around a vertex that nearly lies in a face; the flat one is in four parts, too. Where faces of
-/// both bodies nearly coincide, more than rounding is taken for zero, and the walk over the contact surface comes past the ends of
-/// such slivers.
+/// The body is a tetrahedron in four parts around a vertex that nearly lies in a face, so the flat part is a sliver, also in four parts. If
+/// faces of both bodies nearly coincide, more than round-off counts as zero, and the walk over the contact surface passes the ends of the
+/// slivers.
 #[test]
 fn slivers_beyond_the_end_of_a_body_add_nothing() {
     let corners = [

@@ -1,7 +1,6 @@
-//! The wrench against its exact twin, at generic poses and at every degenerate one.
+//! The wrench against its exact twin, at generic poses and at every kind of degenerate pose.
 //!
-//! `cargo test --release --test contact exact_twin:: -- --ignored --nocapture` compares many more pairs and prints what
-//! they came to.
+//! `cargo test --release --test contact exact_twin:: -- --ignored --nocapture` compares many more pairs and prints the results.
 
 use crate::support::aligned::{aligned_pose, bodies, polygons_in_faces};
 use crate::support::exact;
@@ -16,39 +15,39 @@ use hydroelastic::spatial::Pose;
 use nalgebra::{Vector3, vector};
 use std::ops::Range;
 
-/// Pairs that share a set of shapes.
+/// Number of pairs that share a set of shapes.
 const BATCH: usize = 4096;
 
-/// Pairs of the short form: 70 of each family.
+/// Number of pairs in the short form: 70 of each family.
 const SHORT: usize = 770;
 
-/// Pairs of the long form, if EXACT_PAIRS does not say: 1,000 of each family.
+/// Number of pairs in the long form, unless EXACT_PAIRS is set: 1,000 of each family.
 const LONG: usize = 11_000;
 
-/// Pairs that a thread takes at a time.
+/// Number of pairs that a thread processes at a time.
 const SHARE: usize = 70;
 
-/// Failures that are named one by one.
+/// Number of failures that the report lists individually.
 const NAMED: usize = 100;
 
-/// The rounding of the twin's result and of a closed form, relative to them.
+/// Relative rounding error of the twin's result and of a closed form.
 const ROUNDING: f64 = 2.0 * f64::EPSILON;
 
-/// What the pairs of a family came to.
+/// Results of the pairs of a family.
 #[derive(Debug, Default, Clone)]
 struct Tally {
     pairs: usize,
     touching: usize,
     polygons: usize,
-    /// Pairs with one right answer.
+    /// Number of pairs with a unique exact answer.
     determined: usize,
     equal_fields: usize,
     blurred: usize,
-    /// Of the last two, how many have the exact wrench all the same.
+    /// Number of pairs with equal or blurred fields whose wrench nevertheless is exact.
     agreeing: usize,
-    /// Largest difference of a determined wrench, as so many times what is allowed.
+    /// Largest error of a determined wrench, divided by its tolerance.
     worst: f64,
-    /// Number of the pair, times what is allowed.
+    /// Number of the pair, and error divided by its tolerance.
     failures: Vec<(usize, f64)>,
 }
 
@@ -97,7 +96,7 @@ impl Tally {
     }
 }
 
-/// The pairs with these numbers.
+/// Compares the pairs with these numbers.
 fn tried(numbers: Range<usize>) -> Tallies {
     let (mut batch, mut tallies) = (None, Tallies::default());
     for number in numbers {
@@ -113,7 +112,7 @@ fn tried(numbers: Range<usize>) -> Tallies {
     tallies
 }
 
-/// The pairs with the numbers from `first`, on all threads.
+/// Compares `count` pairs from number `first` on, on all threads.
 fn soaked(first: usize, count: usize) -> Tallies {
     let merge = |total: &mut Tallies, tallies: Tallies| {
         for (tally, other) in total.iter_mut().zip(tallies) {
@@ -124,7 +123,7 @@ fn soaked(first: usize, count: usize) -> Tallies {
     in_batches((first, count), SHARE, work, merge)
 }
 
-/// Prints what there is, and fails if any pair failed.
+/// Prints the results, and fails if any pair failed.
 fn report(tallies: &Tallies) {
     println!(
         "family          pairs touching polygons determined  worst   equal fields blurred agreeing failing"
@@ -146,11 +145,11 @@ fn report(tallies: &Tallies) {
     }
     for (family, tally) in Family::ALL.iter().zip(tallies) {
         for (number, ratio) in tally.failures.iter().take(NAMED) {
-            println!("{family:?}, pair {number}: {ratio:e} times what is allowed");
+            println!("{family:?}, pair {number}: {ratio:e} times the tolerance");
         }
     }
     let failing: usize = tallies.iter().map(|tally| tally.failures.len()).sum();
-    assert_eq!(failing, 0, "pairs that fail");
+    assert_eq!(failing, 0, "failing pairs");
 }
 
 #[test]
@@ -160,17 +159,16 @@ fn hostile_pairs_have_the_exact_wrench() {
     for (family, tally) in Family::ALL.iter().zip(&tallies) {
         assert!(
             tally.touching * 4 >= tally.pairs,
-            "{family:?} hardly touches"
+            "{family:?}: too few pairs touch"
         );
         assert!(
             tally.determined * 3 >= tally.pairs,
-            "{family:?} is hardly compared"
+            "{family:?}: too few pairs are compared"
         );
     }
 }
 
-/// Where polygons lie in faces that tetrahedra share, the kernel's halves and the twin's mean of both
-/// sides come to the same.
+/// If polygons lie in shared faces of tetrahedra, the kernel's half weights and the twin's mean of both sides agree.
 #[test]
 fn aligned_pairs_have_the_exact_wrench() {
     let (fields, mut in_faces) = (bodies(), 0);
@@ -194,8 +192,7 @@ fn aligned_pairs_have_the_exact_wrench() {
     assert!(in_faces >= 100, "{in_faces}");
 }
 
-/// Takes from EXACT_PAIRS how many, and from EXACT_FIRST the number of the first: one that failed can be
-/// looked at by itself.
+/// EXACT_PAIRS is the number of pairs, and EXACT_FIRST is the number of the first pair. With these, a single failing pair can be examined.
 #[test]
 #[ignore = "minutes: eleven thousand pairs"]
 fn many_hostile_pairs_have_the_exact_wrench() {
@@ -209,8 +206,8 @@ fn exact_force(a: &Shape, b: &Shape, at: Vector3<f64>, moduli: [f64; 2]) -> Vect
     exact::contact(&pair).wrench.fixed_rows::<3>(3).into_owned()
 }
 
-/// Two unit cubes of twelve tetrahedra, the pressure at the centers E/2, one moved by s along an axis: the
-/// axial force is E·(1 − s³)/3, and by symmetry there is no other. Figure 3 of the paper has E = 1/2.
+/// The bodies are two unit cubes of twelve tetrahedra with pressure E/2 at the centers, one of them displaced by s along an axis. The axial
+/// force is E·(1 − s³)/3, and by symmetry there is no other force. Figure 3 of the paper has E = 1/2.
 #[test]
 fn twin_has_the_closed_form_of_the_papers_cubes() {
     let cube = Shape::new(shapes::cuboid([1.0; 3]).unwrap());
@@ -224,8 +221,8 @@ fn twin_has_the_closed_form_of_the_papers_cubes() {
     }
 }
 
-/// The plane of equal pressure is at a quarter of the cubes' edge. Divided in halves, both cubes have faces
-/// there: each polygon lies in a face that two tetrahedra of either cube share.
+/// The plane of equal pressure is at a quarter of the cubes' edge. If both cubes are divided in halves, they have faces in that plane. Each
+/// polygon then lies in a face that two tetrahedra of each cube share.
 #[test]
 fn twin_counts_what_lies_in_shared_faces_once() {
     let whole = shapes::cuboid([1.0; 3]).unwrap();

@@ -1,5 +1,5 @@
-//! Bodies with flush faces, as stacked blocks have them: the wrench is differentiable there, although
-//! no contact polygon is in its generic place.
+//! Bodies with flush faces, for example stacked blocks. The wrench is differentiable there, although every contact polygon is in a
+//! degenerate position.
 
 use crate::support::differences::{at_rest, by_motion, central_difference};
 use crate::support::hostile::kinks::kink_of;
@@ -13,25 +13,25 @@ use hydroelastic::spatial::{Pose, Twist};
 use nalgebra::{SMatrix, SVector, Vector3, vector};
 use num_dual::{DualSVec64, jacobian};
 
-/// Second derivatives jump at flush poses: a difference is off by its step of 1e-7 times the jump.
+/// Error of differences. Second derivatives jump at flush poses, so the error of a difference is its step of 1e-7 times the jump.
 const DIFFERENCES: f64 = 1e-5;
 
 const STEP: f64 = 1e-7;
 
-/// Round-off of two ways to the same derivative at generic poses.
+/// Rounding error between two methods for the same derivative at generic poses.
 const TWO_WAYS: f64 = 1e-10;
 
-/// Where a vertex lies in a face of the other body's tetrahedra, several of their planes meet in one corner, and not
-/// all sides of it are looked at: so many of the pairs may have other derivatives through the clips.
+/// Largest fraction of pairs whose derivatives through the clips may differ. If a vertex lies in a face of the other body's tetrahedra,
+/// several planes meet in one corner. The clips do not consider all sides of this corner.
 const MANY_SIDED: f64 = 0.03;
 
-/// Derivatives are the same if they differ by no more, relative to pressure times size.
+/// Relative tolerance of derivatives, compared with pressure times size.
 const SAME: f64 = 1e-6;
 
-/// Round-off of a sum of areas.
+/// Rounding error of a sum of areas.
 const EXACT: f64 = 1e-12;
 
-/// The Jacobian of the wrench in numbers of first order.
+/// Returns the Jacobian of the wrench in first-order numbers.
 fn first_order_jacobian(pair: &ContactPair) -> SMatrix<f64, 6, 14> {
     let wrench = |motion: SVector<DualSVec64<14>, 14>| {
         let body = |body: &ContactBody<'_>, row: usize, modulus_row: usize| {
@@ -108,8 +108,8 @@ fn stacked_boxes_with_true_distances_have_the_jacobian_of_differences() {
     }
 }
 
-/// Cubes of edge 1 with the upper one pressed in by a depth: the softer one is pressed in by δ. The contact surface is
-/// flat but for a rim of width δ, which leads up or down to the edges of the stiffer one.
+/// The cubes have edge 1, and the upper cube is pressed in by a depth, which presses the softer cube in by δ. The contact surface is flat
+/// except for a rim of width δ, which leads up or down to the edges of the stiffer cube.
 #[test]
 fn flush_sides_belong_to_no_contact_surface() {
     let cube = Shape::new(shapes::cuboid([1.0; 3]).unwrap());
@@ -120,7 +120,7 @@ fn flush_sides_belong_to_no_contact_surface() {
         let (softer, stiffer) = (f64::min(a, b), f64::max(a, b));
         let delta = depth * stiffer / (softer + stiffer);
         let flat = (1.0 - 2.0 * delta).powi(2);
-        // On the rim the softer pressure grows inwards as the stiffer one does down to the flat part.
+        // On the rim, the softer pressure grows inward at the same rate as the stiffer pressure grows toward the flat part.
         let expected = flat + (1.0 - flat) * (1.0 + (softer / stiffer).powi(2)).sqrt();
         let surface = pair.surface();
         let area = surface.area();
@@ -130,7 +130,7 @@ fn flush_sides_belong_to_no_contact_surface() {
     }
 }
 
-/// Opposite faces in one plane: the bodies touch, and nothing presses.
+/// Opposite faces lie in one plane, so the bodies touch without pressure.
 #[test]
 fn cubes_that_only_touch_have_no_contact() {
     let cube = Shape::new(shapes::cuboid([1.0; 3]).unwrap());
@@ -146,8 +146,8 @@ fn cubes_that_only_touch_have_no_contact() {
     }
 }
 
-/// How many pairs of a family, in contact and at no kink, there are, and how many have another Jacobian through the clips
-/// than in closed form.
+/// Returns two counts for a family: the pairs in contact and not at a kink, and those of them whose Jacobian through the clips differs from
+/// the closed form.
 fn two_ways(family: Family, numbers: std::ops::Range<u64>) -> [usize; 2] {
     let hostile = Hostile::new(1);
     let (mut pairs, mut differing) = (0, 0);
@@ -162,7 +162,7 @@ fn two_ways(family: Family, numbers: std::ops::Range<u64>) -> [usize; 2] {
             .map(|jacobian| by_motion(&at_rest(&jacobian), &pair));
         let scale = closed.amax().max(Measures::of(&pair).force());
         pairs += 1;
-        // NaN differs.
+        // NaN counts as different.
         let is_same = (closed - through_clips).norm() <= SAME * scale;
         differing += usize::from(!is_same);
     }

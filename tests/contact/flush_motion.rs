@@ -1,5 +1,5 @@
-//! Friction and dissipation of bodies whose sides are flush, exactly or up to round-off: derivatives of one wrench in
-//! motion against differences.
+//! Friction and dissipation of bodies whose sides are flush, exactly or up to round-off: derivatives of the wrench of moving bodies against
+//! differences.
 
 use crate::support::scenes::{Random, pair};
 use hydroelastic::contact::{ContactBody, ContactPair, Shape, SurfaceLaw};
@@ -8,16 +8,16 @@ use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::{Pose, Twist};
 use nalgebra::{SMatrix, SVector, Vector3, vector};
 
-/// Steps of differences (SI units; of the moduli parts).
+/// Steps of differences (SI units; relative for the moduli).
 const STEPS: [f64; 6] = [1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10];
 
-/// Differences at two neighboring steps are the derivative if they agree so well, of the largest entry of a column.
+/// Agreement, relative to a column's largest entry, at which two differences with neighboring steps count as the derivative.
 const AGREEMENT: f64 = 5e-5;
 
-/// Columns of which the largest entry is less than this part of the wrench (by 1 SI unit) are round-off.
+/// Columns whose largest entry is below this fraction of the wrench (per SI unit) are round-off.
 const NOTHING: f64 = 1e-6;
 
-/// Poses of A and B, their twists, moduli, dissipation and friction.
+/// Number of columns: poses of A and B, their twists, moduli, dissipation and friction.
 const COLUMNS: usize = 28;
 
 /// Dissipation (s/m), friction, slip tolerance (m/s).
@@ -35,7 +35,7 @@ impl Scene<'_> {
         SurfaceLaw::new(dissipation, friction, slip_tolerance).unwrap()
     }
 
-    /// Columns by the moduli are by parts of them.
+    /// Returns the Jacobian. The columns of the moduli are with respect to relative changes.
     fn jacobian(&self) -> SMatrix<f64, 12, COLUMNS> {
         let mut jacobian = self
             .pair
@@ -85,8 +85,8 @@ impl Scene<'_> {
         (self.after(&change) - self.after(&-change)) / (2.0 * step)
     }
 
-    /// The least error of a column against differences at two neighboring steps that agree, of its largest entry; none if
-    /// no two do.
+    /// Returns the smallest error of a column, relative to its largest entry, against two agreeing differences with neighboring steps.
+    /// Returns `None` if no two differences agree.
     fn error(&self, derivative: &SVector<f64, 12>, column: usize) -> Option<f64> {
         let differences = STEPS.map(|step| self.difference(column, step));
         let agree = |d: &&[SVector<f64, 12>]| (d[0] - d[1]).amax() <= AGREEMENT * d[0].amax();
@@ -97,17 +97,18 @@ impl Scene<'_> {
     }
 }
 
-/// Errors, of a column's largest entry, above which a derivative is off, and wrong.
+/// Errors, relative to a column's largest entry, above which a derivative counts as off and as wrong.
 const OFF: f64 = 1e-4;
 const WRONG: f64 = 1e-2;
 
-/// One derivative in so many may be off: differences that agree to a part of that are themselves off by as much.
+/// One of this many derivatives may be off, because differences that agree to a fraction of the tolerance may themselves be off by the
+/// tolerance.
 const RARE: usize = 1_000;
 
-/// At least this part of the derivatives that do not vanish has differences that agree at two steps.
+/// Smallest fraction of the nonzero derivatives whose differences must agree at two steps.
 const SETTLED: f64 = 0.9;
 
-/// What has been compared.
+/// Counts of comparisons.
 #[derive(Default, Debug)]
 struct Tally {
     compared: usize,
@@ -148,7 +149,7 @@ impl Tally {
 
 const BOX: [f64; 3] = [0.2, 0.2, 0.1];
 
-/// Boxes one on the other slide along a floor.
+/// Returns boxes on top of each other that slide along a floor.
 fn stack(count: usize) -> World {
     let [dissipation, friction, slip_tolerance] = LAW;
     let skin = |modulus| {
@@ -208,8 +209,8 @@ fn derivatives_in_the_states_of_sliding_stacks_are_those_of_differences() {
     tally.assert_right("states of stacks");
 }
 
-/// Poses of one box on another, flush up to round-off but for a pitch; with velocities of a slide and a spin (rad/s) about
-/// the vertical.
+/// Compares poses of one box on another, flush up to round-off except for a pitch. The velocities are a slide and a spin (rad/s) about the
+/// vertical.
 fn tally_near_flush(shape: &Shape, law: [f64; 3], spin: f64, poses: usize, columns: &[usize]) {
     let (mut random, mut tally) = (Random::new(97), Tally::default());
     for _ in 0..poses {
@@ -239,7 +240,7 @@ const ALL: [usize; COLUMNS] = {
     all
 };
 
-/// The columns of the upper box's turn about z and motion along y.
+/// Columns of the upper box's rotation about z and translation along y.
 const ACROSS: [usize; 2] = [8, 10];
 
 #[test]
@@ -254,7 +255,7 @@ fn derivatives_at_poses_flush_up_to_round_off_are_those_of_differences() {
     }
 }
 
-/// Half a polygon lies on either side of each of two flush sides: both are cut so, or neither.
+/// Half a polygon lies on either side of each of two flush sides. Either both sides cut it, or neither.
 #[test]
 fn elastic_derivatives_at_poses_flush_up_to_round_off_are_those_of_differences() {
     let shape = Shape::new(shapes::cuboid(BOX).unwrap());

@@ -4,7 +4,7 @@ use crate::support::half_planes;
 use crate::support::scenes::{Random, mixed_shapes, random_pair};
 use nalgebra::Vector6;
 
-/// The twin inverts a matrix per tetrahedron and accepts corners a little outside its half-planes.
+/// Relative error of the twin, which inverts a matrix per tetrahedron and accepts corners slightly outside its half-planes.
 const TWIN: f64 = 1e-10;
 
 #[test]

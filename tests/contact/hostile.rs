@@ -1,5 +1,4 @@
-//! Degenerate contact, systematically: hostile pairs of every family keep all the claims of
-//! `support/hostile/claims.rs`.
+//! Systematic degenerate contact: hostile pairs of every family satisfy all claims of `support/hostile/claims.rs`.
 
 use crate::support::exact;
 use crate::support::hostile::claims::verdict;
@@ -14,23 +13,23 @@ use hydroelastic::spatial::Pose;
 use nalgebra::{Vector3, vector};
 use std::f64::consts::{FRAC_PI_4, SQRT_2};
 
-/// Pairs that share a set of shapes.
+/// Number of pairs that share a set of shapes.
 const BATCH: usize = 4096;
 
-/// Pairs of the short form.
+/// Number of pairs in the short form.
 const SHORT: usize = 2 * BATCH;
 
-/// Pairs of the long form, if HOSTILE_PAIRS does not say.
+/// Number of pairs in the long form, unless HOSTILE_PAIRS is set.
 const LONG: usize = 10_000_000;
 
-/// Every so many pairs, the energy is looked at as well: it takes ten times as long. Not a multiple of
-/// the number of families.
+/// Interval of the pairs whose energy is also checked, which takes ten times as long. The interval is not a multiple of the number of
+/// families.
 const ENERGY_EVERY: usize = 16;
 
-/// Failures that are named one by one.
+/// Number of failures that the report lists individually.
 const NAMED: usize = 100;
 
-/// What the pairs of a family came to.
+/// Results of the pairs of a family.
 #[derive(Debug, Default, Clone)]
 pub(super) struct Tally {
     pairs: usize,
@@ -41,14 +40,14 @@ pub(super) struct Tally {
     blurred: usize,
     grazing: usize,
     failing: usize,
-    /// Number of the pair, claim, times what is allowed.
+    /// Number of the pair, claim, and error divided by its tolerance.
     failures: Vec<(usize, &'static str, f64)>,
 }
 
 pub(super) type Tallies = [Tally; Family::ALL.len()];
 
 impl Tally {
-    /// Notes what came of the pair with a number.
+    /// Adds the result of the pair with a number.
     pub(super) fn add(&mut self, number: usize, pair: &ContactPair) {
         let with_energy = number.is_multiple_of(ENERGY_EVERY);
         let verdict = verdict(pair, with_energy, &mut Random::numbered(!(number as u64)));
@@ -71,7 +70,7 @@ impl Tally {
         self.failures.extend(named.take(room));
     }
 
-    /// Whether a quarter of the pairs touch.
+    /// Returns whether at least a quarter of the pairs touch.
     pub(super) fn touches_often(&self) -> bool {
         self.touching * 4 >= self.pairs
     }
@@ -90,7 +89,7 @@ impl Tally {
     }
 }
 
-/// All pairs of a batch up to the given numbers.
+/// Checks the pairs of a batch with the given numbers.
 fn tried(batch: usize, numbers: std::ops::Range<usize>) -> Tallies {
     let (hostile, mut tallies) = (Hostile::new(batch as u64), Tallies::default());
     for number in numbers {
@@ -101,7 +100,7 @@ fn tried(batch: usize, numbers: std::ops::Range<usize>) -> Tallies {
     tallies
 }
 
-/// Pairs with the numbers from `first`, on all threads.
+/// Checks `count` pairs from number `first` on, on all threads.
 fn soaked(first: usize, count: usize) -> Tallies {
     let work = |tallies: &mut Tallies, batch, numbers| merge(tallies, tried(batch, numbers));
     in_batches((first, count), BATCH, work, merge)
@@ -113,7 +112,7 @@ pub(super) fn merge(tallies: &mut Tallies, others: Tallies) {
     }
 }
 
-/// Prints what there is, and fails if any pair failed.
+/// Prints the results, and fails if any pair failed.
 pub(super) fn report(tallies: &Tallies) {
     println!(
         "family          pairs   touching  equal fields  unresolved   ridges  blurred  grazing  failing"
@@ -134,11 +133,11 @@ pub(super) fn report(tallies: &Tallies) {
     }
     for (family, tally) in Family::ALL.iter().zip(tallies) {
         for (number, claim, ratio) in &tally.failures {
-            println!("{family:?}, pair {number}: {claim}, {ratio:e} times what is allowed");
+            println!("{family:?}, pair {number}: {claim}, {ratio:e} times the tolerance");
         }
     }
     let failing: usize = tallies.iter().map(|tally| tally.failing).sum();
-    assert_eq!(failing, 0, "pairs that fail");
+    assert_eq!(failing, 0, "failing pairs");
 }
 
 #[test]
@@ -146,12 +145,12 @@ fn hostile_pairs_keep_every_claim() {
     let tallies = soaked(0, SHORT);
     report(&tallies);
     for (family, tally) in Family::ALL.iter().zip(&tallies) {
-        assert!(tally.touches_often(), "{family:?} hardly touches");
+        assert!(tally.touches_often(), "{family:?}: too few pairs touch");
     }
 }
 
-/// The pressure of a cube is a pyramid over each face, 1/4 of its highest on average. Inside a body as hard as
-/// this, the lower pressure is the cube's own, but for a skin of 1e-12.
+/// The pressure of a cube is a pyramid over each face, with a mean of 1/4 of its maximum. Inside so hard a body, the lower pressure is the
+/// cube's own, except in a skin of 1e-12.
 #[test]
 fn a_soft_body_inside_a_hard_one_keeps_the_energy_of_its_own_field() {
     let [soft, hard] = [0.5, 2.0].map(|edge| Shape::new(shapes::cuboid([edge; 3]).unwrap()));
@@ -165,7 +164,7 @@ fn a_soft_body_inside_a_hard_one_keeps_the_energy_of_its_own_field() {
     }
 }
 
-/// The steepest field of a mesh, in its flattest tetrahedron, is no measure of what differs elsewhere.
+/// The steepest field of a mesh, in its flattest tetrahedron, must not set the tolerance for differences elsewhere.
 #[test]
 fn a_sliver_does_not_hide_the_contact_of_other_tetrahedra() {
     let cube = Shape::new(shapes::cuboid([1.0; 3]).unwrap());
@@ -183,8 +182,8 @@ fn a_sliver_does_not_hide_the_contact_of_other_tetrahedra() {
     }
 }
 
-/// A side of a small, stiff cube lies in the diagonal plane of a large, soft one, where tetrahedra of that
-/// meet; so does the contact surface, up to round-off, though only near the small cube.
+/// A side of a small, stiff cube lies in the diagonal plane of a large, soft cube, where tetrahedra of the large cube meet. The contact
+/// surface lies there too, up to round-off, but only near the small cube.
 #[test]
 fn a_polygon_in_a_face_of_a_much_larger_tetrahedron_is_counted_once() {
     let [large, small] = [1.0, 1e-3].map(|edge| Shape::new(shapes::cuboid([edge; 3]).unwrap()));
@@ -203,14 +202,13 @@ fn a_polygon_in_a_face_of_a_much_larger_tetrahedron_is_counted_once() {
     }
 }
 
-/// 571,966: a polygon lies in a face, up to round-off, and the plane goes through the tetrahedra on both sides.
-/// 2,227,008: surfaces come to touch, and cease to, within the step that is looked at.
-/// 7,238,663: a polygon lies in a face, up to round-off, and the plane goes through the tetrahedron on one side.
-/// 9,661,002: a polygon lies 1e-8 below a face of a body that is 7e7 times as stiff.
-/// 20,097,148, 20,245,384: planes in thin tetrahedra are nearly the same, and one search found a sliver more.
-/// 21,411,900: bodies that are the same but for 2 % of the modulus, nearly at the same place: the contact lies 46 times deeper than
-/// their faces are apart. 40,176,205: forces of 0.2 N on polygons that add up to 2e-6 N, and the claim allowed for the rounding of
-/// the sum alone. 74,598,472: with A and B exchanged the contact surface grazes a face, tilted by 4e-11.
+/// 571,966: a polygon lies in a face, up to round-off, and the plane intersects the tetrahedra on both sides. 2,227,008: surfaces start and
+/// stop touching within the evaluated step. 7,238,663: a polygon lies in a face, up to round-off, and the plane intersects the tetrahedron
+/// on one side. 9,661,002: a polygon lies 1e-8 below a face of a body that is 7e7 times as stiff. 20,097,148, 20,245,384: planes in thin
+/// tetrahedra are nearly the same, and one search found an additional sliver. 21,411,900: bodies that are equal except for 2 % of the
+/// modulus are nearly at the same place, and the distance of the contact from their faces is 46 times the distance between the faces.
+/// 40,176,205: forces of 0.2 N on polygons sum to 2e-6 N, and the claim's tolerance only covered the rounding of the sum. 74,598,472: with
+/// A and B exchanged, the contact surface grazes a face at an angle of 4e-11.
 #[test]
 fn pairs_that_once_failed_keep_every_claim() {
     let numbers = [
@@ -222,8 +220,8 @@ fn pairs_that_once_failed_keep_every_claim() {
     }
 }
 
-/// Takes from HOSTILE_PAIRS how many, and from HOSTILE_FIRST the number of the first: one that failed can
-/// be looked at by itself.
+/// HOSTILE_PAIRS is the number of pairs, and HOSTILE_FIRST is the number of the first pair. With these, a single failing pair can be
+/// examined.
 #[test]
 #[ignore = "hours: ten million pairs"]
 fn many_hostile_pairs_keep_every_claim() {

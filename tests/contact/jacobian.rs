@@ -11,31 +11,30 @@ use hydroelastic::spatial::Pose;
 use nalgebra::{SMatrix, SVector, vector};
 use num_dual::{DualNum, DualSVec64, jacobian};
 
-/// Agreement of a Jacobian with differences, of its largest entry.
+/// Agreement of a Jacobian with differences, relative to its largest entry.
 const DIFFERENCES: f64 = 1e-7;
 
-/// Agreement of two successive differences for their common value to count as the derivative.
+/// Agreement of two successive differences, at which their common value counts as the derivative.
 const PLATEAU: f64 = 2e-8;
 
-/// Agreement of the two Jacobians, of the largest entry: round-off of a derivative through slices
-/// and clips that are well conditioned, as generic ones are.
+/// Agreement of the two Jacobians, relative to the largest entry: the rounding error of a derivative through well-conditioned slices and
+/// clips, as for generic pairs.
 const TWO_WAYS: f64 = 1e-10;
 
-/// Round-off of a wrench summed from other integrals.
+/// Rounding error of a wrench summed from other integrals.
 const SAME_WRENCH: f64 = 1e-12;
 
-/// Round-off of sums of second moments about the other body's origin.
+/// Rounding error of sums of second moments about the other body's origin.
 const EXCHANGED: f64 = 1e-11;
 
-/// Steps (m, rad, relative modulus) from the largest, where the third derivative shows, to the
-/// smallest, where the rounding of the wrench does.
+/// Steps (m, rad, relative modulus), from the largest, at which the third derivative dominates the error, to the smallest, at which the
+/// rounding of the wrench dominates.
 const STEPS: [f64; 4] = [1e-5, 1e-6, 1e-7, 1e-8];
 
-/// The central difference on which two successive steps agree.
+/// Returns the central difference on which two successive steps agree.
 ///
-/// A difference that straddles a change of topology (a polygon's corner moving on to another edge)
-/// is off by the jump of a higher derivative there, and the next smaller step gives another
-/// value; a step small enough to lie between two changes is what this looks for.
+/// A difference that straddles a change of topology (a corner of a polygon moves to another edge) has an error from the jump of a higher
+/// derivative. The next smaller step then gives a different value. A sufficiently small step lies between two changes of topology.
 fn plateau(pair: &ContactPair) -> Option<SMatrix<f64, 6, 14>> {
     let mut coarse = central_difference(pair, STEPS[0]);
     STEPS[1..].iter().find_map(|&step| {
@@ -55,7 +54,7 @@ fn both_jacobians_equal_differences_at_every_generic_pose() {
         if pair.surface().is_empty() {
             continue;
         }
-        let differences = plateau(&pair).expect("no pose is left out: two steps agree at each");
+        let differences = plateau(&pair).expect("two steps agree at every pose");
         let scale = differences.amax();
         let closed = at_rest(&pair.linearized().jacobian());
         let dual = at_rest(&dual_wrench_jacobian(&pair).1);
@@ -111,7 +110,7 @@ fn the_jacobian_of_the_wrench_on_b_is_the_one_of_exchanged_bodies() {
     }
 }
 
-/// A culling search sums the polygons in another order than a search that follows the surface, so the last bits differ.
+/// A culling search sums the polygons in another order than a tracing search, so the last bits differ.
 #[test]
 fn the_jacobian_by_dual_numbers_keeps_the_search() {
     let ball = Shape::new(shapes::icosphere(1.0, 2).unwrap());
@@ -146,8 +145,8 @@ fn bodies_apart_have_no_surface_no_wrench_and_no_derivatives() {
     }
 }
 
-/// The chain rule needs nothing of ours: a user's own parameters, here a position along a curve,
-/// go in as duals and come out as derivatives.
+/// The chain rule needs no type of this library. The user's own parameters, here a position along a curve, are passed as dual numbers, and
+/// the result carries their derivatives.
 #[test]
 fn num_dual_differentiates_by_parameters_of_ones_own() {
     let ball = Shape::new(shapes::icosphere(1.0, 1).unwrap());

@@ -1,5 +1,4 @@
-//! A layer of a mesh across which the field goes on as it does on either side changes nothing, however near to it the contact
-//! surface lies.
+//! A mesh layer across which the field does not change its gradient has no effect, no matter how near the contact surface is.
 
 use crate::support::scenes::{layered, pair};
 use hydroelastic::contact::{Kinks, Shape, SurfaceLaw};
@@ -10,20 +9,21 @@ use nalgebra::{Matrix6, Vector3, Vector6, vector};
 /// Edge (m) of a cube of modulus 1 about the origin.
 const LARGE: f64 = 2.0;
 
-/// Where the middle of a small cube lies in it: under its center, off the diagonals of its sides.
+/// Position of the middle of a small cube in the large cube: below its center, off the diagonals of its sides.
 const PLACE: Vector3<f64> = vector![0.2, 0.05, -0.6];
 
-/// Corners within 4.3e-10 m of each other may be taken for one, and with the slopes of both fields unlike by 800 the contact
-/// surface moves by so much as bodies move by 800 times that. Relative to what one side of the small cube contributes: those
-/// of all sides nearly cancel.
+/// Tolerance of the derivatives, relative to the contribution of one side of the small cube, because those of all sides nearly cancel.
+/// Corners within 4.3e-10 m of each other may count as one corner. If the slopes of the fields differ by a factor of 800, the contact
+/// surface moves 800 times as far as the bodies.
 const SAME: f64 = 2e-4;
 
-/// The wrench on the large cube by motions of a small one, of which a layer halfway in lies so far (m) from the contact surface at
-/// its upper side, relative to what that side contributes; without the layer, and with it.
+/// Returns the derivatives of the wrench on the large cube with respect to motions of a small cube, relative to the contribution of its
+/// upper side. The first result is without a layer halfway inside the small cube, and the second with the layer at distance `gap` (m) from
+/// the contact surface.
 fn by_motions(edge: f64, gap: f64) -> [(Matrix6<f64>, Kinks); 2] {
     let whole = shapes::cuboid([edge; 3]).unwrap();
     let with_layer = layered(&whole, [1.0, 0.5]);
-    // Halfway in at the upper side, both pressures are the same.
+    // Halfway inside, at the upper side, both pressures are equal.
     let modulus = 2.0 * (1.0 + PLACE.z + 0.25 * edge);
     let slope = 2.0 * modulus / edge;
     let up = Vector3::z() * gap * (slope + 1.0);

@@ -1,5 +1,4 @@
-//! The linearized contact carried into dual numbers by the chain rule, against the generic pipeline and against
-//! differences.
+//! The linearized contact, propagated to dual numbers by the chain rule, against the generic pipeline and against differences.
 
 use crate::support::moving::{COLUMNS, Scene, Wide, jacobian_of, numbers, seeds};
 use crate::support::scenes::{Random, dented_ball, mixed_shapes, pair, random_pair};
@@ -12,20 +11,20 @@ use hydroelastic::spatial::{Pose, Twist};
 use nalgebra::{SVector, vector};
 use num_dual::Dual2_64;
 
-/// Round-off of derivatives through slices and clips of generic pairs, of the largest entry.
+/// Rounding error of derivatives through slices and clips of generic pairs, relative to the largest entry.
 const TWO_WAYS: f64 = 1e-10;
 
-/// Rounding of values that are rotated into the world in another order.
+/// Rounding error of values that are rotated into the world in another order.
 const SAME_VALUE: f64 = 1e-12;
 
-/// Differences with the best of three steps.
+/// Error of differences with the best of three steps.
 const DIFFERENCES: f64 = 1e-6;
 const STEPS: [f64; 3] = [1e-5, 1e-6, 1e-7];
 
-/// At a kink a difference is off by its step times what the second derivative jumps by.
+/// Steps of differences at a kink, where the error is the step times the jump of the second derivative.
 const KINK_STEPS: [f64; 3] = [1e-6, 1e-7, 1e-8];
 
-/// Hundreds of steps multiply the round-off of each.
+/// Error of trajectories, because hundreds of steps amplify the rounding error of each step.
 const TRAJECTORIES: f64 = 1e-11;
 
 fn assert_same(closed: &ContactWrench<Wide>, whole: &ContactWrench<Wide>) -> f64 {
@@ -39,7 +38,7 @@ fn assert_same(closed: &ContactWrench<Wide>, whole: &ContactWrench<Wide>) -> f64
     error
 }
 
-/// Generic poses in contact.
+/// Visits generic poses in contact.
 fn for_scenes(count: usize, seed: u8, mut check: impl FnMut(&Scene, &mut Random)) {
     let (shapes, mut random) = (mixed_shapes(), Random::new(seed));
     let mut checked = 0;
@@ -88,7 +87,8 @@ fn changes_pushed_forward_and_covectors_pulled_back_are_products_with_the_jacobi
     for_scenes(20, 33, |scene, random| {
         let contact = scene.pair.moving(scene.law(), scene.twists).linearized();
         let jacobian = contact.jacobian();
-        // Derivatives by moduli are so much smaller than others: in changes of their own size, all columns count.
+        // Derivatives with respect to moduli are much smaller than the other derivatives. Changes relative to the size of each variable
+        // make all columns matter.
         let change = SVector::<f64, COLUMNS>::from_fn(|column, _| {
             random.between(-1.0, 1.0) / jacobian.column(column).amax().max(f64::MIN_POSITIVE)
         });
@@ -125,7 +125,7 @@ fn bodies_that_are_apart_have_a_wrench_of_zero() {
     }
 }
 
-/// An ellipsoid thrown on a slab, in contact for a part of the way.
+/// Returns an ellipsoid that is thrown on a slab and is in contact for a part of the rollout.
 fn thrown(skin: Material) -> World {
     let ball = Shape::new(shapes::ellipsoid([0.1, 0.11, 0.09], 1).unwrap());
     let slab = Shape::new(shapes::cuboid([1.0; 3]).unwrap());
@@ -151,8 +151,8 @@ fn start() -> [Parameter; 4] {
     ]
 }
 
-/// The derivative of where the ball ends along a direction, by numbers of second order, for which the
-/// contact goes through the generic pipeline.
+/// Returns the derivative of the ball's final position along a direction. Second-order numbers force the contact through the generic
+/// pipeline.
 fn by_generic_pipeline(world: &World, direction: &SVector<f64, 12>, steps: usize) -> Vec<f64> {
     let lifted = world.lifted::<Dual2_64>();
     let mut start: State<Dual2_64> = lifted.initial_state();
@@ -203,7 +203,7 @@ fn many_numbers_take_several_passes_and_give_what_few_give() {
     let outcome = FinalState::of_body(&world, "ball").unwrap();
     let value = nalgebra::DVector::from_vec(experiment.value(&outcome).unwrap());
     let alone = experiment.jacobian(&start()[3..], &outcome).unwrap();
-    // 3, 12, 36, 96 and 99 numbers: a pass of each width, a full one, and two.
+    // The counts make 3, 12, 36, 96 and 99 parameters: one pass of each width, a full pass, and two passes.
     for count in [1, 4, 12, 32, 33] {
         let parameters = vec![start()[3].clone(); count];
         let many = experiment.jacobian(&parameters, &outcome).unwrap();
@@ -218,9 +218,9 @@ fn many_numbers_take_several_passes_and_give_what_few_give() {
     assert_eq!((none.value, none.jacobian.shape()), (value, (18, 0)));
 }
 
-/// A face at which the extent is the same all over meets the contact surface in the same line as that of the
-/// other body: which of them ends a polygon is chance, until one body's modulus changes. Friction, whose direction
-/// jumps at such a line, has a kink there, and its derivative is the mean of both sides.
+/// A face of constant extent meets the contact surface in the same line as a face of the other body. Which face bounds a polygon is
+/// arbitrary until the modulus of one body changes. The direction of friction jumps at this line, so friction has a kink there, and its
+/// derivative is the mean of both sides.
 #[test]
 fn layers_of_equal_pressure_have_the_derivatives_of_differences_by_either_modulus() {
     let mut random = Random::new(33);
@@ -263,10 +263,10 @@ fn layers_of_equal_pressure_have_the_derivatives_of_differences_by_either_modulu
     println!("elastic {:.1e}, rubbing {:.1e}", worst[0], worst[1]);
 }
 
-/// A cube at rest on a wide floor, pressed in by less than what counts as coincident on the scale of the floor.
+/// A cube rests on a wide floor, pressed in by less than the coincidence margin on the scale of the floor.
 #[test]
 fn faces_that_are_hardly_pressed_in_do_not_just_touch() {
-    /// Stiffness (N/m) of 0.1 m × 0.1 m between two fields of 1e11 Pa over 0.05 m.
+    /// Stiffness (N/m) of an area of 0.1 m × 0.1 m between two fields of 1e11 Pa over 0.05 m.
     const STIFFNESS: f64 = 1e10;
     let cube = Shape::new(shapes::cuboid([0.1; 3]).unwrap());
     for (width, depth) in [
@@ -292,7 +292,7 @@ fn faces_that_are_hardly_pressed_in_do_not_just_touch() {
         let in_motion = pair.moving(law, [Twist::zero(); 2]).linearized().by_poses[(5, 5)];
         let elastic = pair.linearized().by_poses[(5, 5)];
         for found in [in_motion, elastic] {
-            // Facets of the contact's rim are of the depth.
+            // The facets of the contact's rim are as large as the depth.
             assert!(
                 (found / -STIFFNESS - 1.0).abs() < 1e-6,
                 "{width} {depth}: {found}"

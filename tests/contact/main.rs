@@ -1,4 +1,4 @@
-//! The contact of two bodies: surfaces, wrenches and derivatives, at generic poses and at special ones.
+//! Contact of two bodies: surfaces, wrenches and derivatives, at generic poses and at special poses.
 
 mod closed_forms;
 mod coincidence;

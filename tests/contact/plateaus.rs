@@ -1,5 +1,5 @@
-//! Meshes with plateaus: tetrahedra of equal extents at all corners, where the pressure is constant
-//! and two bodies of equal moduli have no plane.
+//! Meshes with plateaus: tetrahedra with equal extents at all corners have constant pressure, so two bodies of equal moduli have no plane
+//! of equal pressure.
 
 use crate::support::scenes::{Random, grid, pair};
 use hydroelastic::contact::{ContactPair, Culling, Search, Shape};
@@ -9,13 +9,13 @@ use hydroelastic::spatial::{Pose, Twist};
 use nalgebra::{SVector, Vector6};
 use num_dual::{DualSVec64, gradient};
 
-/// Round-off of some thousand polygons.
+/// Rounding error of some thousand polygons.
 const SAME: f64 = 1e-11;
 
-/// The energy's slope goes through the clips of many tetrahedra of nothing but round-off.
+/// Error of the energy's derivative, which passes through the clips of many tetrahedra that consist only of round-off.
 const SLOPE: f64 = 1e-8;
 
-/// A cube of 5³ cells, 0 on the surface and 1 at every vertex inside.
+/// Returns a cube of 5³ cells, with extent 0 on the surface and 1 at every inner vertex.
 fn plateau_cube() -> Shape {
     let field = grid(&[5; 3], 0.3, |_| true).unwrap();
     let mesh = TetMesh::new(

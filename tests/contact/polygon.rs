@@ -1,18 +1,18 @@
-//! Slicing and clipping on the inputs that broke the paper's half-plane intersection.
+//! Slicing and clipping of inputs for which the paper's half-plane intersection fails.
 
 use hydroelastic::geometry::{AffineField, ConvexPolygon, Tetrahedron};
 use nalgebra::{Vector3, vector};
 
-/// Round-off of areas of size one.
+/// Rounding error of areas of order one.
 const EXACT: f64 = 1e-14;
 
-/// What a clip takes for zero in these tests.
+/// Tolerance of a clip in these tests.
 const TOLERANCE: f64 = 1e-14;
 
-/// The bit of a half-plane that clips, beside the four of the sliced tetrahedron.
+/// Bit of the clipping half-plane, besides the four bits of the sliced tetrahedron.
 const SIDE: u8 = 0b1_0000;
 
-/// The triangle (0,0), (1,0), (0,1) at z = ½, counter-clockwise about z.
+/// Returns the triangle (0,0), (1,0), (0,1) at z = ½, counter-clockwise about z.
 fn triangle() -> ConvexPolygon {
     let corners = [
         [0.0, 0.0, 0.0],
@@ -26,7 +26,7 @@ fn triangle() -> ConvexPolygon {
     tetrahedron.sliced(&[-0.5, -0.5, -0.5, 0.5])
 }
 
-/// The half-plane a·x + b·y + c ≥ 0.
+/// Returns the half-plane a·x + b·y + c ≥ 0.
 fn half_plane(a: f64, b: f64, c: f64) -> AffineField {
     AffineField {
         gradient: vector![a, b, 0.0],
@@ -74,7 +74,7 @@ fn every_slice_of_a_tetrahedron_turns_about_the_gradient_of_its_values() {
 
 #[test]
 fn nearly_parallel_half_planes_that_meet_nowhere_leave_nothing() {
-    // The paper's Figure 4: two borders a hair apart, facing away from each other, and a third.
+    // The paper's Figure 4: two borders that face away from each other with a tiny gap, and a third border.
     for gap in [1e-3, 1e-9, 1e-13] {
         for tilt in [0.0, 1e-12, 1e-16] {
             let above = half_plane(tilt, 1.0, -0.25 - gap);
@@ -82,7 +82,7 @@ fn nearly_parallel_half_planes_that_meet_nowhere_leave_nothing() {
             let left = triangle()
                 .clipped(&above, TOLERANCE, SIDE)
                 .clipped(&below, TOLERANCE, SIDE);
-            // Where the tilt outweighs the gap a sliver of that height is truly there.
+            // If the tilt exceeds the gap, a sliver of that height exists.
             assert!(area(&left).abs() <= tilt + EXACT, "{gap:e} {tilt:e}");
         }
     }
@@ -101,7 +101,7 @@ fn clipping_twice_by_the_same_or_nearly_the_same_border_changes_nothing() {
 fn a_border_through_corners_and_along_edges_keeps_what_is_inside() {
     let whole = area(&triangle());
     assert!((whole - 0.5).abs() <= EXACT);
-    // Along an edge from either side, through one corner, through a corner and an edge's middle.
+    // Clips along an edge from either side, through one corner, and through a corner and the middle of an edge.
     let cases = [
         (half_plane(0.0, 1.0, 0.0), 0.5),
         (half_plane(0.0, -1.0, 0.0), 0.0),

@@ -5,16 +5,16 @@ use hydroelastic::contact::{ContactPair, ContactWrench};
 use hydroelastic::gradient::dual_wrench_jacobian;
 use nalgebra::{DMatrix, SMatrix, SVector, Vector3};
 
-/// The programs agree with each other to 1.5e-14; the rest is room for meshes of larger torque arms.
+/// Tolerance of wrenches. The programs agree with each other to 1.5e-14; meshes with larger torque arms need more.
 const WRENCH: f64 = 1e-11;
 
-/// The central differences of the reference are themselves about 1e-9 accurate.
+/// Tolerance of central differences. Those of the reference have an error of about 1e-9.
 const DIFFERENCES: f64 = 1e-7;
 
-/// The complex-step Jacobians are exact to round-off; poses there are printed with 17 digits.
+/// Tolerance of complex-step Jacobians, which are exact to round-off. Their poses are printed with 17 digits.
 const COMPLEX_STEP: f64 = 1e-11;
 
-/// Rows and columns of a 12×12 or 12×14 reference matrix: force first, translation first.
+/// Returns rows and columns in the order of a 12×12 or 12×14 reference matrix: force first, translation first.
 fn in_reference_order(jacobian: &SMatrix<f64, 12, 28>) -> DMatrix<f64> {
     let swap = |k: usize| (k / 6) * 6 + (k % 6 + 3) % 6;
     DMatrix::from_fn(12, 14, |row, column| {
@@ -27,7 +27,7 @@ fn in_reference_order(jacobian: &SMatrix<f64, 12, 28>) -> DMatrix<f64> {
     })
 }
 
-/// Wrenches and Jacobians in closed form and by dual numbers.
+/// Returns wrenches and Jacobians in closed form and by dual numbers.
 fn both_ways(pair: &ContactPair) -> [(ContactWrench, SMatrix<f64, 12, 28>); 2] {
     let contact = pair.linearized();
     [
@@ -64,13 +64,13 @@ fn wrenches_equal_those_of_independent_programs() {
         let force = Vector3::from(expected.force_a).norm();
         assert_close(&case.name, &wrench.on_a.force, expected.force_a, force);
         assert_close(&case.name, &wrench.on_b.force, expected.force_b, force);
-        // Where the force passes near an origin its torque there is a small difference: compare
-        // with the torque of the force at arm's length, 1 m on these meshes.
+        // If the force passes near an origin, its torque there is a small difference. The scale is therefore the torque of the force with
+        // an arm of 1 m on these meshes.
         let torque = |expected: [f64; 3]| Vector3::from(expected).norm().max(force);
         let (torque_a, torque_b) = (expected.torque_a.unwrap(), expected.torque_b.unwrap());
         assert_close(&case.name, &wrench.on_a.torque, torque_a, torque(torque_a));
         assert_close(&case.name, &wrench.on_b.torque, torque_b, torque(torque_b));
-        // Between equal plateaus of a layered mesh any plane is as good as another.
+        // Between equal plateaus of a layered mesh, the plane is arbitrary.
         if let Some(area) = expected.area.filter(|_| !case.name.starts_with("grid4")) {
             assert!(
                 (surface.area() - area).abs() <= WRENCH * area,
@@ -140,7 +140,7 @@ fn jacobians_equal_complex_step_jacobians() {
         let shapes = case.posed.shapes();
         let pair = case.posed.pair(&shapes);
         let mut expected = DMatrix::from_fn(12, 14, |i, j| case.jacobian[i][j]);
-        // The reference differentiates by the logarithms of the moduli.
+        // The reference differentiates with respect to the logarithms of the moduli.
         expected
             .column_mut(12)
             .scale_mut(1.0 / case.posed.modulus_a);

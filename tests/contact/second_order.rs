@@ -8,15 +8,15 @@ use hydroelastic::spatial::{Pose, Twist};
 use nalgebra::{SMatrix, SVector, Vector6};
 use num_dual::{Dual2SVec64, HyperDual64, hessian, second_partial_derivative};
 
-/// Round-off of a second derivative through clipped tetrahedra, of the largest entry.
+/// Rounding error of a second derivative through clipped tetrahedra, relative to the largest entry.
 const EXACT: f64 = 1e-9;
 
-/// Central differences of an exact first derivative: rounding over a step of 1e-6.
+/// Error of central differences of an exact first derivative: the rounding error divided by a step of 1e-6.
 const DIFFERENCES: f64 = 1e-6;
 
 const STEP: f64 = 1e-6;
 
-/// The pair in `T` with A moved by a twist.
+/// Returns the pair in `T` with A moved by a twist.
 fn moved<'a, T: Scalar>(pair: &ContactPair<'a>, twist: &Vector6<T>) -> ContactPair<'a, T> {
     let pose = Pose::lifted(pair.a().pose()).moved_by(&Twist::from_vector(twist));
     let modulus = lift(pair.a().modulus());
@@ -61,7 +61,7 @@ fn the_hessian_of_a_force_component_is_the_derivative_of_the_jacobian() {
             .transpose();
         assert!((gradient - row).amax() <= EXACT * row.amax());
         let differences = SMatrix::<f64, 6, 3>::from_fn(|i, j| {
-            // By translations, along which twists add up; rotations do not.
+            // The steps are translations, because translations commute and rotations do not.
             let row_after = |step: f64| {
                 let twist = Vector6::ith(3 + j, step);
                 moved(pair, &twist).linearized().by_poses[(4, i)]
@@ -70,7 +70,7 @@ fn the_hessian_of_a_force_component_is_the_derivative_of_the_jacobian() {
         });
         let block = curvature.fixed_view::<6, 3>(0, 3).into_owned();
         let error = (block - differences).amax();
-        // The gradient bounds how far rounding carries: Jacobian entries are exact to 1e-15 of it.
+        // The gradient bounds the effect of rounding: Jacobian entries are exact to 1e-15 of the gradient.
         let scale = curvature.amax().max(row.amax());
         assert!(error <= DIFFERENCES * scale, "{error:e} of {scale:e}");
     });

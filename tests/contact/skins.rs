@@ -1,4 +1,4 @@
-//! Bodies with a skin around a plateau, pressed together less and more deeply than their skins are.
+//! Bodies with a skin around a plateau, pressed together by less and by more than the depth of their skins.
 
 use crate::support::scenes::{self, Random, grid, pair};
 use hydroelastic::contact::{ContactPair, Culling, Search, Shape};
@@ -6,7 +6,7 @@ use hydroelastic::mesh::{PressureField, shapes};
 use hydroelastic::spatial::{Pose, Twist};
 use nalgebra::{Vector3, Vector6, vector};
 
-/// Round-off of some hundred polygons.
+/// Rounding error of some hundred polygons.
 const SAME: f64 = 1e-11;
 
 /// Width of the block and depth of all skins (m).
@@ -18,11 +18,11 @@ fn with_skin(field: &PressureField, depth: f64) -> Shape {
     Shape::new(PressureField::from_distance_up_to(field.mesh(), depth).unwrap())
 }
 
-/// The force (N) between a block and a wide floor that overlap by δ, of moduli E_A and E_B.
+/// Returns the force (N) between a block and a wide floor that overlap by δ, of moduli E_A and E_B.
 ///
-/// With κ = E/depth, the fields balance at p = κ_A·min(s, h): s is the distance to the nearest side of the block, and h its share
-/// of the overlap, κ_B·δ/(κ_A + κ_B), until one of the skins is used up: its own (h = depth), or that of the floor (κ_A·h = E_B).
-/// Over the square that is the volume of a frustum with sides at 45° times κ_A.
+/// With κ = E/depth, the fields balance at p = κ_A·min(s, h). Here s is the distance to the nearest side of the block, and h is the block's
+/// part of the overlap. h is κ_B·δ/(κ_A + κ_B) until one of the skins is fully compressed: the block's (h = depth) or the floor's (κ_A·h =
+/// E_B). The integral over the square is κ_A times the volume of a frustum with sides at 45°.
 fn closed_form(overlap: f64, [modulus_a, modulus_b]: [f64; 2]) -> f64 {
     let share = overlap * modulus_b / (modulus_a + modulus_b);
     let height = share.min(DEPTH).min(DEPTH * modulus_b / modulus_a);
@@ -45,7 +45,7 @@ fn a_block_is_pressed_by_the_closed_form_within_its_skin_at_its_end_and_beyond()
     let shapes = boxes.map(|edges| with_skin(&shapes::distance_cuboid(edges).unwrap(), DEPTH));
     for moduli in [[1e5_f64, 1e5], [1e5, 3e5], [3e5, 1e5]] {
         let [soft, hard] = [moduli[0].min(moduli[1]), moduli[0].max(moduli[1])];
-        // The overlap at which the skin of the softer body is used up.
+        // Overlap at which the skin of the softer body is fully compressed.
         let end = DEPTH * (1.0 + soft / hard);
         for share in [0.1, 0.5, 0.9, 1.0 - 1e-6, 1.0, 1.0 + 1e-6, 1.1, 2.0, 3.0] {
             let pair = block_on_floor(&shapes, end * share, moduli);
@@ -58,7 +58,7 @@ fn a_block_is_pressed_by_the_closed_form_within_its_skin_at_its_end_and_beyond()
     }
 }
 
-/// Nowhere below 0 or above the softer body's modulus (Pa), which is that of its plateau.
+/// Checks that no pressure is below 0 or above the softer body's modulus (Pa), which is the pressure of its plateau.
 fn assert_pressures(pair: &ContactPair, highest: f64) {
     for polygon in pair.surface().polygons {
         for corner in polygon.outline.corners() {
@@ -69,7 +69,7 @@ fn assert_pressures(pair: &ContactPair, highest: f64) {
     }
 }
 
-/// Two rough cubes, one turned, from just touching to far beyond their skins.
+/// Visits two rough cubes, one of them rotated, from first contact to far beyond their skins.
 fn for_generic_pairs(moduli: [f64; 2], check: impl Fn(&ContactPair)) {
     let cube = with_skin(&grid(&[5; 3], 0.2, |_| true).unwrap(), 0.07);
     let mut random = Random::new(83);
@@ -106,7 +106,7 @@ fn skins_give_one_wrench_whatever_the_search_and_the_order() {
 
 #[test]
 fn skins_push_along_the_slope_of_the_energy_beyond_their_depth_too() {
-    // Differences of an energy of order one: the step's square, and round-off over the step.
+    // Error of differences of an energy of order one: the squared step, and the rounding error divided by the step.
     let (step, allowed) = (1e-5, 1e-6);
     for moduli in MODULI {
         for_generic_pairs(moduli, |pair| {
@@ -138,7 +138,7 @@ fn skins_are_followed_and_where_equal_plateaus_overlap_culled_as_well() {
         assert_eq!(counts[0].polygons, counts[1].polygons);
         counts.map(|count| count.candidate_pairs)
     };
-    // Within the skins, and beyond where one plateau has more pressure than the other.
+    // Overlaps within the skins, and beyond the skins with a higher pressure on one plateau.
     for (overlap, modulus) in [(0.1, 1.0), (0.1, 2.0), (0.4, 2.0)] {
         let [followed, culled] = looked_at(overlap, modulus);
         assert!(followed < culled, "{overlap}: {followed} of {culled}");

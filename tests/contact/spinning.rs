@@ -1,4 +1,4 @@
-//! Coulomb's friction of flat bodies that slide and spin: polygons are large, and the slip turns within them.
+//! Coulomb friction of flat bodies that slide and spin. The polygons are large, and the direction of slip varies within a polygon.
 
 use crate::support::scenes::pair;
 use hydroelastic::contact::{ContactPair, Shape, SurfaceLaw};
@@ -6,16 +6,16 @@ use hydroelastic::mesh::{PressureField, shapes};
 use hydroelastic::spatial::{Pose, Twist, Wrench};
 use nalgebra::{Vector3, vector};
 
-/// The coefficient of friction.
+/// Coefficient of friction.
 const FRICTION: f64 = 0.5;
 
-/// Round-off of sums over large polygons, of μ times the normal force.
+/// Rounding error of sums over large polygons, relative to μ times the normal force.
 const ROUND_OFF: f64 = 1e-12;
 
-/// What the subdivision below leaves, of μ times the normal force.
+/// Error of the subdivision below, relative to μ times the normal force.
 const SUBDIVIDED: f64 = 1e-12;
 
-/// Points and weights of Gauss and Legendre on [0, 1].
+/// Nodes and weights of Gauss–Legendre quadrature on [0, 1].
 const GAUSS: [[f64; 2]; 5] = [
     [0.046_910_077_030_668, 0.118_463_442_528_094_54],
     [0.230_765_344_947_158_45, 0.239_314_335_249_683_23],
@@ -24,15 +24,16 @@ const GAUSS: [[f64; 2]; 5] = [
     [0.953_089_922_969_332, 0.118_463_442_528_094_54],
 ];
 
-/// Agreement of a triangle with its halves, of the whole, and most halvings; those of triangles that a kink passes through.
+/// Agreement of a triangle with its halves, relative to the whole, and largest number of bisections: of triangles without a kink, and of
+/// triangles with a kink.
 const AGREEMENT: f64 = 1e-14;
 const DEPTH: usize = 60;
 const KINK_DEPTH: usize = 26;
 
-/// An integral of a force density (N/m²) and its moment over triangles, by halving.
+/// Integral of a force density (N/m²) and of its moment over triangles, by bisection.
 struct Subdivision<'a> {
     density: &'a dyn Fn(&Vector3<f64>) -> Vector3<f64>,
-    /// An affine function: where it is zero, the density may have a kink.
+    /// An affine function. The density may have a kink at its zeros.
     kink: &'a dyn Fn(&Vector3<f64>) -> f64,
     scale: f64,
 }
@@ -84,7 +85,7 @@ impl Subdivision<'_> {
     }
 }
 
-/// Of a contact surface, the traction in a plane: the wrench about the origin of the world.
+/// Integrates the traction over a planar contact surface, and returns the wrench about the origin of the world.
 fn integrated(pair: &ContactPair, law: [f64; 3], motion: &Twist) -> Wrench {
     let [dissipation, friction, slip_tolerance] = law;
     let surface = pair.surface();
@@ -125,7 +126,7 @@ fn integrated(pair: &ContactPair, law: [f64; 3], motion: &Twist) -> Wrench {
 
 const SIZE: [f64; 3] = [0.2, 0.2, 0.04];
 
-/// The brick's middle, turned beside the floor's middle.
+/// Returns the pose of the brick, rotated and beside the floor's middle.
 fn place() -> Pose {
     Pose::from_rotation_vector(&vector![0.0, 0.0, 0.3], vector![0.3, 0.2, 0.2198])
 }
@@ -155,7 +156,7 @@ fn a_brick_that_spins_about_its_own_middle_is_not_pushed_sideways() {
     }
 }
 
-/// The motion (about the world's origin) of a brick that spins (rad/s) about a vertical axis this far (m) from its middle.
+/// Returns the motion (about the world's origin) of a brick that spins (rad/s) about a vertical axis at this distance (m) from its middle.
 fn spin_about(spin: f64, aside: f64, tilt: f64) -> Twist {
     let angular = vector![0.0, tilt, spin];
     let axis = place().translation() + vector![0.6 * aside, -0.8 * aside, 0.0];
@@ -165,7 +166,8 @@ fn spin_about(spin: f64, aside: f64, tilt: f64) -> Twist {
     }
 }
 
-/// The error of the wrench of a brick on a floor, of μ (at least 1) times the normal force; torques by half the brick's edge.
+/// Returns the error of the wrench of a brick on a floor, relative to μ (at least 1) times the normal force. Torques are divided by half
+/// the brick's edge.
 fn integral_error(brick: &Shape, law: [f64; 3], motion: &Twist) -> f64 {
     let floor = floor();
     let pair = pair((brick, place(), 5e4), (&floor, Pose::identity(), 1e7));
@@ -191,7 +193,7 @@ fn coulombs_friction_over_polygons_equals_their_fine_subdivision() {
     let mut worst = 0.0_f64;
     for brick in bricks().map(Shape::new) {
         for slip_tolerance in [1e-6, 1e-4, 1e-2, 1e-1] {
-            // From spinning on the spot to pure sliding at 1 m/s.
+            // Motions from spinning on the spot to pure sliding at 1 m/s.
             for (spin, aside) in [
                 (10.0, 0.0),
                 (10.0, 0.03),
@@ -213,10 +215,10 @@ fn coulombs_friction_over_polygons_equals_their_fine_subdivision() {
     assert!(worst <= SUBDIVIDED, "{worst:e}");
 }
 
-/// What triangles of 2⁻¹³ of a polygon leave, in which the integrand has a kink.
+/// Error from triangles of 2⁻¹³ of a polygon in which the integrand has a kink.
 const CLAMPED: f64 = 2e-12;
 
-/// d = 2, and the brick tips so fast that part of it lets go.
+/// d = 2, and the brick tips so fast that a part of it separates.
 #[test]
 fn the_clamp_of_dissipation_inside_a_polygon_is_exact() {
     let mut worst = 0.0_f64;

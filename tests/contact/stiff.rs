@@ -1,4 +1,4 @@
-//! Wildly unequal moduli: a body ever stiffer becomes rigid, and contact is not lost.
+//! Very different moduli: a body of increasing stiffness becomes rigid, and contact is not lost.
 
 use crate::support::octahedra::{OVERLAP, fall, octahedron, stacked};
 use crate::support::scenes::pair;
@@ -7,13 +7,13 @@ use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::Pose;
 use nalgebra::vector;
 
-/// What is left of the stiff body's give at the ratio of 1e8 compared with.
+/// Remaining compliance of the stiff body at the reference ratio of 1e8.
 const RIGID: f64 = 1e-8;
 
-/// How fast pressures rise (Pa/m): a tenth less than they may at the most.
+/// Pressure gradient (Pa/m), a tenth below the largest allowed value.
 const STEEP: f64 = 9e152;
 
-/// Round-off of a sum over some tetrahedra.
+/// Rounding error of a sum over some tetrahedra.
 const EXACT: f64 = 1e-12;
 
 #[test]
@@ -36,7 +36,7 @@ fn contact_with_an_ever_stiffer_ball_tends_to_that_with_a_rigid_one() {
     }
 }
 
-/// Also beside the contact surface, where p_A − p_B is no height above it, nothing leaves double precision.
+/// No value overflows, even beside the contact surface, where p_A − p_B is no height above the surface.
 #[test]
 fn contact_is_finite_at_the_steepest_pressures() {
     let ball = Shape::new(shapes::icosphere(1e5, 1).unwrap());
@@ -56,8 +56,8 @@ fn contact_is_finite_at_the_steepest_pressures() {
     assert!(numbers.iter().all(|number| number.is_finite()));
 }
 
-/// min(p_A, p_B) is the softer body's pressure almost everywhere: a difference of the stiff one's integrals would
-/// be lost in their rounding.
+/// min(p_A, p_B) is the softer body's pressure almost everywhere. A difference of the stiff body's integrals would be lost in their
+/// rounding errors.
 #[test]
 fn energy_of_contact_with_an_ever_stiffer_body_tends_to_that_with_a_rigid_one() {
     let shape = octahedron(0);
@@ -65,7 +65,7 @@ fn energy_of_contact_with_an_ever_stiffer_body_tends_to_that_with_a_rigid_one() 
         let stiff = 10_f64.powi(exponent);
         for moduli in [[1.0, stiff], [stiff, 1.0]] {
             let energy = stacked(&shape, moduli).potential_energy();
-            // The force 2 k l³/3 does work over the way 2 dl, where k tends to twice the softer modulus.
+            // The force 2 k l³/3 does work over the distance 2 dl, where k tends to twice the softer modulus.
             let expected = fall(moduli) * OVERLAP.powi(4) / 3.0;
             let error = (energy / expected - 1.0).abs();
             assert!(error <= EXACT, "1e{exponent}: {error:e}");

@@ -1,5 +1,5 @@
-//! What must hold at every pose: balance, symmetry, homogeneity, and that the wrench is the
-//! derivative of an energy. Each is checked on the closed form and on dual numbers.
+//! Invariants at every pose: balance, symmetry, homogeneity, and the wrench as derivative of an energy. Each is checked for the closed form
+//! and for dual numbers.
 
 use crate::support::scenes::{Random, mixed_shapes, pair, random_pair};
 use hydroelastic::contact::{ContactBody, ContactPair, ContactWrench, Shape};
@@ -10,22 +10,22 @@ use hydroelastic::spatial::{Pose, Twist, skew};
 use nalgebra::{Matrix3, SMatrix, SVector, Vector6, vector};
 use num_dual::{DualSVec64, gradient};
 
-/// Round-off of a wrench.
+/// Rounding error of a wrench.
 const BALANCE: f64 = 1e-13;
 
-/// Round-off of sums of second moments, of the largest entry.
+/// Rounding error of sums of second moments, relative to the largest entry.
 const SYMMETRY: f64 = 1e-11;
 
-/// Round-off of a wrench summed in another order or frame.
+/// Rounding error of a wrench summed in another order or frame.
 const SAME: f64 = 1e-12;
 
-/// Round-off of a unit vector's length.
+/// Rounding error of the length of a unit vector.
 const UNIT: f64 = 1e-14;
 
-/// Round-off of the derivatives by the moduli.
+/// Rounding error of the derivatives with respect to the moduli.
 const HOMOGENEITY: f64 = 1e-12;
 
-/// Round-off of a derivative through some hundred thousand clipped tetrahedra.
+/// Rounding error of a derivative through about a hundred thousand clipped tetrahedra.
 const ENERGY: f64 = 1e-11;
 
 fn for_random_pairs(count: usize, seed: u8, check: impl Fn(&ContactPair)) {
@@ -43,7 +43,7 @@ fn both_ways(pair: &ContactPair) -> [(ContactWrench, SMatrix<f64, 12, 28>); 2] {
     ]
 }
 
-/// The vector from A's origin to B's, in the world.
+/// Returns the vector from A's origin to B's, in the world.
 fn lever(pair: &ContactPair) -> nalgebra::Vector3<f64> {
     pair.b().pose().translation() - pair.a().pose().translation()
 }
@@ -55,8 +55,8 @@ fn forces_and_moments_balance() {
         assert!((on_a.force + on_b.force).amax() <= BALANCE * on_a.force.amax());
         let shifted = lever(pair).cross(&on_b.force);
         let moment = on_a.torque + on_b.torque + shifted;
-        // Of the force at the lever: where the two are nearly parallel, their product is small
-        // and carries the rounding of larger terms.
+        // The scale uses lever times force. If lever and force are nearly parallel, their product is small and carries the rounding errors
+        // of larger terms.
         let scale = on_a.torque.amax() + lever(pair).norm() * on_a.force.norm();
         assert!(moment.amax() <= BALANCE * scale, "{moment} {scale:e}");
     });
@@ -93,8 +93,8 @@ fn moving_the_world_turns_the_wrench_with_it() {
     });
 }
 
-/// The wrench on a body about its own origin, by its own pose, is minus the second derivative of
-/// the energy; rotations do not commute, which leaves the torque in the rotational block.
+/// The derivative of the wrench on a body about its own origin, with respect to its own pose, is minus the second derivative of the energy.
+/// Rotations do not commute, so the rotational block contains the torque.
 #[test]
 fn the_stiffness_is_symmetric_up_to_half_the_torque() {
     for_random_pairs(300, 14, |pair| {
@@ -136,7 +136,7 @@ fn the_wrench_is_homogeneous_of_degree_one_in_the_moduli() {
     });
 }
 
-/// The pair in `T`, moved by twists.
+/// Returns the pair in `T`, moved by twists.
 fn moved<'a, T: Scalar>(
     pair: &ContactPair<'a>,
     twist_a: &Vector6<T>,
@@ -184,8 +184,8 @@ fn the_surface_adds_up_to_the_wrench() {
     });
 }
 
-/// Where one body is so much softer that nowhere inside the other it has as much pressure, no surface is left, but all of its
-/// energy. In contact or apart bodies have not sunk. All of it at any radius and modulus of the one.
+/// If one body is so soft that its pressure inside the other body is lower everywhere, no contact surface remains, but the soft body has
+/// all of its energy. Bodies in contact or apart are not submerged. The energy is complete at any radius and modulus of the soft body.
 #[test]
 fn a_soft_body_within_a_hard_one_has_sunk_through_and_bodies_in_contact_or_apart_have_not() {
     let cube = Shape::new(shapes::cuboid([1.0; 3]).unwrap());
@@ -208,7 +208,7 @@ fn a_soft_body_within_a_hard_one_has_sunk_through_and_bodies_in_contact_or_apart
             }
         }
     }
-    // All polygons of these lie on faces.
+    // In these pairs, all polygons lie on faces.
     let above = Pose::from_translation(vector![0.0, 0.0, 0.9]);
     assert!(!pair((&cube, above, 1e5), hard).has_sunk_through());
 }

@@ -1,5 +1,4 @@
-//! The law of moving surfaces on two octahedra: dissipation and friction against integrals over the square
-//! that they share.
+//! The law of moving surfaces on two octahedra: dissipation and friction against integrals over their common square.
 
 use crate::support::octahedra::{HEIGHT, OVERLAP, force, octahedron, places, stacked, stage};
 use crate::support::scenes::{Random, pair};
@@ -11,36 +10,36 @@ use hydroelastic::spatial::{Pose, Twist, Wrench};
 use nalgebra::{Matrix3, SVector, Vector3, Vector6, vector};
 use num_dual::{Derivative, DualSVec64};
 
-/// Modulus (Pa) of both bodies: the contact surface is the square |x| + |y| ≤ L at z = 0.
+/// Modulus (Pa) of both bodies. The contact surface is the square |x| + |y| ≤ L at z = 0.
 const MODULUS: f64 = 1e5;
 
-/// Round-off, relative to the largest number of its kind.
+/// Rounding error, relative to the largest number of the same kind.
 const EXACT: f64 = 1e-12;
 
-/// A slip tolerance (m/s) so large that friction is proportional to the slip, up to round-off. With as large a
-/// coefficient it is as strong as the pressure.
+/// Slip tolerance (m/s) so large that friction is proportional to the slip, up to round-off. With an equally large coefficient, friction is
+/// as strong as the pressure.
 const VISCOUS: f64 = 1e8;
 
 /// Dissipation (s/m), friction, slip tolerance (m/s).
 const LAW: [f64; 3] = [0.4, 0.3, 0.05];
 
-/// What a slip tolerance of 1e-9 m/s, over a slip of some 0.5 m/s, leaves of Coulomb's torque.
+/// Error of Coulomb's torque with a slip tolerance of 1e-9 m/s and a slip of about 0.5 m/s.
 const COULOMB: f64 = 1e-11;
 
-/// A motion that both bodies have: it changes nothing.
+/// A common motion of both bodies, which has no effect.
 const COMMON: [f64; 6] = [0.7, -0.2, 0.5, 1.3, 0.4, -0.9];
 
 fn law([dissipation, friction, slip_tolerance]: [f64; 3]) -> SurfaceLaw {
     SurfaceLaw::new(dissipation, friction, slip_tolerance).unwrap()
 }
 
-/// F (N).
+/// Returns F (N).
 fn normal_force() -> f64 {
     force([MODULUS; 2])
 }
 
-/// The twists, in world axes at the bodies' origins, when A moves relative to B by a spin and a velocity
-/// at the middle of the contact, given on the stage.
+/// Returns the twists, in world axes at the bodies' origins, for a relative spin and velocity of A at the middle of the contact, given on
+/// the stage.
 fn twists(spin: Vector3<f64>, velocity: Vector3<f64>) -> [Twist; 2] {
     let common = Twist::from_vector(&Vector6::from(COMMON));
     let turn = stage();
@@ -61,7 +60,7 @@ fn twists(spin: Vector3<f64>, velocity: Vector3<f64>) -> [Twist; 2] {
     ]
 }
 
-/// The wrench on A about the middle of the contact, on the stage.
+/// Returns the wrench on A about the middle of the contact, on the stage.
 fn on_stage(wrench: &ContactWrench) -> Wrench {
     let to_middle = stage().translation() - places()[0].translation();
     let about_middle = wrench.on_a.about(&to_middle);
@@ -70,7 +69,7 @@ fn on_stage(wrench: &ContactWrench) -> Wrench {
 
 fn wrench(pair: &ContactPair, law: &SurfaceLaw, twists: [Twist; 2]) -> Wrench {
     let found = pair.moving(*law, twists).wrench();
-    // The third law, about one point.
+    // Newton's third law, about one point.
     let [a, b] = places().map(|place| *place.translation());
     let reaction = found.on_b.about(&(a - b));
     let sum = (found.on_a.to_vector() + reaction.to_vector()).amax();
@@ -83,7 +82,7 @@ fn assert_near(found: &Vector3<f64>, expected: &Vector3<f64>, scale: f64) {
     assert!(error <= EXACT * scale, "{found:?} {expected:?} {error:e}");
 }
 
-/// Velocities (m/s) of A relative to B: along and against the normal, across, and both.
+/// Velocities (m/s) of A relative to B: along and against the normal, tangential, and combined.
 const VELOCITIES: [[f64; 3]; 6] = [
     [0.0, 0.0, 0.6],
     [0.0, 0.0, -0.6],
@@ -93,7 +92,7 @@ const VELOCITIES: [[f64; 3]; 6] = [
     [-0.7, 0.2, -0.8],
 ];
 
-/// The force of bodies that slide without turning: F·(1 − d·v_n)·(n − μ·v_t/√(v_t² + v_s²)).
+/// Returns the force of bodies that slide without rotation: F·(1 − d·v_n)·(n − μ·v_t/√(v_t² + v_s²)).
 fn sliding_force([dissipation, friction, tolerance]: [f64; 3], v: Vector3<f64>) -> Vector3<f64> {
     let pressed = normal_force() * (1.0 - dissipation * v.z);
     let slip = vector![v.x, v.y, 0.0];
@@ -126,15 +125,14 @@ fn skin_that_is_let_go_faster_than_it_recovers_does_not_pull() {
     }
 }
 
-/// Slow friction is proportional to the slip, so only its mean over the pressure counts: the slip at the
-/// center of pressure.
+/// Slow friction is proportional to the slip, so only the pressure-weighted mean of the slip matters: the slip at the center of pressure.
 #[test]
 fn slow_friction_of_a_spin_about_an_axis_beside_has_the_slip_of_the_middle() {
     let shape = octahedron(0);
     let pair = stacked(&shape, [MODULUS; 2]);
     let (friction, spin) = (0.3 * VISCOUS, 2.0);
     for axis in [[0.1, 0.0], [-0.05, 0.2], [1.0, -3.0]] {
-        // Of the middle, when A turns about a vertical axis through this point.
+        // Velocity of the middle if A rotates about a vertical axis through this point.
         let velocity = vector![spin * axis[1], -spin * axis[0], 0.0];
         let moved = twists(vector![0.0, 0.0, spin], velocity);
         let found = wrench(&pair, &law([0.0, friction, VISCOUS]), moved);
@@ -148,7 +146,7 @@ fn slow_friction_of_a_spin_about_an_axis_beside_has_the_slip_of_the_middle() {
 #[test]
 fn spinning_and_rolling_friction_are_their_integrals() {
     let (dissipation, friction, spin) = (0.4, 0.3 * VISCOUS, 1.5);
-    // ∫ p x² dA = E·4·∫∫ (L − x − y) x² dx dy over a quarter = E L⁵/15, and with y² as much.
+    // ∫ p x² dA = E·4·∫∫ (L − x − y) x² dx dy over a quarter = E L⁵/15. The integral with y² is equal.
     let integral = MODULUS * OVERLAP.powi(5) / 15.0;
     let rolling = -dissipation * spin * integral;
     let spinning = -friction * spin * 2.0 * integral / VISCOUS;
@@ -171,8 +169,8 @@ fn spinning_and_rolling_friction_are_their_integrals() {
     }
 }
 
-/// Coulomb's friction of a spin on the spot, by the radius: of the torque μ ∫ p r dA with p = E (L − |x| − |y|) one quarter is
-/// E ∫ r² (L − r c) dr over 0 < r < L/c, c = |cos| + |sin|, which is E L⁴/(12 c³).
+/// Coulomb friction of a spin on the spot, by integration along the radius. The torque is μ ∫ p r dA with p = E (L − |x| − |y|). One
+/// quarter is E ∫ r² (L − r c) dr over 0 < r < L/c with c = |cos| + |sin|, which is E L⁴/(12 c³).
 #[test]
 fn a_spin_on_the_spot_has_coulombs_torque() {
     let shape = octahedron(0);
@@ -187,7 +185,7 @@ fn a_spin_on_the_spot_has_coulombs_torque() {
     assert!(error <= COULOMB, "{error:e}");
 }
 
-/// Derivatives by the relative velocity (3 numbers), dissipation and friction.
+/// Derivatives with respect to the relative velocity (3 components), dissipation and friction.
 type Dual = DualSVec64<5>;
 
 fn variable(value: f64, direction: SVector<f64, 5>) -> Dual {
@@ -200,7 +198,7 @@ fn derivatives(number: Dual) -> SVector<f64, 5> {
         .unwrap_generic(nalgebra::Const::<5>, nalgebra::Const::<1>)
 }
 
-/// [`sliding_force`] differentiated by hand.
+/// Returns the derivatives of [`sliding_force`] in closed form.
 fn sliding_slopes(
     [dissipation, friction, tolerance]: [f64; 3],
     v: Vector3<f64>,
@@ -223,7 +221,7 @@ fn sliding_slopes(
     slopes.map(|slope| slope * normal_force())
 }
 
-/// The wrench with derivatives, from the linearized contact or through the whole pipeline.
+/// Returns the wrench with derivatives, from the linearized contact or through the whole pipeline.
 fn differentiated(velocity: Vector3<f64>, is_linearized: bool) -> ContactWrench<Dual> {
     let shape = octahedron(0);
     let [a, b] = places().map(|place| {
@@ -259,12 +257,12 @@ fn derivatives_by_velocity_and_law_are_the_closed_ones() {
             for (number, slope) in slopes.iter().enumerate() {
                 let part = |vector: &Vector3<Dual>| vector.map(|x| derivatives(x)[number]);
                 let to_stage = stage().rotation().transpose();
-                // Slow slips divide by the slip tolerance.
+                // Slow slips are divided by the slip tolerance.
                 let scale = normal_force() / LAW[2];
                 let force = to_stage * part(&found.on_a.force);
                 assert_near(&force, slope, scale);
-                // The force acts at the middle of the contact, as far below A's origin as above B's, where it is
-                // the opposite: the same torque.
+                // The force acts at the middle of the contact, which is as far below A's origin as above B's. The force on B is opposite,
+                // so both torques are equal.
                 let arm = Vector3::z() * -HEIGHT;
                 for torque in [&found.on_a.torque, &found.on_b.torque] {
                     assert_near(&(to_stage * part(torque)), &arm.cross(slope), scale);
@@ -337,10 +335,10 @@ fn friction_depends_on_slip_over_slip_tolerance_alone_however_small_or_large() {
     }
 }
 
-/// Two ways to the same sums.
+/// Agreement of two methods for the same sums.
 const SAME: f64 = 1e-10;
 
-/// The exchanged pair has the same polygons, but they begin at other corners; of meters or of half millimeters.
+/// The exchanged pair has the same polygons with other first corners, in units of meters or of half millimeters.
 #[test]
 fn friction_does_not_depend_on_where_a_polygon_begins() {
     let law = SurfaceLaw::new(0.1, 0.4, 0.05).unwrap();

@@ -1,5 +1,5 @@
-//! The contact polygons of a pair tile its contact surface: however the meshes are divided and ordered, and
-//! whichever body is called A, area, energy, force and torque are the same.
+//! The contact polygons of a pair tile its contact surface. Area, energy, force and torque do not depend on the division or order of the
+//! meshes, or on which body is called A.
 
 use crate::support::aligned::{aligned_pose, bodies, polygons_in_faces};
 use crate::support::hostile::kinks::kink_of;
@@ -10,27 +10,26 @@ use hydroelastic::mesh::{PressureField, shapes};
 use hydroelastic::spatial::Pose;
 use nalgebra::{Vector3, vector};
 
-/// Sums over the same surface in other pieces, relative to it: the requirement. Seen: 1.2e-14.
+/// Required agreement of sums over the same surface in other pieces, relative to the sum. The largest observed difference is 1.2e-14.
 const SAME: f64 = 1e-10;
 
-/// Where bodies only touch, round-off leaves so much of areas (m²), and of energies and forces at these
-/// pressures of about 1 Pa.
+/// Round-off of areas (m²), and of energies and forces at pressures of about 1 Pa, if bodies only touch.
 const SPECK: f64 = 1e-15;
 
-/// Round-off of a closed form.
+/// Rounding error of a closed form.
 const EXACT: f64 = 1e-12;
 
-/// What the contact polygons of a pair add up to, and its energy.
+/// Sums over the contact polygons of a pair, and its energy.
 #[derive(Debug, Clone, Copy)]
 struct Sums {
     area: f64,
     energy: f64,
-    /// Torque about the first body's origin and force on it.
+    /// Torque about the first body's origin, and force on the first body.
     torque: Vector3<f64>,
     force: Vector3<f64>,
-    /// Σ pressure times area (N): what forces are measured by.
+    /// Σ pressure times area (N), the scale of forces.
     load: f64,
-    /// The first body's reach (m): what torques are measured by.
+    /// The first body's reach (m), which scales torques.
     reach: f64,
 }
 
@@ -48,7 +47,7 @@ impl Sums {
         }
     }
 
-    /// The same with the bodies exchanged, and the wrench on what is B then.
+    /// Computes the sums with the bodies exchanged, with the wrench on the body that then is B.
     fn of_exchanged(pair: &ContactPair) -> Self {
         let exchanged = ContactPair::new(pair.b().body().unwrap(), *pair.a());
         let on_b = exchanged.wrench().on_b;
@@ -91,19 +90,19 @@ fn generic_pose(random: &mut Random) -> Pose {
     Pose::from_rotation_vector(&random.rotation_vector(), position)
 }
 
-/// What the pairs of a test were.
+/// Counts of the pairs of a test.
 #[derive(Debug, Default)]
 struct Seen {
     touching: usize,
-    /// Contact polygons that lie in a face of a tetrahedron, of all meshes together.
+    /// Number of contact polygons that lie in a face of a tetrahedron, over all meshes.
     in_faces: usize,
-    /// Pairs compared with the exchanged bodies.
+    /// Number of pairs compared with the exchanged bodies.
     exchanged: usize,
-    /// Of these, how many are at kinks of the model: most where fields are equal over a volume.
+    /// Number of these pairs at kinks of the model. Most kinks are fields that are equal over a volume.
     kinks: usize,
 }
 
-/// Random pairs at such poses: all divisions of both meshes, each in another order, and the bodies exchanged.
+/// Compares random pairs at these poses, with all divisions of both meshes, each in another order, and with the bodies exchanged.
 fn for_pairs(count: u64, pose: impl Fn(&mut Random) -> Pose) -> Seen {
     let (fields, mut seen) = (bodies(), Seen::default());
     for number in 0..count {
@@ -118,7 +117,7 @@ fn for_pairs(count: u64, pose: impl Fn(&mut Random) -> Pose) -> Seen {
         check_exchange(&here, &sums, number, &mut seen);
         for division in Division::ALL {
             let other = [0, 1].map(|body| {
-                // One of them may stay as it is.
+                // One of the meshes may remain undivided.
                 let division = [division, division, Division::Whole][random.below(3)];
                 let divided = divided(fields[body], division, random);
                 Shape::new(shuffled(&divided, random))
@@ -139,7 +138,7 @@ fn posed(shapes: &[Shape; 2], pose: Pose, modulus: f64) -> ContactPair<'_> {
     )
 }
 
-/// The sums with the bodies exchanged.
+/// Compares the sums with those of the exchanged bodies.
 fn check_exchange(pair: &ContactPair, sums: &Sums, number: u64, seen: &mut Seen) {
     let exchanged = Sums::of_exchanged(pair);
     sums.assert_same(&exchanged, &format!("pair {number}, exchanged"));
@@ -154,7 +153,7 @@ fn generic_pairs_keep_their_sums() {
     assert!(seen.touching >= 50 && seen.exchanged >= 240, "{seen:?}");
 }
 
-/// Many of their polygons lie in faces that tetrahedra share.
+/// Many of the polygons lie in shared faces of tetrahedra.
 #[test]
 fn aligned_pairs_keep_their_sums() {
     let seen = for_pairs(160, aligned_pose);
@@ -165,16 +164,16 @@ fn aligned_pairs_keep_their_sums() {
     assert!(seen.in_faces >= 1000, "{seen:?}");
 }
 
-/// A cube of side a is pressed x deep into a large box. With k the pressure per depth of either, their
-/// pressures are equal δ = k_B·x/(k_A + k_B) above the cube's lower face: on a square there, and on four
-/// trapezoids from its sides to the cube's, where these enter the box.
+/// A cube of side a is pressed into a large box by x. With k the pressure per depth of each body, the pressures are equal at δ = k_B·x/(k_A
+/// + k_B) above the cube's lower face. They are equal on a square there, and on four trapezoids from the square's sides to the cube's
+/// sides, where the cube's sides enter the box.
 #[test]
 fn cube_pressed_into_a_box_has_the_closed_form_however_they_are_divided() {
     let (side, depth, random) = (0.5, 0.25, &mut Random::new(81));
     let fields = [shapes::cuboid([side; 3]), shapes::cuboid([2.0, 2.0, 1.0])].map(Result::unwrap);
     let pose = Pose::from_translation(vector![0.0, 0.0, depth - 0.5 * side - 0.5]);
     let mut in_faces = 0;
-    // With moduli of 1 and 2 the square lies in faces of the cube in halves and of the box in quarters.
+    // With moduli of 1 and 2, the square lies in faces of the cube in halves and of the box in quarters.
     for modulus in [2.0, 3.0, 20.0] {
         let (k_a, k_b) = (4.0, 2.0 * modulus);
         let expected = pressed_cube(side, depth, [k_a, k_b]);
@@ -202,7 +201,7 @@ fn cube_pressed_into_a_box_has_the_closed_form_however_they_are_divided() {
     assert!(in_faces >= 50, "{in_faces}");
 }
 
-/// Area, force and energy.
+/// Returns area, force and energy.
 fn pressed_cube(side: f64, depth: f64, [k_a, k_b]: [f64; 2]) -> [f64; 3] {
     let share = k_b / (k_a + k_b);
     let height = share * depth;
@@ -210,7 +209,7 @@ fn pressed_cube(side: f64, depth: f64, [k_a, k_b]: [f64; 2]) -> [f64; 3] {
     let area = (side - 2.0 * height).powi(2) + 4.0 * (side - height) * slant;
     let force =
         k_a * (side.powi(2) * height - 2.0 * side * height.powi(2) + 4.0 * height.powi(3) / 3.0);
-    // The force's integral over the depth.
+    // The energy is the integral of the force over the depth.
     let energy = k_a
         * depth
         * (side.powi(2) * height / 2.0 - 2.0 * side * height.powi(2) / 3.0 + height.powi(3) / 3.0);

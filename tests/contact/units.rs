@@ -1,5 +1,5 @@
-//! Contact knows no units: in units of length, pressure and extent that differ by powers of two, which scale without
-//! rounding, everything has the same bits. So no tolerance is an absolute number.
+//! Contact does not depend on units. In units of length, pressure and extent that differ by powers of two, which scale without rounding,
+//! all results have the same bits. Therefore no tolerance is an absolute number.
 
 use crate::support::aligned::{aligned_pose, bodies};
 use crate::support::scenes::{Random, mixed_shapes, pair, random_pair};
@@ -9,7 +9,7 @@ use hydroelastic::mesh::{PressureField, TetMesh};
 use hydroelastic::spatial::{Pose, Twist};
 use nalgebra::{Matrix6, Vector3, Vector6};
 
-/// Exponents of two: a unit of length, of pressure and of extent.
+/// Exponents of two: units of length, pressure and extent.
 #[derive(Debug, Clone, Copy)]
 struct Units {
     length: i32,
@@ -19,7 +19,7 @@ struct Units {
 
 const UNITS: [Units; 3] = [units(20, 0, 0), units(-14, 33, -9), units(7, -21, 30)];
 
-/// Those that a scene is given in.
+/// Original units of a scene.
 const UNITS_OF_THE_SCENE: Units = units(0, 0, 0);
 
 const fn units(length: i32, pressure: i32, extent: i32) -> Units {
@@ -47,12 +47,12 @@ impl Units {
         pose.with_translation(pose.translation() * power(self.length))
     }
 
-    /// Of a modulus: pressure over extent.
+    /// Converts a modulus, which is pressure per extent.
     fn modulus(self, modulus: f64) -> f64 {
         modulus * power(self.pressure - self.extent)
     }
 
-    /// The unit of pressure × lengthⁿ, as an exponent.
+    /// Returns the unit of pressure × lengthⁿ as an exponent.
     fn moment(self, n: i32) -> i32 {
         self.pressure + n * self.length
     }
@@ -62,13 +62,13 @@ fn power(exponent: i32) -> f64 {
     2.0_f64.powi(exponent)
 }
 
-/// Torques and forces: their units differ by a length.
+/// Converts torques and forces, whose units differ by a length.
 fn torque_and_force(numbers: &Vector6<f64>, units: Units, times: i32) -> Vec<f64> {
     let unit = |row| units.moment(if row < 3 { 3 } else { 2 }) + times;
     (0..6).map(|row| numbers[row] * power(-unit(row))).collect()
 }
 
-/// By angles and lengths.
+/// Converts derivatives with respect to angles and lengths.
 fn by_pose(matrix: &Matrix6<f64>, units: Units) -> Vec<f64> {
     let columns = (0..6).flat_map(|column| {
         let by = if column < 3 { 0 } else { -units.length };
@@ -85,7 +85,7 @@ fn point(point: &Vector3<f64>, units: Units) -> impl Iterator<Item = f64> {
         .into_iter()
 }
 
-/// All that can be asked of a pair, in the units that its copy began with.
+/// Returns all results for a pair, in the original units of its copy.
 fn everything(pair: &ContactPair, units: Units) -> Vec<f64> {
     let contact = pair.linearized();
     let wrench = contact.wrench;
@@ -121,7 +121,7 @@ fn everything(pair: &ContactPair, units: Units) -> Vec<f64> {
     numbers
 }
 
-/// Sliding at speeds in the unit of length per second, with derivatives by all numbers.
+/// Returns results for sliding at speeds in the unit of length per second, with derivatives with respect to all parameters.
 fn in_motion(pair: &ContactPair, units: Units) -> Vec<f64> {
     let twist = |numbers: [f64; 6]| {
         let mut twist = Twist::from_vector(&Vector6::from(numbers));
@@ -138,7 +138,7 @@ fn in_motion(pair: &ContactPair, units: Units) -> Vec<f64> {
     let mut numbers = torque_and_force(&wrench, units, 0);
     let jacobian = pair.moving(law, twists).linearized().jacobian();
     for (number, column) in jacobian.column_iter().enumerate() {
-        // By angles and lengths of poses and twists, moduli, dissipation (s/m) and friction.
+        // Parameters are angles and lengths of poses and twists, moduli, dissipation (s/m) and friction.
         let by = match number {
             0..24 if number % 6 < 3 => 0,
             0..24 => -units.length,
@@ -155,7 +155,7 @@ fn in_motion(pair: &ContactPair, units: Units) -> Vec<f64> {
 }
 
 fn bits(numbers: &[f64]) -> Vec<u64> {
-    // Sums with signed zeros: −0 is 0.
+    // Sums may have signed zeros, so −0 becomes 0.
     numbers
         .iter()
         .map(|number| (number + 0.0).to_bits())
@@ -170,8 +170,7 @@ fn assert_same_in_all_units(pair: &ContactPair) {
     });
 }
 
-/// Makes the pair again in other units. Its rotations are made orthonormal once more, so pairs to compare are
-/// both made so.
+/// Recreates the pair in other units. This orthonormalizes its rotations again, so pairs for comparison must be recreated as well.
 fn with_other_units(pair: &ContactPair, units: Units, read: impl Fn(&ContactPair)) {
     let bodies = [pair.a(), &pair.b().body().unwrap()];
     let [shape_a, shape_b] = bodies.map(|body| units.shape(body.shape()));
@@ -213,7 +212,7 @@ fn aligned_pairs_have_the_same_bits_in_all_units() {
         let [a, b] = [0, 1].map(|_| &shapes[random.below(shapes.len())]);
         let moduli = [0, 1].map(|_| [1.0, 1.0, 2.0, 3.7][random.below(4)]);
         let place = aligned_pose(&mut random);
-        // Far from the world's origin, and turned, so that coincidences are rounded.
+        // The start is far from the world's origin and rotated, so that coincidences are rounded.
         let start = Pose::from_rotation_vector(&random.rotation_vector(), random.vector());
         for first in [Pose::identity(), start] {
             assert_same_in_all_units(&pair((a, first * place, moduli[0]), (b, first, moduli[1])));

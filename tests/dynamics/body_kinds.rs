@@ -1,4 +1,4 @@
-//! What moves, and what does not: fixed and prescribed bodies, ignored pairs, shared shapes.
+//! Dynamic and other bodies: fixed and kinematic bodies, ignored pairs, shared shapes.
 
 use crate::scenes::{
     ROUND_OFF, SKIN, at, ball, ball_shape, box_shape, down, floor, leapfrog, still_at,
@@ -11,7 +11,7 @@ use hydroelastic::spatial::{Pose, Twist};
 use nalgebra::{Matrix3, Vector3, vector};
 use std::sync::Arc;
 
-/// That two states of a body are the same, bit for bit.
+/// Asserts that two states of a body are the same, bit for bit.
 fn assert_same(a: &BodyState, b: &BodyState) {
     assert_eq!(a.pose.translation(), b.pose.translation());
     assert_eq!(a.pose.rotation(), b.pose.rotation());
@@ -95,7 +95,7 @@ fn bodies_that_forces_do_not_move_do_not_touch_each_other() {
     );
 }
 
-/// A block that moves along x at 1 m/s, starting just off a ball of 1 kg.
+/// Returns a block that moves along x at 1 m/s and starts just beside a ball of 1 kg.
 fn pushed_ball() -> World {
     let path = |time: f64| BodyState {
         pose: at(time, 0.0, 0.0),
@@ -127,7 +127,7 @@ fn a_prescribed_body_follows_its_path_whatever_it_pushes() {
     }
 }
 
-/// Energies after a bounce at five hundred steps a bounce.
+/// Error of energies after a bounce of five hundred steps.
 const BOUNCE: f64 = 1e-4;
 
 #[test]
@@ -139,7 +139,7 @@ fn a_ball_leaves_a_pusher_at_twice_the_speed_of_the_pusher() {
         let state = state.unwrap();
         let gained = state.bodies[0].twist.linear.x - before.bodies[0].twist.linear.x;
         assert!(gained >= 0.0, "a pusher never pulls");
-        // In the pusher's frame nothing does work.
+        // In the pusher's frame, no force does work.
         let relative = state.bodies[0].twist.linear - Vector3::x();
         let contact = world.diagnostics(&state).unwrap().contact_energy;
         let energy = relative.norm_squared() / 2.0 + contact;
@@ -157,8 +157,8 @@ fn a_ball_leaves_a_pusher_at_twice_the_speed_of_the_pusher() {
 
 #[test]
 fn a_turning_pusher_pushes_with_the_velocity_of_its_surface() {
-    // A roller turns under a ball that lies on it, both of the same shape: friction drives the ball
-    // the way the roller's top goes, and turns it the other way round.
+    // A roller rotates under a ball of the same shape. Friction moves the ball in the direction of the roller's top, and rotates it in the
+    // opposite direction.
     let skin = Material {
         friction: Some(0.5),
         dissipation: 1.0,
@@ -206,7 +206,7 @@ fn a_world_with_a_body_on_a_turning_path_can_be_changed() {
         pose: Pose::from_rotation_vector(&vector![0.3, 0.7 + time, -0.4], vector![3.0, 0.0, 0.0]),
         twist: Twist::zero(),
     };
-    // Many starts: for some the rounding of the path's rotation happens to be left as it is.
+    // The test uses many starts, because for some of them the path's rotation is not corrected for rounding.
     for start in 0..50 {
         let turning = Arc::new(move |time: f64| path(time + 0.1 * f64::from(start)));
         let skin = Material::elastic(1e5);

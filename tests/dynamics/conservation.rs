@@ -1,4 +1,4 @@
-//! What a rollout must conserve: energy, momentum, angular momentum, orthonormality.
+//! Conserved quantities of a rollout: energy, momentum, angular momentum, orthonormality.
 
 use crate::scenes::at;
 use hydroelastic::contact::Shape;
@@ -8,14 +8,14 @@ use hydroelastic::spatial::{MassProperties, Pose};
 use nalgebra::{Matrix3, Vector3, vector};
 use std::sync::Arc;
 
-/// Momentum that a step may create, relative to what the bodies exchange.
+/// Momentum error of a step, relative to the exchanged momentum.
 const MOMENTUM: f64 = 1e-11;
 
-/// Angular momentum goes into spin and back twice a step, and the roundings of 10⁶ steps all lean to
-/// one side: 20 units in the last place each.
+/// Error of the angular momentum. Each step converts angular momentum to angular velocity and back, and the rounding errors of 10⁶ steps
+/// all have the same sign: 20 units in the last place per step.
 const MILLION_ROUNDINGS: f64 = 1e-8;
 
-/// A ball that bounces on a box for ever: no friction, no dissipation.
+/// Returns a ball that bounces on a box forever, without friction and dissipation.
 fn bouncing_ball() -> World {
     let ball = Arc::new(Shape::new(shapes::icosphere(0.1, 1).unwrap()));
     let slab = Arc::new(Shape::new(shapes::cuboid([1.0, 1.0, 0.4]).unwrap()));
@@ -35,8 +35,8 @@ fn total_energy(world: &World, state: &State) -> f64 {
     world.diagnostics(state).unwrap().total_energy()
 }
 
-/// Largest deviation of the total energy from the initial one, relative to the energy of the fall,
-/// seen at every so many of the steps.
+/// Returns the largest deviation of the total energy from its initial value, relative to the energy of the fall, sampled at intervals of
+/// the steps.
 fn energy_drift(time_step: f64, steps: usize, integrator: Integrator) -> f64 {
     let world = bouncing_ball();
     let start = total_energy(&world, &world.initial_state());
@@ -56,7 +56,7 @@ fn energy_drift(time_step: f64, steps: usize, integrator: Integrator) -> f64 {
 
 #[test]
 fn the_energy_of_a_bouncing_ball_stays_within_the_order_of_the_scheme() {
-    // 20 s, some sixty bounces, at two time steps.
+    // 20 s, about sixty bounces, at two time steps.
     let drifts = |integrator| {
         [20_000, 80_000].map(|steps| energy_drift(20.0 / steps as f64, steps, integrator))
     };
@@ -86,7 +86,7 @@ fn the_energy_of_a_million_steps_is_bounded() {
 fn two_colliding_bodies_conserve_momentum_and_angular_momentum_in_every_step() {
     let block = Arc::new(Shape::new(shapes::cuboid([0.2, 0.3, 0.15]).unwrap()));
     let egg = Arc::new(Shape::new(shapes::ellipsoid([0.1, 0.14, 0.12], 1).unwrap()));
-    // With friction and dissipation too: forces come in pairs whatever they are.
+    // Momentum is conserved with friction and dissipation too, because all forces occur in opposite pairs.
     for (dissipation, friction) in [(0.0, 0.0), (0.5, 0.4)] {
         let skin = Material {
             dissipation,
@@ -128,10 +128,10 @@ fn assert_momentum_stays(world: &World, integrator: Integrator) {
         touching += usize::from(world.topology(&state).unwrap().polygon_count() > 0);
         before = after;
     }
-    assert!(touching > 20, "they touch in {touching} of 400 steps");
+    assert!(touching > 20, "bodies touch in {touching} of 400 steps");
 }
 
-/// A body without neighbors, of the inertia of a box.
+/// Returns a body without neighbors that has the inertia of a box.
 fn free_box(lengths: [f64; 3], spin: Vector3<f64>) -> World {
     let shape = Shape::new(shapes::cuboid(lengths).unwrap());
     let body = Body::dynamic("box", shape, Material::elastic(1e5), Mass::Total(1.0)).unwrap();
@@ -147,7 +147,7 @@ fn free_boxes_of_any_shape_keep_energy_and_momentum() {
         (rod, fast, MILLION_ROUNDINGS),
         (needle, fast, MILLION_ROUNDINGS),
         (plate, fast, MILLION_ROUNDINGS),
-        // Of second order in the step.
+        // The error is of second order in the step.
         ([0.2, 0.1, 0.05], tumbling, 1e-5),
         ([0.3, 0.2, 0.01], fast, 1e-4),
     ] {
@@ -171,7 +171,7 @@ fn free_boxes_of_any_shape_keep_energy_and_momentum() {
     }
 }
 
-/// How a free body of these moments (kg m²) lies after a second of so many steps.
+/// Returns the orientation of a free body with these moments (kg m²) after one second in `steps` steps.
 fn orientation_of(moments: [f64; 3], steps: usize) -> Matrix3<f64> {
     let properties = MassProperties {
         mass: 1.0,
@@ -189,7 +189,7 @@ fn orientation_of(moments: [f64; 3], steps: usize) -> Matrix3<f64> {
 
 #[test]
 fn free_spheres_and_symmetric_tops_turn_exactly() {
-    /// Round-off of thousands of steps.
+    /// Rounding error of thousands of steps.
     const ROUND_OFF: f64 = 1e-11;
     for moments in [
         [0.02; 3],
@@ -204,14 +204,14 @@ fn free_spheres_and_symmetric_tops_turn_exactly() {
 
 #[test]
 fn free_rotation_is_continuous_in_the_moments() {
-    /// Round-off of a thousand steps.
+    /// Rounding error of a thousand steps.
     const ROUND_OFF: f64 = 1e-12;
     for steps in [10, 100, 1_000] {
         let sphere = orientation_of([0.02; 3], steps);
         for change in [1e-13, 1e-11, 1e-9, 1e-6, -1e-11, -1e-6] {
             let moments = [0.02, 0.02 * (1.0 + change), 0.02 * (1.0 + 2.0 * change)];
             let off = (orientation_of(moments, steps) - sphere).amax();
-            // Over a second, with a spin of 6 rad/s.
+            // After one second, with an angular velocity of 6 rad/s.
             assert!(
                 off < 12.0 * change.abs() + ROUND_OFF,
                 "{steps}, {change:e}: {off:e}"

@@ -1,4 +1,4 @@
-//! The contacts of a state: which bodies touch, and what they do to each other.
+//! Contacts of a state: touching bodies and their contact forces.
 
 use crate::scenes::GRAVITY;
 use hydroelastic::contact::Shape;
@@ -8,11 +8,11 @@ use hydroelastic::spatial::Pose;
 use nalgebra::{Vector3, vector};
 use std::sync::Arc;
 
-/// Relative rounding of a velocity after one step, from its forces.
+/// Relative rounding error of a velocity after one step, computed from its forces.
 const ROUNDING: f64 = 1e-12;
 
 const MASS: f64 = 0.5;
-/// Two balls that rub, one on the floor and one on top, and a third one far away.
+/// Returns two balls with friction, one on the floor and one on top, and a third ball far away.
 fn pile() -> World {
     let skin = Material::elastic(1e5)
         .with_dissipation(0.2)
@@ -74,6 +74,6 @@ fn forces_of_contacts_are_those_that_a_step_feels() {
         let error = (gained - expected).norm();
         assert!(error < ROUNDING * start.bodies[0].velocity().norm());
     }
-    // The upper ball slides over the lower one, so friction is among them.
+    // The upper ball slides over the lower ball, so the forces include friction.
     assert!(forces[0].x < 0.0 && forces[0].norm() > MASS * GRAVITY);
 }

@@ -1,4 +1,4 @@
-//! Forces of the user's own: the motion and the derivatives that they give.
+//! User-defined forces: the resulting motion and derivatives.
 
 use crate::scenes::{GRAVITY, ROUND_OFF, at, ball, down};
 use hydroelastic::dynamics::{
@@ -9,7 +9,7 @@ use hydroelastic::scalar::{Scalar, lift};
 use hydroelastic::spatial::{Twist, Wrench};
 use nalgebra::{Vector3, vector};
 
-/// A drag of so many N s/m.
+/// Linear drag with a coefficient (N s/m).
 struct ViscousAir(f64);
 
 impl Force for ViscousAir {
@@ -49,7 +49,7 @@ fn a_ball_in_viscous_air_falls_at_its_terminal_velocity() {
 fn drag_decays_exponentially_to_first_order_in_the_time_step() {
     let exact = 3.0 * (-1.0 / RELAXATION).exp();
     let error = |steps| final_speed(&in_air(3.0, 0.0), steps, 1.0) / exact - 1.0;
-    // To first order the relative error is half the duration times the step over RELAXATION².
+    // To first order, the relative error is half the duration times the step over RELAXATION².
     let (coarse, fine) = (error(1_000), error(10_000));
     assert!(
         (fine / (-0.5 * 1e-4 / RELAXATION.powi(2)) - 1.0).abs() < 1e-3,
@@ -71,13 +71,13 @@ fn derivatives_flow_through_forces_of_the_users_own() {
     let outcome = FinalState::of_body(&world, "ball").unwrap();
     let jacobian = experiment.jacobian(&parameters, &outcome).unwrap().jacobian;
     let (position, velocity) = (0, 12);
-    // Of the scheme: each kick leaves a share q of the velocity, each step moves by the mean.
+    // In the scheme, each kick leaves a fraction q of the velocity, and each step moves by the mean velocity.
     let q = 1.0 - time_step / RELAXATION;
     let left = q.powi(i32::try_from(steps).unwrap());
     let way = time_step * (1.0 + q) / 2.0 * (1.0 - left) / (1.0 - q);
     assert!((jacobian[(velocity, 0)] - left).abs() < ROUND_OFF);
     assert!((jacobian[(position, 0)] - way).abs() < ROUND_OFF);
-    // Of the motion itself: v = v₀ exp(−c t/m), by the mass m and by gravity g.
+    // In the exact motion, v = v₀ exp(−c t/m), with derivatives with respect to the mass m and gravity g.
     let decayed = (-1.0 / RELAXATION).exp();
     let by_mass = speed * DRAG * decayed;
     let by_gravity = RELAXATION * (1.0 - decayed);
@@ -87,8 +87,8 @@ fn derivatives_flow_through_forces_of_the_users_own() {
     assert!(check.best() < 1e-8, "{check}");
 }
 
-/// A thrust along x on the body named "rocket" that grows with time (m/s³), and no gravity: in the paper's form, where a
-/// body's true accelerations are a function of those that contact gives it.
+/// Thrust along x on the body named "rocket" that grows with time (m/s³), and no gravity. It has the form of the paper, in which a body's
+/// accelerations are a function of those by contact.
 struct Rocket(f64);
 
 impl Rocket {
@@ -138,11 +138,11 @@ fn forces_of_the_users_own_know_the_time_and_the_body() {
     assert_eq!(
         last.bodies[0].twist.linear,
         Vector3::zeros(),
-        "the force takes gravity away"
+        "the force cancels gravity"
     );
 }
 
-/// A force on one body that is NaN after a time (s), and returns an index from `coupled`.
+/// A force on one body that is NaN after a time (s), and returns an index from `coupling_groups`.
 struct Broken {
     from: f64,
     coupled: usize,
@@ -191,7 +191,7 @@ fn implicit_steps_name_a_force_that_is_not_finite() {
             panic!("{integrator:?}: {}", interrupted.error);
         };
         assert_eq!((step, body.as_str()), (3, "other"));
-        // Where the last substep that was tried ends.
+        // The end of the last substep that was tried.
         assert!((0.25..0.26).contains(&time), "{integrator:?}: {time}");
     }
 }

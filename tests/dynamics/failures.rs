@@ -1,5 +1,4 @@
-//! What is left of runs that fail: by a panic in what was passed in, or a blow-up. What is left of files
-//! is in `broken_writes.rs`.
+//! Results of failed runs: a panic in a user-defined function, or a blow-up. `broken_writes.rs` tests the resulting files.
 
 use crate::scenes::bits;
 use crate::support::starts::starting_from;
@@ -20,7 +19,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 const TIME_STEP: f64 = 1e-3;
 
-/// A ball that falls on a floor, which it meets after some 45 steps.
+/// Returns a ball that falls on a floor and hits it after about 45 steps.
 fn world_on(floor: Body, skin: Material) -> World {
     let ball = Shape::new(shapes::icosphere(0.1, 1).unwrap());
     let ball = Body::dynamic("ball", ball, skin, Mass::Total(1.0)).unwrap();
@@ -50,11 +49,11 @@ fn all_bits(trajectory: &Trajectory) -> Vec<Vec<u64>> {
 
 // Panics.
 
-/// No force, which panics when it is asked for some time.
+/// A force of zero that panics at one of its evaluations.
 struct Fragile {
-    /// How often it has been asked.
+    /// Number of evaluations so far.
     asked: AtomicUsize,
-    /// The question at which it panics, from 1.
+    /// Number of the evaluation that panics, from 1.
     last: usize,
 }
 
@@ -84,7 +83,7 @@ fn a_panic_in_a_force_is_an_error_with_the_trajectory_up_to_there() {
         let plan = plan.with_integrator(integrator);
         let whole = all_bits(&soft_world().rollout(&plan).run().unwrap());
         for last in [1, 2, 50, 80] {
-            // One question a step.
+            // The force is evaluated once per step.
             let world = soft_world().with_forces(Fragile::at(last)).unwrap();
             let interrupted = world.rollout(&plan).run().unwrap_err();
             assert_eq!(interrupted.error, panicked("no force for ball"));
@@ -93,7 +92,7 @@ fn a_panic_in_a_force_is_an_error_with_the_trajectory_up_to_there() {
     }
 }
 
-/// A floor that sinks, on a path that ends within the fifty-first step.
+/// Returns a floor that sinks along a path that ends within the fifty-first step.
 fn sinking_world() -> World {
     let path = |time: f64| {
         assert!(time < 50.25 * TIME_STEP, "the path ends at {time:.4} s");
@@ -144,7 +143,7 @@ fn after_a_panic_a_rollout_has_its_last_state_and_can_take_the_step_again() {
     }
 }
 
-/// An outcome that has a flaw.
+/// An outcome that panics.
 struct Flawed;
 
 impl Outcome for Flawed {
@@ -198,10 +197,10 @@ fn a_panic_in_progress_leaves_all_results() {
         ControlFlow::Continue(())
     });
     assert_eq!(count(panicking), starts.len());
-    // On several threads some may be told at the same time.
+    // With several threads, several rollouts may report progress at the same time.
     let told = told.load(Ordering::Relaxed);
     assert!((1..20).contains(&told), "{told}");
-    // The same for samples of a gradient.
+    // The same holds for samples of a gradient.
     let outcome = FinalPosition::of_body(&world, "ball").unwrap();
     let panicking = batch().with_progress(|_| panic!("at once"));
     let values = panicking.map(&[[0.0; 3]; 5], |job, sample| {
@@ -246,7 +245,7 @@ fn a_batch_that_is_ended_keeps_what_was_finished_and_begins_no_more() {
     let is_stopped = |error: &RolloutError| matches!(error, RolloutError::Stopped);
     let results = batch.rollouts(&starting_from(&world, &states));
     let (ended, stopped): (Vec<_>, Vec<_>) = results.into_iter().partition(Result::is_ok);
-    // Those that ran beside the fifth go on to their end.
+    // Rollouts that ran in parallel with the fifth continue to their end.
     let threads = std::thread::available_parallelism().unwrap().get();
     assert!((ENOUGH..ENOUGH + threads).contains(&ended.len()));
     assert!(

@@ -1,4 +1,4 @@
-//! Forces, controls, single steps, and rollouts linearized by them.
+//! Forces, controls, single steps, and rollouts linearized with respect to them.
 
 use hydroelastic::contact::Shape;
 use hydroelastic::dynamics::{
@@ -22,7 +22,7 @@ fn cube(name: &str, mass: f64, position: Vector3<f64>) -> Body {
     body.with_pose(Pose::from_translation(position))
 }
 
-/// Two bricks a meter apart.
+/// Returns two bricks a meter apart.
 fn two() -> World {
     let right =
         cube("right", 3.0, vector![1.0, 0.0, 0.0]).with_angular_velocity(vector![0.1, 0.2, -0.3]);
@@ -39,7 +39,7 @@ fn spring(points: [[f64; 3]; 2]) -> Spring {
     }
 }
 
-/// A brick that slides on a floor, with friction, a spring, a drag, a thruster and a control.
+/// Returns a brick that slides on a floor, with friction, a spring, a drag, a thruster and a control.
 fn everything() -> World<f64, (Spring, Drag, Thruster)> {
     let skin = Material::elastic(1e5)
         .with_friction(0.3)
@@ -86,7 +86,7 @@ fn bodies_on_a_spring_swing_with_the_frequency_of_their_reduced_mass() {
     let period = TAU / (50.0_f64 / 0.75).sqrt();
     let plan = Plan::new(period / 1000.0, 1000).unwrap();
     let end = world.rollout(&plan).run().unwrap();
-    // After a period of the leapfrog all is as it was, but for a part of (2π/1000)²/24.
+    // After a period of the leapfrog, the state returns to its initial value up to a relative error of (2π/1000)²/24.
     for (body, start) in end.last().bodies.iter().zip(world.initial_state().bodies) {
         assert!((body.position() - start.position()).norm() < 1e-5);
     }
@@ -110,9 +110,9 @@ fn springs_with_dampers_keep_momentum_and_lose_energy() {
         let drift = after.momentum.linear - before.momentum.linear;
         assert!(drift.norm() < 1e-13);
         let turned = after.momentum.angular - before.momentum.angular;
-        // The spring acts along a line, at poses that do not move during the kick.
+        // The spring acts along a line, at poses that do not change during the kick.
         assert!(turned.norm() < 1e-13, "{turned}");
-        // What was in the spring is lost, but for the spin that it cannot reach.
+        // The elastic energy of the spring is dissipated, except for the rotation that the spring does not affect.
         let length = |state: &State| {
             let point = |body: usize, point: [f64; 3]| {
                 state.bodies[body].pose.transformed_point(&point.into())
@@ -153,15 +153,15 @@ fn thrusters_push_along_the_body_and_turn_it_about_its_center() {
     let plan = Plan::new(1e-2, 100).unwrap();
     let end = pushed.rollout(&plan).run().unwrap();
     assert!((end.last().bodies[0].position() - vector![-0.5, 0.0, 0.0]).norm() < 1e-12);
-    // The arm is 0.05 m, the moment of inertia 2 kg (0.1² + 0.2²)/12 m².
+    // The arm is 0.05 m, and the moment of inertia is 2 kg (0.1² + 0.2²)/12 m².
     let turning = world.with_forces(thruster([0.05, 0.0, 0.0])).unwrap();
     let first = turning.step(&turning.initial_state(), &plan).unwrap();
     let spin = 1e-2 * 0.05 * 2.0 / (2.0 * 0.05 / 12.0);
     assert!((first.bodies[0].twist.angular.z - spin).abs() < 1e-14);
 }
 
-/// A force of a user's own: it holds a body down by what contact pushes up, as in the paper (a function of the contact's
-/// accelerations).
+/// A user-defined force that pulls a body down by the force with which contact pushes it up. As in the paper, it is a function of the
+/// contact's accelerations.
 struct Suction(f64);
 
 impl Force for Suction {
@@ -222,7 +222,7 @@ fn controls_give_the_momentum_of_their_intervals() {
         force: vector![x, 0.0, 0.0],
         ..Wrench::zero()
     };
-    // Intervals of 1 and of 4 time steps, which a time step is not a binary fraction of.
+    // The intervals have 1 and 4 time steps. They are not multiples of the time step in binary floating point.
     for (interval, steps_each) in [(0.1, 1), (0.4, 4)] {
         let wrenches = vec![push(1.0), push(-3.0), push(7.0)];
         let control = Control::new("left", interval, wrenches).unwrap();
@@ -245,7 +245,7 @@ fn controls_give_the_momentum_of_their_intervals() {
     }
 }
 
-/// The speed of the first body along x.
+/// Speed of the first body along x.
 struct FirstSpeed;
 
 impl Outcome for FirstSpeed {
@@ -256,7 +256,7 @@ impl Outcome for FirstSpeed {
 
 #[test]
 fn controls_act_by_their_mean_where_steps_and_intervals_do_not_fit() {
-    // In steps of 50 ms: whole intervals of 30 ms lie between the middles of two steps.
+    // In steps of 50 ms, whole intervals of 30 ms lie between the middles of two steps.
     const INTERVAL: f64 = 0.03;
     const STEP: f64 = 0.05;
     let forces = [1.0, -3.0, 7.0, 2.0, -1.0];
@@ -317,9 +317,9 @@ fn derivatives_through_forces_and_controls_are_those_of_differences() {
     assert!(check.best() < 1e-6, "{check}");
 }
 
-/// Central differences of the end by the start and by a control, in local coordinates.
+/// Returns central differences of the final state with respect to the initial state and a control, in local coordinates.
 fn differences<F: Force>(world: &World<f64, F>, plan: &Plan, control: &Parameter) -> DMatrix<f64> {
-    // (m, rad, m/s, rad/s); and N, N m, of which a millionth moves bodies by no more than some rounding.
+    // The step is in m, rad, m/s and rad/s, and in N and N m, of which a millionth moves bodies only by some rounding errors.
     const STEP: f64 = 1e-6;
     const STEP_OF_CONTROL: f64 = 1e-3;
     let start = world.initial_state();
@@ -346,7 +346,7 @@ fn differences<F: Force>(world: &World<f64, F>, plan: &Plan, control: &Parameter
             let central =
                 |step: f64| (displaced(column, step) - displaced(column, -step)) / (2.0 * step);
             let step = if column < size { STEP } else { STEP_OF_CONTROL };
-            // Without the error of the second order.
+            // This extrapolation removes the second-order error.
             (central(step) * 4.0 - central(2.0 * step)) / 3.0
         })
         .collect();
@@ -438,7 +438,7 @@ fn displacements_take_one_state_to_the_other() {
     assert!((found - DVector::from_vec(change)).amax() < 1e-15);
 }
 
-/// A floor, and nothing that moves.
+/// Returns a world with a floor and no dynamic body.
 fn floor() -> World {
     let slab = Shape::new(shapes::cuboid([1.0; 3]).unwrap());
     let slab = Body::fixed("floor", slab, Material::elastic(1e5)).unwrap();

@@ -1,4 +1,4 @@
-//! Free bodies that turn: their path, energy, angular momentum and flips, and the way back in time.
+//! Free rotating bodies: their path, energy, angular momentum, flips and time reversal.
 
 use crate::scenes::{ROUND_OFF, SKIN, asymmetric, at, ball_shape, down, floor, leapfrog};
 use hydroelastic::contact::Shape;
@@ -8,10 +8,10 @@ use hydroelastic::spatial::{MassProperties, Pose, rotation_from_vector};
 use nalgebra::{Matrix3, Vector3, vector};
 use std::sync::Arc;
 
-/// Round-off that the sensitivity of a tumbling or bouncing body has magnified.
+/// Rounding error, amplified by the sensitivity of a tumbling or bouncing body.
 const REVERSED: f64 = 1e-9;
 
-/// A free body with mass properties as given, which moves and turns.
+/// Returns a free body with the given mass properties that translates and rotates.
 fn tumbling(properties: MassProperties, spin: Vector3<f64>) -> World {
     let body = Body::dynamic("body", ball_shape(), SKIN, Mass::Properties(properties)).unwrap();
     let start = Pose::from_rotation_vector(&vector![0.5, 0.1, -0.4], vector![0.3, -0.2, 0.1]);
@@ -19,7 +19,7 @@ fn tumbling(properties: MassProperties, spin: Vector3<f64>) -> World {
     World::new(vec![moving.with_angular_velocity(spin)]).unwrap()
 }
 
-/// Equal moments about a center of mass that is off the origin.
+/// Returns equal moments about a center of mass off the origin.
 fn off_center_sphere() -> MassProperties {
     MassProperties {
         inertia: Matrix3::identity() * 0.02,
@@ -57,7 +57,7 @@ fn a_free_body_turns_about_its_center_of_mass_which_moves_straight() {
             }
             assert!(
                 origin_strayed > 0.01,
-                "the origin circles: {origin_strayed}"
+                "the origin moves on a circle: {origin_strayed}"
             );
         }
     }
@@ -80,7 +80,7 @@ fn a_body_of_equal_moments_turns_as_the_exponential_map_says() {
     }
 }
 
-/// Largest relative deviation of the kinetic energy of the asymmetric top in 50 s of so many steps.
+/// Returns the largest relative deviation of the kinetic energy of the asymmetric top in 50 s with `steps` steps.
 fn energy_deviation(steps: usize) -> f64 {
     let world = tumbling(asymmetric(), vector![3.0, -2.0, 5.0]);
     let kinetic = |state: &State| world.diagnostics(state).unwrap().kinetic_energy;
@@ -123,7 +123,7 @@ fn an_asymmetric_top_keeps_its_angular_momentum() {
 
 #[test]
 fn the_leapfrog_run_backwards_returns_to_the_start() {
-    // A free top, and an elastic bounce with a spin.
+    // A free top, and an elastic bounce with rotation.
     let top = tumbling(asymmetric(), vector![3.0, -2.0, 5.0]);
     let egg = Arc::new(Shape::new(shapes::ellipsoid([0.1, 0.14, 0.12], 1).unwrap()));
     let egg = Body::dynamic("egg", egg, SKIN, Mass::Total(1.0)).unwrap();
@@ -159,7 +159,7 @@ fn reversed(state: &State) -> State {
     state
 }
 
-/// Largest difference of any number of two states.
+/// Returns the largest difference between the numbers of two states.
 fn distance(a: &BodyState, b: &BodyState) -> f64 {
     let pose = (a.pose.translation() - b.pose.translation()).amax();
     let turn = (a.pose.rotation() - b.pose.rotation()).amax();
@@ -168,7 +168,7 @@ fn distance(a: &BodyState, b: &BodyState) -> f64 {
     pose.max(turn).max(linear).max(angular)
 }
 
-/// Spins (rad/s) about a principal axis, seen from the body, over 60 s after a slightly skew start.
+/// Returns the angular velocity (rad/s) about a principal axis, in the body's frame, over 60 s after a slightly tilted start.
 fn spins_about(axis: usize) -> Vec<f64> {
     let properties = MassProperties {
         center_of_mass: Vector3::zeros(),

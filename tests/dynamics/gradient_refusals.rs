@@ -1,4 +1,4 @@
-//! Parameters, outcomes and changes that gradients refuse.
+//! Parameters, outcomes and changes that gradients reject.
 
 use crate::scenes::{SKIN, assert_names, ball, ball_shape, floor, still_at};
 use hydroelastic::dynamics::{Body, Plan, World, WorldError};
@@ -24,7 +24,7 @@ fn an_experiment_refuses_a_time_step_that_is_not_positive() {
     ));
 }
 
-/// The error of the derivatives of the first body's position by a parameter.
+/// Returns the error of the derivatives of the first body's position with respect to a parameter.
 fn refused_gradient(world: &World, parameter: &Parameter) -> GradientError {
     let by = slice::from_ref(parameter);
     let experiment = Experiment::new(world, &Plan::new(1e-3, 10).unwrap());

@@ -1,7 +1,7 @@
-//! A heap of balls dropped into a box comes to rest: where its friction holds it, it creeps as the friction law
-//! lets it; where it has found a packing that needs no friction, it does not move at all.
+//! A heap of balls dropped into a box comes to rest. If friction holds the heap, it creeps according to the friction law. If the heap has
+//! found a packing that needs no friction, it does not move at all.
 //!
-//! The long form, and what both see: `cargo test --test dynamics heap:: -- --include-ignored --nocapture`.
+//! Run both forms by `cargo test --test dynamics heap:: -- --include-ignored --nocapture`, which prints the results.
 
 use crate::scenes::GRAVITY;
 use crate::support::scenes::Random;
@@ -16,7 +16,7 @@ use std::sync::Arc;
 const RADIUS: f64 = 0.05;
 const MASS: f64 = 0.1;
 
-/// Distance (m) from ball to ball before they fall, and how far each is from its place at most.
+/// Distance (m) between neighboring balls before they fall, and largest offset (m) of a ball from its lattice position.
 const SPACING: f64 = 0.12;
 const OFF_PLACE: f64 = 8e-3;
 
@@ -24,7 +24,7 @@ const OFF_PLACE: f64 = 8e-3;
 const WALL: f64 = 0.1;
 const HEIGHT: f64 = 1.0;
 
-/// Balls to be dropped into a box: `across` in a row, as many rows in a layer, and as many layers.
+/// Balls to drop into a box: `across` in a row, with equally many rows in a layer and equally many layers.
 struct Heap {
     across: usize,
 }
@@ -34,7 +34,7 @@ impl Heap {
         self.across.pow(3)
     }
 
-    /// Width (m) inside the box.
+    /// Returns the width (m) inside the box.
     fn width(&self) -> f64 {
         SPACING * self.across as f64
     }
@@ -61,7 +61,7 @@ impl Heap {
         (0..self.count()).map(ball).collect()
     }
 
-    /// A floor and four walls, open at the top; the floor's top is z = 0.
+    /// Returns a floor and four walls, open at the top. The floor's top is z = 0.
     fn container(&self) -> [Body; 5] {
         let (outer, off) = (self.width() + 2.0 * WALL, self.width() / 2.0 + WALL / 2.0);
         let side = |name, lengths: [f64; 3], place| {
@@ -101,13 +101,13 @@ impl Heap {
     }
 }
 
-/// The longest step (s) that is taken, the part of the limit that is, and the steps from one limit to the
-/// next: a ball falls at 1 m/s, and contacts stiffen within 10 ms.
+/// Longest step (s), fraction of the stability limit, and number of steps between evaluations of the limit. A ball falls at 1 m/s, and
+/// contacts stiffen within 10 ms.
 const LONGEST: f64 = 8e-4;
 const SAFETY: f64 = 0.5;
 const STEPS: usize = 20;
 
-/// Steps from a state for a time (s), within the limit of every state; `see` is shown some.
+/// Steps from a state for a time (s), within the stability limit of every state. Calls `see` with some states.
 fn stepped(world: &World, mut state: State, time: f64, mut see: impl FnMut(&State)) -> State {
     let end = state.time + time;
     while state.time < end {
@@ -126,15 +126,15 @@ fn stepped(world: &World, mut state: State, time: f64, mut see: impl FnMut(&Stat
     state
 }
 
-/// Energy that a piece of a run may make, of the weight by a meter: round-off, and the swing of second order.
+/// Largest energy gain in a part of a run, relative to the weight times a meter: round-off and the second-order oscillation.
 const NO_GAIN: f64 = 1e-6;
 
-/// Slip tolerances (m/s) while the balls fall and find their places. With the first, friction holds them where
-/// they are, but for creep; with the second it is too weak at their speeds to hold them, and slows them down.
+/// Slip tolerances (m/s) while the balls fall and settle. With the first, friction holds the balls except for creep. With the second,
+/// friction is too weak at their speeds to hold them, but slows them down.
 const HELD: f64 = 5e-2;
 const LOOSE: f64 = 2.0;
 
-/// The heap after a time (s), in which it stays in its box and its energy never grows.
+/// Returns the heap after a time (s). Asserts that the heap stays in its box and its energy never grows.
 fn dropped(heap: &Heap, slip_tolerance: f64, time: f64) -> State {
     let world = heap.world(slip_tolerance);
     let mut before = f64::INFINITY;
@@ -148,7 +148,7 @@ fn dropped(heap: &Heap, slip_tolerance: f64, time: f64) -> State {
     })
 }
 
-/// Largest speed (m/s) of a ball's center, or of its surface about that.
+/// Returns the largest speed (m/s) of a ball's center, or of its surface relative to the center.
 fn fastest(state: &State) -> f64 {
     let speed = |body: &BodyState| {
         let twist = &body.twist;
@@ -157,17 +157,17 @@ fn fastest(state: &State) -> f64 {
     state.bodies.iter().map(speed).fold(0.0, f64::max)
 }
 
-/// Time (s) until the balls creep as another slip tolerance lets them, and for which they are watched.
+/// Time (s) until the balls creep according to a new slip tolerance, and duration (s) of the observation.
 const TRANSIENT: f64 = 0.05;
 const WATCHED: f64 = 0.05;
 
-/// What is seen of a heap that is watched.
+/// Observations of a heap.
 struct Creep {
-    /// Largest speed (m/s), as in [`fastest`].
+    /// Largest speed (m/s) as in [`fastest`].
     fastest: f64,
-    /// Kinetic energy (J) at the end.
+    /// Final kinetic energy (J).
     kinetic_energy: f64,
-    /// Force (N) on the box at the end.
+    /// Final force (N) on the box.
     force: Vector3<f64>,
 }
 
@@ -189,25 +189,24 @@ impl Creep {
     }
 }
 
-/// Slip tolerances (m/s) with which the heap is held.
+/// Slip tolerances (m/s) of the held heap.
 const COARSE: f64 = 2e-2;
 const FINE: f64 = 1e-2;
 
-/// That creep is proportional to the slip tolerance: the heap moves on while it is watched, which changes
-/// how much its friction has to hold.
+/// Relative deviation of creep from proportionality to the slip tolerance. The heap moves during the observation, which changes the load on
+/// its friction.
 const PROPORTIONAL: f64 = 0.05;
 
-/// Forces on the box against the weight: what creeps is all but in balance.
+/// Relative deviation of the forces on the box from the weight. A creeping heap is nearly in equilibrium.
 const BALANCED: f64 = 1e-3;
 
-/// Root mean square of the balls' speeds, of the slip tolerance: but for a few all are slower by far.
+/// Root mean square of the balls' speeds, relative to the slip tolerance. Most balls are much slower than the fastest.
 const SLOW: f64 = 0.2;
 
-/// Drops the heap for a time (s), and lets friction bring it to rest for another. Then it is watched.
+/// Drops the heap for a time (s), lets friction bring it to rest for another time (s), and then observes it.
 ///
-/// Friction bears the part r < 1 of what it can at a slip of v_s·r/√(1 − r²). So a heap that friction
-/// holds creeps, with speeds below the slip tolerance v_s and proportional to it; one that slides does not
-/// slow down with v_s.
+/// Friction bears the fraction r < 1 of its full value at a slip of v_s·r/√(1 − r²). A heap that friction holds therefore creeps, with
+/// speeds below the slip tolerance v_s and proportional to it. The speed of a sliding heap does not depend on v_s.
 fn assert_comes_to_rest(across: usize, falling: f64, calming: f64) {
     let heap = Heap { across };
     let rest = dropped(&heap, HELD, falling);
@@ -240,12 +239,13 @@ fn eight_balls_come_to_rest() {
     assert_comes_to_rest(2, 3.0, 0.3);
 }
 
-/// Speed (m/s) of a heap at rest, and how far (m) its balls move while they are watched. Seen after 12 s: 9e-7 m/s.
+/// Speed (m/s) of a heap at rest, and largest displacement (m) of its balls during the observation. The observed speed after 12 s is
+/// 9e-7 m/s.
 const RESTING: f64 = 1e-5;
 const UNMOVED: f64 = 1e-6;
 
-/// Friction that is too weak to hold them lets the balls find a packing that needs none; there they stay, however
-/// small the slip tolerance.
+/// If friction is too weak to hold the balls, they find a packing that needs no friction. They stay there, no matter how small the slip
+/// tolerance is.
 #[test]
 #[ignore = "64 balls: minutes"]
 fn sixty_four_balls_come_to_rest_and_stay() {

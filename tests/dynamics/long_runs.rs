@@ -1,8 +1,7 @@
-//! What many steps add up to: at rest, on an incline, and bouncing. No rotation drifts, no memory grows,
-//! energy stays where it belongs.
+//! Accumulated effects of many steps: at rest, on an incline, and bouncing. No rotation drifts, no memory grows, and energy has the
+//! expected course.
 //!
-//! The long forms, and what they see:
-//! `cargo test --test dynamics long_runs:: -- --ignored --nocapture --test-threads=1`.
+//! Run the long forms by `cargo test --test dynamics long_runs:: -- --ignored --nocapture --test-threads=1`, which prints the results.
 
 use crate::scenes::GRAVITY;
 use hydroelastic::contact::Shape;
@@ -12,14 +11,14 @@ use hydroelastic::spatial::Pose;
 use nalgebra::{Matrix3, Vector3, vector};
 use std::ops::Range;
 
-/// Steps of the two forms.
+/// Numbers of steps of the short and the long form.
 const SHORT: usize = 100_000;
 const LONG: usize = 10_000_000;
 
-/// Entries of RᵀR − I: a rotation is rounded in each of nine entries.
+/// Bound of the entries of RᵀR − I: each of nine entries of a rotation is rounded.
 const ORTHONORMAL: f64 = 1e-15;
 
-/// Memory (kB) that what a test does beside its steps may take. A byte a step would be 9,000.
+/// Memory (kB) that a test may use besides its steps. One byte per step would be 9,000.
 const OTHER_MEMORY: u64 = 256;
 
 fn on_floor(field: PressureField, height: f64, skin: Material, down: &Vector3<f64>) -> World {
@@ -35,23 +34,23 @@ fn on_floor(field: PressureField, height: f64, skin: Material, down: &Vector3<f6
     world.with_gravity(down * GRAVITY).unwrap()
 }
 
-/// What is seen in the steps up to a power of ten, from the one before.
+/// Observations of the steps up to a power of ten, from the previous power on.
 struct Decade {
     /// Lowest and highest total energy (J).
     energy: [f64; 2],
     /// Largest entry of RᵀR − I of the first body.
     deviation: f64,
-    /// At the end.
+    /// Final state.
     state: State,
-    /// Resident memory (kB) of this process at the end, where the system tells.
+    /// Resident memory (kB) of this process at the end, if the system reports it.
     resident: Option<u64>,
 }
 
-/// Steps from one look to the next: a prime, so that looks do not keep time with bounces.
+/// Number of steps between observations, a prime number, so that observations are not synchronized with bounces.
 const LOOK: usize = 97;
 
 impl Decade {
-    /// Of a rollout from as many steps to as many.
+    /// Observes the given steps of a rollout.
     fn of(rollout: &mut Rollout, world: &World, steps: Range<usize>) -> Self {
         let (mut energy, mut deviation) = ([f64::INFINITY, f64::NEG_INFINITY], 0.0_f64);
         for step in steps {
@@ -86,7 +85,7 @@ fn resident() -> Option<u64> {
     line.split_whitespace().nth(1)?.parse().ok()
 }
 
-/// A rollout by decades, from that of the first thousand steps on; the rotation never drifts.
+/// Observes a rollout by decades, beginning with the first thousand steps. Asserts that the rotation never drifts.
 fn decades(world: &World, time_step: f64, steps: usize) -> Vec<Decade> {
     let limit = world.largest_stable_step(&world.initial_state()).unwrap();
     assert!(limit.is_none_or(|limit| time_step < 0.6 * limit));
@@ -109,7 +108,7 @@ fn decades(world: &World, time_step: f64, steps: usize) -> Vec<Decade> {
     decades
 }
 
-/// That the last decade, nine tenths of a run, took no memory. Not for tests that run beside others.
+/// Asserts that the last decade, nine tenths of a run, used no more memory. The assertion fails in tests that run in parallel with others.
 fn assert_no_memory_grew(decades: &[Decade]) {
     let resident: Vec<u64> = decades
         .iter()
@@ -122,20 +121,20 @@ fn assert_no_memory_grew(decades: &[Decade]) {
 
 // A brick on a slope.
 
-/// Slip tolerance (m/s) of a world that is given none.
+/// Default slip tolerance (m/s) of a world.
 const SLIP_TOLERANCE: f64 = 1e-3;
 const FRICTION: f64 = 0.5;
 
-/// Steps after which the brick has come to rest: dissipation takes its heaving back by 49/s.
+/// Index of the decade, up to 10⁵ steps, at whose end the brick is at rest. Dissipation damps its vertical motion at a rate of 49/s.
 const RESTING: usize = 2;
 
-/// Energies at rest, relative: their last place.
+/// Relative error of energies at rest: the last place.
 const LAST_PLACE: f64 = 1e-15;
 
-/// Speed (m/s) at rest. Forces that balance are rounded to 1e-15 of the weight, and one step lets them act.
+/// Speed (m/s) at rest. Balanced forces have a rounding error of 1e-15 of the weight, which acts for one step.
 const AT_REST: f64 = 1e-12;
 
-/// A brick of 1 kg on a floor whose slope has this tangent, let go a little above its rest.
+/// Observes a brick of 1 kg on a floor whose slope has this tangent, released slightly above its rest position.
 fn decades_of_brick(slope: f64, steps: usize) -> Vec<Decade> {
     let skin = Material::elastic(1e6)
         .with_dissipation(10.0)
@@ -170,17 +169,18 @@ fn a_brick_on_a_level_floor_rests_for_ten_million_steps() {
     assert_no_memory_grew(&decades);
 }
 
-/// Tangent of the slope: a tenth of what friction holds.
+/// Tangent of the slope: a tenth of the friction coefficient.
 const SLOPE: f64 = 0.05;
 
-/// At its rim the brick rubs with its sides too, on a bevel as wide as it is deep, 4e-4 of its width.
+/// Relative tolerance of the creep, because the brick's sides also have friction at its rim, on a bevel as wide as its depth, 4e-4 of its
+/// width.
 const BEVEL: f64 = 1e-3;
 
-/// Of a steady creep: each step adds 1e-8 m to a position that is rounded to 7e-18 m.
+/// Relative tolerance of a steady creep. Each step adds 1e-8 m to a position with a rounding error of 7e-18 m.
 const STEADY: f64 = 1e-9;
 
-/// Friction holds with the part r of its full value at the slip v_s·r/√(1 − r²): on a slope a brick
-/// creeps as fast, and neither faster nor slower with time.
+/// Friction holds with the fraction r of its full value at the slip v_s·r/√(1 − r²). A brick on a slope creeps at this speed, which does
+/// not change with time.
 fn assert_creeps_as_its_friction_law_says(decades: &[Decade]) {
     let part = SLOPE / FRICTION;
     let by_hand = SLIP_TOLERANCE * part / (1.0 - part * part).sqrt();
@@ -190,12 +190,12 @@ fn assert_creeps_as_its_friction_law_says(decades: &[Decade]) {
     };
     let creeps: Vec<Vector3<f64>> = decades.windows(2).skip(RESTING - 1).map(creep).collect();
     for found in &creeps {
-        println!("creep {:?} m/s, by hand {by_hand:e}", found.as_slice());
+        println!("creep {:?} m/s, closed form {by_hand:e}", found.as_slice());
         assert!((found.x / by_hand - 1.0).abs() <= BEVEL);
         assert!((found - creeps[0]).amax() <= STEADY * by_hand);
         assert!(found.y.abs().max(found.z.abs()) <= STEADY * by_hand);
     }
-    // Energy only falls.
+    // The energy decreases monotonically.
     let energies: Vec<[f64; 2]> = decades.iter().map(|decade| decade.energy).collect();
     assert!(energies.windows(2).all(|pair| pair[1][1] < pair[0][0]));
 }
@@ -213,15 +213,16 @@ fn a_brick_on_a_slope_creeps_as_its_friction_law_says_for_ten_million_steps() {
     assert_no_memory_grew(&decades);
 }
 
-// A ball that bounces for ever.
+// A ball that bounces forever.
 
 /// Height (m) that the ball falls.
 const FALL: f64 = 0.05;
 
-/// The energy, relative to that of the fall, at steps of 1 ms: of second order, 3e-4 in the first thousands.
+/// Oscillation of the energy, relative to the energy of the fall, at steps of 1 ms. It is of second order, and 3e-4 in the first thousands
+/// of steps.
 const SWING: f64 = 1e-3;
 
-/// Nothing pushes the ball aside but round-off (m).
+/// Largest sideways displacement (m), which is due to round-off only.
 const ASIDE: f64 = 1e-9;
 
 fn assert_bounces(decades: &[Decade]) {

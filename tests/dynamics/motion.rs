@@ -1,4 +1,4 @@
-//! Motion against values that can be written down, and what must be conserved.
+//! Motion against closed forms, and conserved quantities.
 
 use crate::scenes::{GRAVITY, at};
 use crate::support::balls::fine_ball;
@@ -10,22 +10,22 @@ use hydroelastic::spatial::MassProperties;
 use nalgebra::{Matrix3, Vector3, vector};
 use std::sync::Arc;
 
-/// A modulus (Pa) beside which the bodies of these tests are soft to a part in ten thousand.
+/// Modulus (Pa) of a nearly rigid body. Relative to it, the bodies of these tests are soft to one part in ten thousand.
 const RIGID: f64 = 1e13;
 
-/// The table's tolerance, after what the mesh costs.
+/// The table's tolerance, including the error of the mesh.
 const TABLE: f64 = 1e-3;
 
-/// The derivative of a mirrored bounce, at the time steps stated with it.
+/// Tolerance of the derivative of a mirrored bounce, at the stated time steps.
 const MIRROR: f64 = 1e-6;
 
 /// The table's tolerance of the rebound.
 const RESTITUTION: f64 = 1e-4;
 
-/// The table's tolerance of sums that hold at any time step.
+/// The table's tolerance of sums that are conserved at any time step.
 const SUMS: f64 = 1e-9;
 
-/// A floor whose surface is z = 0.
+/// Returns a floor whose surface is z = 0.
 fn floor(material: Material) -> Body {
     let slab = Arc::new(Shape::new(shapes::cuboid([2.0, 2.0, 0.5]).unwrap()));
     Body::fixed("floor", slab, material)
@@ -41,7 +41,7 @@ fn sphere_inertia(mass: f64, radius: f64) -> Mass {
     })
 }
 
-/// A ball of 0.1 m and 1 kg at a height of its center over a rigid floor.
+/// Returns a ball of 0.1 m and 1 kg above a rigid floor, with its center at a height.
 fn ball_over_floor(material: Material, height: f64, velocity: f64) -> World {
     let ball = Arc::new(fine_ball(0.1, 64, 40));
     let ball = Body::dynamic("ball", ball, material, sphere_inertia(1.0, 0.1)).unwrap();
@@ -69,7 +69,7 @@ fn upward(state: &State) -> f64 {
 
 #[test]
 fn a_dropped_ball_reaches_the_depth_and_the_force_of_the_energy_balance() {
-    // Just above the floor with the speed of a fall of 0.5 m.
+    // The ball starts just above the floor, with the speed of a fall of 0.5 m.
     let (start, speed) = (0.1005, (2.0 * GRAVITY * 0.4995_f64).sqrt());
     let world = with_gravity(ball_over_floor(Material::elastic(1e6), start, -speed));
     let time_step = 2e-5;
@@ -78,7 +78,7 @@ fn a_dropped_ball_reaches_the_depth_and_the_force_of_the_energy_balance() {
     let lowest = turning.unwrap().unwrap();
     let depth = 0.1 - height(&lowest);
     assert!((depth / 0.017_446_8 - 1.0).abs() < TABLE, "{depth}");
-    // The force from the change of velocity over one step at the turning point.
+    // The force follows from the change of velocity over one step at the turning point.
     let next = rollout.next().unwrap().unwrap();
     let force = (upward(&next) - upward(&lowest)) / time_step + GRAVITY;
     assert!((force / 845.045 - 1.0).abs() < TABLE, "{force}");
@@ -92,7 +92,7 @@ fn a_ball_swings_about_its_rest_depth_with_the_period_of_the_linear_stiffness() 
     let time_step = 5e-5;
     let rollout = world.rollout(&Plan::new(time_step, 3_599).unwrap());
     let states: Vec<State> = rollout.take(3_599).map(Result::unwrap).collect();
-    // The mean over whole periods is the rest depth; the period is between downward crossings.
+    // The mean over whole periods is the rest depth, and the period is the time between downward crossings.
     let mut crossings = Vec::new();
     let mean = states.iter().map(height).sum::<f64>() / states.len() as f64;
     for pair in states.windows(2) {
@@ -111,7 +111,7 @@ fn a_ball_swings_about_its_rest_depth_with_the_period_of_the_linear_stiffness() 
     );
 }
 
-/// Final position of the named body by its initial position and velocity along an axis.
+/// Returns the derivatives of the named body's final position with respect to its initial position and velocity along an axis.
 fn by_start(world: &World, body: &str, axis: usize, time_step: f64, steps: usize) -> [f64; 2] {
     let experiment = Experiment::new(world, &Plan::new(time_step, steps).unwrap());
     let outcome = FinalPosition::of_body(world, body).unwrap();
@@ -126,7 +126,7 @@ fn by_start(world: &World, body: &str, axis: usize, time_step: f64, steps: usize
 #[test]
 fn a_lossless_bounce_mirrors_the_start_at_any_stiffness() {
     let ball = Arc::new(Shape::new(shapes::icosphere(0.1, 2).unwrap()));
-    // 0.3 s in steps of 50, 25 and 10 µs; the stiffer the ball, the shorter the bounce.
+    // 0.3 s in steps of 50, 25 and 10 µs, because stiffer balls have shorter bounces.
     for (modulus, steps) in [(1e4, 6_000), (1e5, 12_000), (1e6, 30_000)] {
         let skin = Material::elastic(modulus);
         let falling = Body::dynamic("ball", Arc::clone(&ball), skin, Mass::Total(1.0)).unwrap();
@@ -148,7 +148,7 @@ fn the_derivative_through_a_bounce_converges_at_second_order() {
         .with_pose(at(0.0, 0.0, 0.15))
         .with_velocity(vector![0.0, 0.0, -1.0]);
     let world = World::new(vec![falling, floor(skin)]).unwrap();
-    // Where in a step the contact begins and ends shifts the error about: average over some.
+    // The error depends on the times within a step at which contact begins and ends, so the test averages over several starts.
     let error = |steps: usize| {
         let errors = (0..8).map(|k| {
             let steps = steps + k * steps / 50;
@@ -172,7 +172,7 @@ fn hunt_crossley_restitution_is_that_of_the_integrated_law() {
         let falling = falling
             .with_pose(at(0.0, 0.0, 0.11))
             .with_velocity(vector![0.0, 0.0, -1.0]);
-        // Against a rigid floor all of the surface is flat, and its normal along the velocity.
+        // Against a rigid floor, the whole surface is flat, and its normal is along the velocity.
         let rigid = Material {
             modulus: Some(RIGID),
             ..material
@@ -188,8 +188,8 @@ fn hunt_crossley_restitution_is_that_of_the_integrated_law() {
     }
 }
 
-/// Two equal balls on a line, the first running into the second, which is at rest: the derivatives
-/// of the second's position after 1 s by both positions and both velocities.
+/// Collides two equal balls on a line, the second of which is at rest. Returns the derivatives of the second ball's position after 1 s with
+/// respect to both positions and both velocities.
 fn by_starts_of_two_balls(modulus: f64, steps: usize) -> [f64; 4] {
     let ball = Arc::new(fine_ball(0.1, 24, 16));
     let body = |name: &str| {
@@ -223,7 +223,7 @@ fn assert_exchanged([x1, x2, v1, v2]: [f64; 4], epsilon: f64, mesh: f64) {
 
 #[test]
 fn two_balls_on_a_line_exchange_the_derivatives_by_their_starts() {
-    // ε is that of smooth spheres; the stiffer the balls, the fewer triangles touch.
+    // ε is that of smooth spheres. With stiffer balls, fewer triangles touch.
     assert_exchanged(by_starts_of_two_balls(1e5, 10_000), 0.020_784, 0.01);
     assert_exchanged(by_starts_of_two_balls(1e6, 20_000), 0.009_399, 0.03);
 }
@@ -243,7 +243,7 @@ fn two_stiff_balls_exchange_the_derivatives_by_their_starts() {
     assert_exchanged(by_starts_of_two_balls(1e8, 500_000), 0.001_991_9, 0.07);
 }
 
-/// A flat block of 1 kg resting on the floor as deep as its weight presses it.
+/// Returns a flat block of 1 kg at rest on the floor, pressed in by its weight.
 fn resting_block(material: Material, tilt: f64) -> World {
     let block = Arc::new(Shape::new(shapes::cuboid([0.3, 0.3, 0.04]).unwrap()));
     let block = Body::dynamic("block", block, material, Mass::Total(1.0)).unwrap();
@@ -257,9 +257,8 @@ fn resting_block(material: Material, tilt: f64) -> World {
     world.with_gravity(down).unwrap()
 }
 
-/// Rest depth (m) of the block: its weight over area times pressure gradient, 50 and 4 MPa/m in a
-/// row. Being nearly right it hardly swings. The dissipation that damps the rest also brakes at the
-/// block's rim, by 2e-4 of the friction at 1 s/m.
+/// Rest depth (m) of the block: its weight divided by area times pressure gradient, 50 and 4 MPa/m in series. It is nearly exact, so the
+/// block hardly oscillates. The dissipation that damps the remaining motion also acts at the block's rim, by 2e-4 of the friction at 1 s/m.
 const REST_DEPTH_OF_BLOCK: f64 = GRAVITY / (0.09 * 3.704e6);
 
 #[test]

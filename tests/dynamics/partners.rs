@@ -12,10 +12,10 @@ use hydroelastic::spatial::Pose;
 use nalgebra::{Vector3, vector};
 use std::sync::Arc;
 
-/// Differences of a rollout with the best of the checked steps, of the largest entry of a column.
+/// Error of differences of a rollout with the best of the checked steps, relative to the largest entry of a column.
 const DIFFERENCES: f64 = 1e-6;
 
-/// What is left of a bounce after it has been damped away.
+/// Remainder of a bounce after it has been damped.
 const AT_REST: f64 = 1e-6;
 
 const GRAVITY: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
@@ -34,7 +34,7 @@ fn rigid(field: &hydroelastic::mesh::PressureField) -> RigidShape {
     RigidShape::new(TriangleSurface::around(field.mesh()).unwrap())
 }
 
-/// Floors at z = 0: rigid, soft, and the upper side of a rigid slab.
+/// Returns floors at z = 0: rigid, compliant, and the upper side of a rigid slab.
 fn floors() -> Vec<Body> {
     let hard = Material::rigid().with_friction(0.6);
     let slab = rigid(&shapes::cuboid([2.0, 2.0, 0.1]).unwrap());
@@ -54,7 +54,7 @@ fn thrown(floor: Body, shape: impl Into<BodyShape>, height: f64) -> World {
         .with_pose(start)
         .with_velocity(vector![0.5, 0.1, -1.0])
         .with_angular_velocity(vector![1.0, 2.0, -0.5]);
-    // The floor first: it is B nevertheless.
+    // The floor comes first, but it is B nevertheless.
     let world = World::new(vec![floor, ball]).unwrap();
     world.with_gravity(GRAVITY).unwrap()
 }
@@ -85,7 +85,7 @@ fn a_cube_comes_to_rest_where_its_weight_is_carried() {
     }
 }
 
-/// All parameters that a throw on a floor has.
+/// Returns all parameters of a throw on a floor.
 fn parameters(floor: &Body) -> Vec<Parameter> {
     let name = |name: &str| Arc::<str>::from(name);
     let mut parameters = vec![
@@ -108,7 +108,7 @@ fn parameters(floor: &Body) -> Vec<Parameter> {
     parameters
 }
 
-/// Motions that leave a plane where it is: their derivatives are round-off.
+/// Motions that map a plane to itself, so their derivatives are round-off.
 const ALONG_ITSELF: [&str; 3] = [
     "InitialPosition(\"floor\") x",
     "InitialPosition(\"floor\") y",
@@ -176,7 +176,7 @@ fn a_rigid_tool_pushes_a_soft_block() {
     let recorded = world.rollout(&plan).run().unwrap();
     let state = recorded.last();
     let height = state.bodies[1].position().z;
-    // On the block, and pressed in a little.
+    // The ball is on the block, slightly pressed in.
     assert!((0.13..0.15).contains(&height), "{height}");
     let contacts = world.contacts(state).unwrap();
     let pairs: Vec<_> = contacts.iter().map(|contact| contact.bodies).collect();
@@ -274,7 +274,7 @@ fn the_largest_stable_step_on_a_half_space_is_that_of_its_stiffness() {
         .largest_stable_step(&world.initial_state())
         .unwrap()
         .unwrap();
-    // The stiffest mode is up and down or a rock about an edge, at 3 times its stiffness over mass at most.
+    // The stiffest mode is vertical motion or rocking about an edge, at most 3 times its stiffness over mass.
     let kappa = 2.0 * 1e6 / 0.2;
     let along = 2.0 / (kappa * (0.2_f64 - 2.0 * depth).powi(2) / mass).sqrt();
     assert!(
@@ -316,8 +316,8 @@ fn equal_boxes_that_pass_through_each_other_are_reported() {
     }
 }
 
-/// A soft ball at heights beside, in and on rigid bodies of different thickness. A thick body still pushes out a ball whose center
-/// it contains.
+/// A soft ball is at heights beside, in and on rigid bodies of different thickness. A thick body still pushes out a ball whose center it
+/// contains.
 #[test]
 fn a_ball_that_passes_through_a_rigid_body_is_reported() {
     let ball = Shape::new(shapes::icosphere(0.1, 1).unwrap());
@@ -339,7 +339,7 @@ fn a_ball_that_passes_through_a_rigid_body_is_reported() {
     }
 }
 
-/// A hard pebble that a soft block has swallowed still has a contact surface.
+/// A hard pebble wholly inside a soft block still has a contact surface.
 #[test]
 fn a_body_wholly_inside_another_has_sunk_through() {
     let block = Shape::new(shapes::cuboid([1.0; 3]).unwrap());
@@ -361,7 +361,7 @@ fn a_body_wholly_inside_another_has_sunk_through() {
     }
 }
 
-/// A soft layer presses up a body that is wholly below its surface, so rollouts may start there.
+/// A soft layer pushes up a body that is wholly below its surface, so rollouts may start there.
 #[test]
 fn a_rollout_may_start_below_a_soft_layer_that_pushes_the_body_out() {
     let layer = HalfSpace::layer(0.1).unwrap();

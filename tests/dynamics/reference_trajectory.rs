@@ -8,11 +8,11 @@ use hydroelastic::spatial::{MassProperties, Pose};
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3, vector};
 use std::sync::Arc;
 
-/// The reference was integrated to 1e-10 and reproduced by another program to 4e-9; the rest is
-/// what is left of the step's square after extrapolation.
+/// Tolerance. The reference was integrated to 1e-10, and another program reproduced it to 4e-9. The rest is the error of extrapolation in
+/// the squared step.
 const TRAJECTORY: f64 = 2e-8;
 
-/// Steps in 10 ms, the spacing of the reference: the coarser of two.
+/// Number of steps in 10 ms, the interval of the reference, for the longer of two steps.
 const STEPS: usize = 500;
 
 fn vector_at(row: &Row, first: usize) -> Vector3<f64> {
@@ -64,7 +64,7 @@ fn a_spinning_ball_bounces_as_in_an_independent_program() {
         for ((row, coarse), fine) in scene.rows.iter().zip(&coarse).zip(&fine) {
             assert!((fine.time - row.t).abs() < 1e-12);
             let (coarse, fine) = (&coarse.bodies[0], &fine.bodies[0]);
-            // The error of leapfrog falls with the square of the step.
+            // The error of leapfrog is proportional to the square of the step.
             let limit = |coarse: &Vector3<f64>, fine: &Vector3<f64>| fine + (fine - coarse) / 3.0;
             let position = limit(coarse.pose.translation(), fine.pose.translation());
             let velocity = limit(&coarse.twist.linear, &fine.twist.linear);
@@ -75,7 +75,7 @@ fn a_spinning_ball_bounces_as_in_an_independent_program() {
                 "{}: {position_error:e}",
                 row.t
             );
-            // Velocities change by the acceleration times what the bounce's time is off.
+            // The error of a velocity is the acceleration times the error of the bounce's time.
             let error = (velocity - vector_at(row, 10)).amax();
             assert!(error <= 5.0 * TRAJECTORY, "{}: {error:e}", row.t);
             let error = (spin - vector_at(row, 7)).amax();

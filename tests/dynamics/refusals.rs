@@ -1,4 +1,4 @@
-//! Numbers, names and settings that bodies and worlds refuse, and by which name.
+//! Numbers, names and settings that bodies and worlds reject, and the names in the errors.
 
 use crate::scenes::{SKIN, assert_names, asymmetric, at, ball, ball_shape, still_at};
 use hydroelastic::dynamics::{Body, Mass, Material, Plan, Spring, World, WorldError};
@@ -6,10 +6,10 @@ use hydroelastic::spatial::{MassProperties, Pose, PoseError};
 use nalgebra::{Matrix3, Vector3, vector};
 use std::sync::Arc;
 
-/// What no number may be that must be positive and finite.
+/// Invalid values of numbers that must be positive and finite.
 const NOT_POSITIVE: [f64; 4] = [0.0, -1.0, f64::NAN, f64::INFINITY];
 
-/// What no number may be that must not be negative.
+/// Invalid values of numbers that must not be negative.
 const NEGATIVE: [f64; 3] = [-1e-9, f64::NAN, f64::INFINITY];
 
 const NOT_FINITE: [f64; 3] = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY];
@@ -217,7 +217,7 @@ fn a_body_that_forces_do_not_move_takes_no_start_that_it_would_not_keep() {
     World::new(vec![driven()]).unwrap();
 }
 
-/// A path belongs to the body, so a body of a world at any time fits a new world, which starts at time 0.
+/// A path belongs to the body. Therefore a body from a world at any time can be added to a new world, which starts at time 0.
 #[test]
 fn a_body_on_a_path_can_be_taken_from_a_world_at_any_time() {
     let path = Arc::new(|time| still_at(1.0 + time));

@@ -1,4 +1,4 @@
-//! Rollouts: their ways forward agree, and what is left after a failure.
+//! Rollouts: all ways to advance them agree, and a failure leaves a defined state.
 
 use crate::scenes::bits;
 use hydroelastic::contact::Shape;
@@ -10,7 +10,7 @@ use num_dual::Dual64;
 
 const TIME_STEP: f64 = 1e-3;
 
-/// A ball that falls on a floor.
+/// Returns a ball that falls on a floor.
 fn scene(skin: Material) -> World {
     let ball = Shape::new(shapes::icosphere(0.1, 1).unwrap());
     let floor = Shape::new(shapes::cuboid([1.0, 1.0, 0.2]).unwrap());
@@ -52,7 +52,7 @@ fn passing_over_states_changes_none() {
 
 #[test]
 fn a_failed_rollout_keeps_its_last_finite_state_and_ends() {
-    // So stiff that the first contact throws the ball to where its pose overflows.
+    // The stiffness is so large that the first contact throws the ball until its pose overflows.
     let world = scene(Material::elastic(1e150).with_dissipation(1e150));
     let mut failing = rollout(&world);
     let finite = (failing.by_ref().take(1_000))
@@ -71,7 +71,7 @@ fn a_failed_rollout_keeps_its_last_finite_state_and_ends() {
     assert!(rollout(&world).nth(finite).unwrap().is_err());
 }
 
-/// Round-off of 20,000 steps in the derivatives of a rotation, relative to these.
+/// Relative rounding error in the derivatives of a rotation after 20,000 steps.
 const TANGENT: f64 = 1e-10;
 
 #[test]
@@ -87,7 +87,7 @@ fn derivatives_of_a_rotation_stay_those_of_rotations_over_many_steps() {
         let mut rollout = world.rollout(&plan.with_integrator(integrator));
         rollout = rollout.with_state(start).unwrap();
         let last = rollout.nth(19_999).unwrap().unwrap();
-        // RᵀR = I, so that its derivative is zero.
+        // RᵀR = I, so its derivative is zero.
         let rotation = last.bodies[0].pose.rotation();
         let gram = rotation.transpose() * rotation;
         let size = rotation.map(|entry| entry.eps).amax();

@@ -1,4 +1,4 @@
-//! Balls, boxes, a floor and mass properties, of which several tests of worlds are made, and the bits of a state.
+//! Balls, boxes, a floor and mass properties for several tests of worlds, and the bits of a state.
 
 use hydroelastic::contact::Shape;
 use hydroelastic::dynamics::{
@@ -11,7 +11,7 @@ use std::sync::Arc;
 
 pub const GRAVITY: f64 = 9.81;
 
-/// What a few thousand steps add up to in round-off.
+/// Accumulated rounding error of a few thousand steps.
 pub const ROUND_OFF: f64 = 1e-12;
 
 pub const SKIN: Material = Material {
@@ -32,7 +32,7 @@ pub fn ball(name: &str) -> Body {
     Body::dynamic(name, ball_shape(), SKIN, Mass::Total(1.0)).unwrap()
 }
 
-/// A body whose top is z = 0.
+/// Returns a body whose top is z = 0.
 pub fn floor(skin: Material) -> Body {
     let slab = box_shape([1.0, 1.0, 0.4]);
     let floor = Body::fixed("floor", slab, skin).unwrap();
@@ -43,7 +43,7 @@ pub fn at(x: f64, y: f64, z: f64) -> Pose {
     Pose::from_translation(vector![x, y, z])
 }
 
-/// The time, and every number of every body, to the last bit.
+/// Returns the bits of the time and of every number of every body.
 pub fn bits(state: &State) -> Vec<u64> {
     let numbers = state.bodies.iter().flat_map(|body| {
         let pose = body.pose.rotation().iter().chain(body.pose.translation());
@@ -58,7 +58,7 @@ pub fn down() -> Vector3<f64> {
     vector![0.0, 0.0, -GRAVITY]
 }
 
-/// That an error's message starts with what was found where.
+/// Asserts that an error's message starts with the expected text.
 pub fn assert_names(error: &WorldError, found: &str) {
     let message = error.to_string();
     assert!(message.starts_with(found), "{message:?}, not {found:?}");
@@ -71,8 +71,7 @@ pub fn still_at(x: f64) -> BodyState {
     }
 }
 
-/// Mass properties of a body whose center of mass is off its origin and whose principal axes are
-/// askew.
+/// Returns mass properties of a body with an offset center of mass and rotated principal axes.
 pub fn asymmetric() -> MassProperties {
     let axes = rotation_from_vector(&vector![0.4, -0.3, 0.8]);
     let moments = Matrix3::from_diagonal(&vector![0.01, 0.02, 0.025]);

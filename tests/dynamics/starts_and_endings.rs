@@ -1,4 +1,4 @@
-//! Rollouts that end at numbers that are not finite, and the states that rollouts start from.
+//! Rollouts that end with numbers that are not finite, and initial states of rollouts.
 
 use crate::scenes::{SKIN, at, ball, ball_shape, down, floor, still_at};
 use hydroelastic::dynamics::{
@@ -9,8 +9,7 @@ use hydroelastic::gradient::{Experiment, FinalPosition, GradientError, Parameter
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 use std::sync::Arc;
 
-/// A ball without weight to speak of that falls on a floor as stiff as a modulus can be, and one far
-/// away.
+/// Returns a nearly weightless ball that falls on a floor with the largest possible stiffness, and another ball far away.
 fn exploding() -> World {
     let stiff = Material::elastic(1e150);
     let falling = Body::dynamic("falling", ball_shape(), stiff, Mass::Total(1e-200)).unwrap();
@@ -23,8 +22,7 @@ fn exploding() -> World {
     world.unwrap().with_gravity(down()).unwrap()
 }
 
-/// The fall of 0.9 m takes 0.428 s: the first evaluation in the floor is at 0.45 s, in the fifth
-/// step of 0.1 s.
+/// Time step (s). The fall of 0.9 m takes 0.428 s, so the first evaluation in the floor is at 0.45 s, in the fifth step.
 const LONG_STEP: f64 = 0.1;
 
 fn explosion() -> RolloutError {
@@ -115,7 +113,7 @@ fn a_path_that_leads_nowhere_ends_the_rollout() {
     let between = World::new(vec![ball("ball"), between]).unwrap();
     let plan = Plan::new(0.1, 10).unwrap();
     for plan in [plan, plan.without_stability_check()] {
-        // The middle of the third step, where the leapfrog asks for the contacts.
+        // The middle of the third step, at which the leapfrog evaluates the contacts.
         let rollout = between.rollout(&plan);
         let error = rollout.run().unwrap_err().error;
         assert!(

@@ -87,7 +87,7 @@ fn a_flag_stops_a_batch_within_its_rollouts() {
     assert!(lengths.max().unwrap() < 11);
 }
 
-/// A count of the calls of a path or a force. One of the calls may set a flag.
+/// Number of calls of a path or a force. One of the calls may set a flag.
 #[derive(Default)]
 struct Calls {
     /// Whether calls are counted.
@@ -113,10 +113,10 @@ impl Calls {
     }
 }
 
-/// Maximum number of calls of a force after the flag was set, by the evaluation in progress.
+/// Largest number of calls of a force after the flag was set, by the evaluation in progress.
 const REST_OF_EVALUATION: usize = 2;
 
-/// A push against the velocity that jumps at zero velocity: no velocity solves the step, however short the substep.
+/// A force against the velocity that jumps at zero velocity. No velocity solves the step, no matter how short the substep is.
 struct Reversing(Arc<Calls>);
 
 impl Force for Reversing {
@@ -161,7 +161,7 @@ fn a_flag_stops_an_implicit_step_in_progress() {
 /// Number of evaluations of a path in one step.
 const CALLS_OF_A_STEP: usize = 4;
 
-/// The tape keeps 16 of 2,000 steps, so more than 100 steps are repeated before the first step is reversed.
+/// The tape stores 16 of 2,000 steps, so more than 100 steps are repeated before the first step is reversed.
 #[test]
 fn a_flag_stops_steps_that_the_sweep_back_repeats() {
     let calls = Arc::new(Calls {

@@ -1,4 +1,4 @@
-//! What a loss or a force takes from several states and bodies with factors that cancel each other: they must be found all the same.
+//! Losses and forces that combine several states and bodies with canceling factors. The dependence must still be detected.
 
 use super::reverse::{compare, skin};
 use hydroelastic::contact::{HalfSpace, Shape};
@@ -12,7 +12,7 @@ use hydroelastic::spatial::Pose;
 use nalgebra::{Vector3, vector};
 use std::sync::Arc;
 
-/// So many balls that sink into a floor, each a little less than the one before it, and the floor.
+/// Returns `count` balls that sink into a floor, each slightly smaller than the previous ball, and the floor.
 fn balls(count: usize) -> World {
     let shape = Arc::new(Shape::new(shapes::icosphere(0.1, 1).unwrap()));
     let law = [0.1, 0.3];
@@ -34,7 +34,7 @@ fn balls(count: usize) -> World {
         .unwrap()
 }
 
-/// The acceleration (m/s²) upwards of the first body around a record, by the difference of differences.
+/// Upward acceleration (m/s²) of the first body around a recorded state, by a second difference.
 struct Acceleration {
     record: usize,
     time_step: f64,
@@ -68,7 +68,7 @@ fn differences_of_states_in_time() {
     }
 }
 
-/// Pushes the third body by what contact does to the first more than to the second, and by the difference of their masses.
+/// Force on the third body: the difference between the contact forces on the first and the second body, and between their masses.
 struct Balance;
 
 impl Force for Balance {
@@ -80,7 +80,7 @@ impl Force for Balance {
     }
 }
 
-/// The height (m) of the third body at the end.
+/// Final height (m) of the third body.
 struct Height;
 
 impl Outcome for Height {

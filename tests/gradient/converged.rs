@@ -1,5 +1,5 @@
-//! Derivatives of motions at the default accuracy, in steps of 5 ms, against the motion itself: closed forms, and differences of
-//! outcomes at tight tolerances over changes wider than their noise.
+//! Derivatives of motions at the default accuracy, in steps of 5 ms, against the exact motion: closed forms, and differences of outcomes at
+//! tight tolerances over changes wider than their noise.
 
 use crate::support::impacts::rebound;
 use hydroelastic::contact::{HalfSpace, RigidShape, Shape};
@@ -10,13 +10,13 @@ use hydroelastic::spatial::{Pose, Twist};
 use nalgebra::{DMatrix, DVector, Vector3, vector};
 use std::sync::Arc;
 
-/// Longest step (s), many times as long as the impacts.
+/// Longest step (s), which is many times as long as an impact.
 pub const TIME_STEP: f64 = 5e-3;
 
 /// Largest error of a derivative, relative to the largest entry of its column.
 const OFF: f64 = 0.02;
 
-/// Tolerances of the motions that derivatives are compared with.
+/// Returns the tolerances of the motions with which derivatives are compared.
 pub fn tight() -> Accuracy {
     let accuracy = Accuracy::new(1e-6, 3e-5).unwrap();
     accuracy.with_resting_speed(0.03).unwrap()
@@ -53,15 +53,15 @@ pub fn falling(bodies: Vec<Body>) -> World {
     world.with_gravity(vector![0.0, 0.0, -9.81]).unwrap()
 }
 
-/// Final state of the body by parameters, the position first.
+/// Returns the Jacobian of the body's final state with respect to parameters, the position first.
 fn jacobian(world: &World, plan: &Plan, by: &[Parameter]) -> DMatrix<f64> {
     let outcome = FinalState::of_body(world, "body").unwrap();
     let experiment = Experiment::new(world, plan);
     experiment.jacobian(by, &outcome).unwrap().jacobian
 }
 
-/// Checks the derivatives of the final position by each number of a parameter, against differences over a change on either side. A
-/// change of 1e-3 is wide enough: outcomes at tight tolerances have noise of up to 1e-6.
+/// Compares the derivatives of the final position with respect to each component of a parameter with differences over a change to either
+/// side. A change of 1e-3 is wide enough, because outcomes at tight tolerances have noise of up to 1e-6.
 fn check((label, world, plan): (&str, &World, &Plan), by: &Parameter, change: f64) {
     let by = std::slice::from_ref(by);
     let found = jacobian(world, plan, by).rows(0, 3).into_owned();
@@ -74,7 +74,7 @@ fn check((label, world, plan): (&str, &World, &Plan), by: &Parameter, change: f6
             let end = motion.value_perturbed(by, &changes, &outcome).unwrap();
             DVector::from_vec(end).rows(0, 3).into_owned()
         };
-        // Of fourth order.
+        // This difference is of fourth order.
         ((end(1.0) - end(-1.0)) * 8.0 - (end(2.0) - end(-2.0))) / (12.0 * change)
     };
     for place in 0..found.ncols() {
@@ -113,7 +113,7 @@ fn a_thrown_ball_has_the_derivatives_of_its_motion() {
     }
 }
 
-/// Facets of the ball arrive one after the other. For an exact sphere the derivative is −1.
+/// Facets of the ball touch one after the other. For an exact sphere, the derivative is −1.
 #[test]
 fn an_elastic_bounce_has_the_derivative_minus_one() {
     for phase in 0..8 {
@@ -132,7 +132,7 @@ fn an_elastic_bounce_has_the_derivative_minus_one() {
     }
 }
 
-/// The stiffness jumps as a whole face touches.
+/// The stiffness jumps when a whole face touches.
 #[test]
 fn a_flat_fall_has_the_derivatives_of_the_closed_form() {
     for rise in [0.0, 0.002, 0.004, 0.006] {
@@ -140,8 +140,8 @@ fn a_flat_fall_has_the_derivatives_of_the_closed_form() {
         let world = falling(vec![body, rigid_floor(0.0)]);
         let by = [Parameter::initial_position("body")];
         let found = jacobian(&world, &plan(60), &by)[(2, 2)];
-        // A fall from h takes √(2h/g), and the contact half a period of the linear spring, which does not depend on h:
-        // z = v t − g t²/2 with v = √(2gh) and t what is left after fall and contact.
+        // A fall from h takes √(2h/g). The contact takes half a period of the linear spring, which does not depend on h. Then z = v t − g
+        // t²/2, with v = √(2gh) and t the time left after fall and contact.
         let (gravity, height) = (9.81_f64, 0.1 + rise);
         let (fall, speed) = (
             (2.0 * height / gravity).sqrt(),
@@ -151,7 +151,7 @@ fn a_flat_fall_has_the_derivatives_of_the_closed_form() {
         let left = 0.3 - fall - std::f64::consts::PI / f64::sqrt(stiffness);
         let [by_fall, by_speed] = [1.0 / speed, gravity / speed];
         let expected = by_speed * left - (speed - gravity * left) * by_fall;
-        println!("flat from {rise}: {found} for {expected}");
+        println!("flat from {rise}: {found} instead of {expected}");
         assert!(
             (found / expected - 1.0).abs() < OFF,
             "{found} for {expected}"
@@ -177,7 +177,7 @@ fn two_balls_exchange_their_velocities() {
         Parameter::initial_velocity("body"),
     ];
     let found = jacobian(&world, &plan(200), &by);
-    // Equal bodies exchange their velocities.
+    // Bodies of equal mass exchange their velocities.
     for (place, expected) in [1.0, 0.0, 1.0, 0.0].into_iter().enumerate() {
         let found = found[(0, 3 * place)];
         println!("exchange {place}: {found}");
@@ -185,7 +185,7 @@ fn two_balls_exchange_their_velocities() {
     }
 }
 
-/// The derivative of the speed after an impact by the speed before it: that of G(−v′) = G(v), with G of [`rebound`].
+/// The derivative of the speed after an impact with respect to the speed before it is that of G(−v′) = G(v), with G of [`rebound`].
 #[test]
 fn an_impact_with_dissipation_has_the_derivative_of_the_closed_form() {
     let (speed, dissipation) = (1.0_f64, 1.0_f64);
@@ -205,7 +205,7 @@ fn an_impact_with_dissipation_has_the_derivative_of_the_closed_form() {
         let (rows, value) = (found.jacobian, found.value);
         let velocity = 14; // along z, after position and rotation
         println!(
-            "Hunt and Crossley {phase}: {} for {after}, {} for {slope}",
+            "Hunt and Crossley {phase}: {} instead of {after}, {} instead of {slope}",
             value[velocity],
             -rows[(velocity, 2)]
         );
@@ -214,7 +214,7 @@ fn an_impact_with_dissipation_has_the_derivative_of_the_closed_form() {
     }
 }
 
-/// The way to a stop is v²/(2μg).
+/// The stopping distance is v²/(2μg).
 #[test]
 fn a_slide_to_a_stop_has_the_derivatives_of_the_textbook() {
     let skin = Material::elastic(1e9)
@@ -231,7 +231,7 @@ fn a_slide_to_a_stop_has_the_derivatives_of_the_textbook() {
     ];
     let found = jacobian(&world, &plan(100), &by);
     let by_speed = 1.0 / (0.5 * 9.81);
-    // The coefficient of the pair depends on those of both bodies. If these are equal, its derivative by one of them is 1/2.
+    // The coefficient of the pair depends on those of both bodies. If these are equal, its derivative with respect to one of them is 1/2.
     let by_friction = -0.5 / (2.0 * 0.25 * 9.81);
     println!(
         "slide: {} {}",
@@ -242,7 +242,7 @@ fn a_slide_to_a_stop_has_the_derivatives_of_the_textbook() {
     assert!((found[(0, 3)] / by_friction - 1.0).abs() < OFF);
 }
 
-/// A fast small ball neither passes through a thin plate nor through a half-space.
+/// A small, fast ball passes neither through a thin plate nor through a half-space.
 #[test]
 fn fast_balls_do_not_pass_through_thin_bodies() {
     let small = |modulus| {
@@ -275,7 +275,7 @@ fn fast_balls_do_not_pass_through_thin_bodies() {
     }
 }
 
-/// A ball that falls on the floor of a train bounces as on a floor at rest.
+/// A ball that falls on the floor of a moving train bounces as on a floor at rest.
 #[test]
 fn a_bounce_on_a_train_has_the_derivatives_of_one_at_rest() {
     let skin = Material::elastic(1e7);

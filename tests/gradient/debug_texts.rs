@@ -1,4 +1,4 @@
-//! What experiments and gradients look like where they are printed for debugging.
+//! Debug output of experiments and gradients.
 
 use hydroelastic::contact::Shape;
 use hydroelastic::dynamics::{Body, Mass, Material, Plan, Trajectory, World};
@@ -7,7 +7,7 @@ use hydroelastic::mesh::shapes;
 use hydroelastic::scalar::Scalar;
 use nalgebra::vector;
 
-/// Where the ball is at the end.
+/// Final height of the ball.
 struct Height;
 
 impl Outcome for Height {

@@ -1,4 +1,4 @@
-//! The check of derivatives by the motion: functions whose verdicts are known, and motions that steps do or do not resolve.
+//! The check of derivatives against the motion: functions with known verdicts, and motions that steps resolve or do not resolve.
 
 use crate::converged::{TIME_STEP, at, ball, cuboid, falling, plan, rigid_floor};
 use hydroelastic::contact::Shape;
@@ -15,14 +15,14 @@ use nalgebra::vector;
 
 const WIDTH: f64 = 1e-3;
 
-/// A function of where a ball ends, which starts at 0 and rests.
+/// A function of the final position of a ball that starts at 0 at rest.
 #[derive(Clone, Copy)]
 enum Reading {
     /// x³ + 2 x.
     Smooth,
     /// The distance from the start.
     Distance,
-    /// x, with a wave of a length that is far below the width.
+    /// x plus a wave whose wavelength is far below the width of the check.
     Ripple,
 }
 
@@ -53,17 +53,17 @@ fn verdicts_of_functions_that_are_known() {
         let (smooth, error) = verdict(&world, &plan, &Reading::Smooth);
         assert_eq!(smooth, Verdict::Right);
         assert!(error < 1e-9, "{error}");
-        // 1 on the one side and −1 on the other; the slope over both is 0.
+        // The slope is 1 on one side and −1 on the other side; the slope over both sides is 0.
         let kink = verdict(&world, &plan, &Reading::Distance);
         assert_eq!(kink, (Verdict::Kink, 1.0));
         let (ripple, error) = verdict(&world, &plan, &Reading::Ripple);
-        // 31 for about 1.
+        // The slope is 31 instead of about 1.
         assert_eq!(ripple, Verdict::Chaotic);
         assert!((0.9..1.1).contains(&error), "{error}");
     }
 }
 
-/// A ball whose impact is much shorter than the time step: undivided steps give wrong derivatives, and the check finds the impact.
+/// The ball's impact is much shorter than the time step. Undivided steps give wrong derivatives, and the check detects the impact.
 #[test]
 fn undivided_steps_are_unresolved_from_the_impact_on() {
     let skin = Material::elastic(1e9)
@@ -98,7 +98,7 @@ fn undivided_steps_are_unresolved_from_the_impact_on() {
     assert!((0.0..3.0 * TIME_STEP).contains(&(time - impact)), "{time}");
 }
 
-/// A block that is put down from 1 mm rattles as it slides, and the rattle is not resolved.
+/// A sliding block that was put down from 1 mm rattles, and the steps do not resolve the rattling.
 #[test]
 #[ignore = "takes half a minute"]
 fn a_rattling_slide_is_unresolved() {
@@ -140,10 +140,10 @@ fn a_width_that_is_no_width_is_refused() {
     }
 }
 
-/// An outcome that no derivative check can use.
+/// An outcome for which no derivative check is possible.
 #[derive(Clone, Copy)]
 enum Misread {
-    /// Two numbers for x > 0, else one.
+    /// Two numbers for x > 0, otherwise one.
     Length,
     /// √(x + 10⁻⁴) is NaN for x < −10⁻⁴.
     Root,
@@ -228,13 +228,13 @@ fn a_derivative_that_is_dropped_is_found_down_to_the_noise() {
     assert_eq!(verdict(1e-15), Verdict::Noisy);
 }
 
-/// A block at rest on soft ground, in steps that damp its vibration.
+/// The block is at rest on soft ground, and the steps damp its vibration.
 #[test]
 fn a_vibration_that_steps_damp_is_unresolved() {
     let shape = Shape::new(shapes::distance_cuboid([0.2, 0.2, 0.1]).unwrap());
     let skin = Material::elastic(2e4);
     let body = Body::dynamic("body", shape, skin, Mass::Total(2.0)).unwrap();
-    // Depth of equilibrium.
+    // Depth of the equilibrium.
     let depth = 2.0 * 9.81 * 0.05 / (2e4 * 0.04);
     let world = falling(vec![
         body.with_pose(at(0.0, 0.0, 0.05 - depth)),

@@ -1,5 +1,4 @@
-//! The check of derivatives by differences, held against functions whose derivatives are known, right ones
-//! and wrong ones.
+//! The difference check of derivatives, tested on functions with known derivatives, correct and wrong.
 
 use hydroelastic::contact::Shape;
 use hydroelastic::dynamics::{
@@ -10,13 +9,13 @@ use hydroelastic::mesh::shapes;
 use hydroelastic::scalar::{Scalar, lift, real_part};
 use nalgebra::{DMatrix, vector};
 
-/// Rounding of a difference over a step of 1e-3.
+/// Rounding error of a difference over a step of 1e-3.
 const ROUNDING: f64 = 1e-12;
 
-/// Rounding of a difference over the shortest step, of 1e-9.
+/// Rounding error of a difference over the shortest step, 1e-9.
 const ROUNDING_AT_SHORTEST: f64 = 1e-6;
 
-/// Bend of a logarithm over a thirtieth of what it is of, and rounding of a difference over as little.
+/// Curvature of a logarithm over a thirtieth of its argument, and rounding error of a difference over so short a step.
 const SHORT_STEPS: f64 = 1e-4;
 
 /// Mass (kg), force (N), duration (s).
@@ -25,10 +24,10 @@ const PUSH: f64 = 6.0;
 const STEPS: usize = 8;
 const TIME_STEP: f64 = 0.125;
 
-/// Where the ball ends along y (m).
+/// Final position of the ball along y (m).
 const PLACE: f64 = 2.0;
 
-/// From here (m) to the singularity of [`Reading::Logarithm`]: between the steps 1e-4 and 1e-5.
+/// Distance (m) of the ball from the singularity of [`Reading::Logarithm`], which is between the steps 1e-4 and 1e-5.
 const REACH: f64 = 3e-5;
 
 fn position() -> Parameter {
@@ -43,7 +42,7 @@ fn mass() -> Parameter {
     Parameter::mass("ball")
 }
 
-/// The same force on every body, whatever its mass.
+/// A force that is the same for every body, independent of its mass.
 struct Push;
 
 impl Force for Push {
@@ -54,7 +53,7 @@ impl Force for Push {
     }
 }
 
-/// A ball alone, which moves by 1 s × its velocity, and by ½·F/m·(1 s)² along x.
+/// Returns a single ball, which moves by 1 s × its velocity, and by ½·F/m·(1 s)² along x.
 fn world() -> World<f64, Push> {
     let ball = Shape::new(shapes::icosphere(0.1, 0).unwrap());
     let skin = Material::elastic(1e5);
@@ -63,15 +62,15 @@ fn world() -> World<f64, Push> {
     World::new(vec![ball]).unwrap().with_forces(Push).unwrap()
 }
 
-/// Of the ball's last position (x, y, z).
+/// A function of the ball's final position (x, y, z).
 enum Reading {
-    /// 2 x, z − 3 y: differences are right at every step.
+    /// 2 x, z − 3 y: differences are exact at every step.
     Linear,
     /// y³, and a thousand times y.
     CubeAndMore,
-    /// y³: a difference over the step h is off by h².
+    /// y³: the error of a difference over the step h is h².
     Cube,
-    /// x, whose derivative by the mass is −x/m.
+    /// x, whose derivative with respect to the mass is −x/m.
     X,
     /// 2 y with the derivative of y.
     Half,
@@ -81,19 +80,19 @@ enum Reading {
     Imagined,
     /// y with no derivative.
     Forgotten,
-    /// Nothing that moves.
+    /// A constant.
     Constant,
-    /// The distance of y from its place, 2, by a root: the derivative is 0/0.
+    /// The distance of y from its final value, 2, as a square root: the derivative is 0/0.
     Distance,
-    /// y, and a constant that is not a number, without derivatives.
+    /// y, and NaN without derivatives.
     Unknown,
-    /// The logarithm of what x is beyond a place shortly before its own: not a number behind it.
+    /// The logarithm of the distance of x from a point slightly below the final x. Beyond this point, the logarithm is NaN.
     Logarithm,
-    /// y, with its derivative, but no value where the ball ends.
+    /// y with its derivative, but NaN at the final position of the ball.
     Hole,
-    /// y, and once more beyond the place where the ball ends.
+    /// y, and twice y beyond the final position of the ball.
     Growing,
-    /// As many zeros as the scalar has numbers: its value and its derivatives.
+    /// As many zeros as the scalar has components: its value and its derivatives.
     AsManyAsNumbers,
 }
 
@@ -129,7 +128,7 @@ fn checked(parameters: &[Parameter], outcome: &Reading) -> DifferenceCheck {
     experiment.difference_check(parameters, outcome).unwrap()
 }
 
-/// The errors by the ball's y, at each step.
+/// Returns the errors with respect to the ball's y at each step.
 fn errors_by_y(outcome: &Reading) -> Vec<f64> {
     let check = checked(&[position()], outcome);
     check.errors.column(1).iter().copied().collect()
@@ -145,7 +144,7 @@ fn right_derivatives_agree_at_every_step_but_for_rounding() {
     assert!(check.best() <= ROUNDING);
 }
 
-/// The errors of a column at the two longest steps, which rounding hides least.
+/// Compares the errors of a column at the two longest steps, at which rounding errors are smallest.
 fn assert_first_errors(check: &DifferenceCheck, column: usize, expected: impl Fn(f64) -> f64) {
     let errors = check.errors.column(column);
     for (&step, error) in check.steps.iter().zip(errors.iter()).take(2) {
@@ -177,7 +176,7 @@ fn steps_by_a_mass_are_parts_of_it() {
     assert_first_errors(&check, 0, |step| step * step);
 }
 
-/// A force along x that is the cube of a number.
+/// A force along x that is the cube of a parameter.
 struct Cubed;
 
 impl Force for Cubed {
@@ -197,7 +196,7 @@ fn steps_by_a_number_of_forces_are_parts_of_its_magnitude_or_of_1_if_it_is_0() {
         let by = [Parameter::force_parameter("number")];
         experiment.difference_check(&by, &Reading::X).unwrap()
     };
-    // 3 n² + h² against 3 n², h being parts of n.
+    // 3 n² + h² against 3 n², where h is relative to n.
     for number in [-2.0, 0.5] {
         assert_first_errors(&check(number), 0, |step| step * step / (3.0 + step * step));
     }
@@ -219,7 +218,7 @@ fn wrong_derivatives_are_off_at_every_step_by_as_much_as_they_are_wrong() {
             assert!((error - expected).abs() <= ROUNDING_AT_SHORTEST, "{error}");
         }
         assert!((check.best() - expected).abs() <= ROUNDING_AT_SHORTEST);
-        // x and z have no part in it.
+        // x and z have no effect.
         assert!(
             check
                 .errors
@@ -274,7 +273,7 @@ fn an_outcome_whose_length_depends_on_the_scalar_is_refused() {
     let world = world();
     let experiment = Experiment::new(&world, &Plan::new(TIME_STEP, STEPS).unwrap());
     let outcome = Reading::AsManyAsNumbers;
-    // One number takes a dual number of six, 97 take one of 96 and one of six.
+    // One parameter takes a dual number of width six; 97 parameters take one of width 96 and one of width six.
     let error = experiment
         .difference_check(&[mass()], &outcome)
         .unwrap_err();
@@ -311,7 +310,7 @@ fn columns_are_named_after_the_parameters_and_their_numbers() {
     assert_eq!(check.numbers, expected);
 }
 
-/// A check of two numbers at three steps, with these errors.
+/// Returns a check of two parameters at three steps with these errors.
 fn with_errors(errors: [[f64; 2]; 3]) -> DifferenceCheck {
     let mut check = checked(&[mass(), mass()], &Reading::Constant);
     check.steps = vec![1e-2, 1e-4, 1e-6];
@@ -344,7 +343,7 @@ fn the_check_prints_a_line_for_each_number() {
     assert_eq!(check.to_string(), expected);
 }
 
-/// A check may be made, or changed, by hand: its fields are public.
+/// The fields of a check are public, so a check may be created or changed manually.
 #[test]
 fn errors_that_are_not_numbers_count_as_infinite() {
     let [nan, inf] = [f64::NAN, f64::INFINITY];

@@ -1,5 +1,5 @@
-//! Derivatives of rollouts by the dimensions of ready-made shapes, and by the mesh below a field of distances, through contact and
-//! through mass.
+//! Derivatives of rollouts with respect to the dimensions of built-in shapes, and with respect to the mesh of a distance field, through
+//! contact and through mass.
 
 use crate::support::differences::compare_slope;
 use crate::support::moved_meshes::moved_mesh;
@@ -11,10 +11,10 @@ use hydroelastic::scalar::Scalar;
 use hydroelastic::spatial::Pose;
 use nalgebra::{Vector3, vector};
 
-/// Of [`compare_slope`]: rounding of values of 0.03, over the steps, and polygons that change on the way.
+/// Error of [`compare_slope`]: rounding of values of 0.03 divided by the steps, and polygons that change within the steps.
 const DIFFERENCES: f64 = 1e-8;
 
-/// What a body does, as one number: where it is, how it is turned and spins.
+/// A scalar of a body's motion: its position, rotation and angular velocity.
 struct Motion;
 
 impl Integrand for Motion {
@@ -29,7 +29,7 @@ fn plan() -> Plan {
     Plan::new(5e-4, 300).unwrap()
 }
 
-/// The body above a rigid floor, turned and moving.
+/// Returns the body above a rigid floor, rotated and moving.
 fn world(shape: PressureField, mass: Mass, turn: Vector3<f64>, height: f64) -> World {
     let skin = Material::elastic(1e5)
         .with_dissipation(0.2)
@@ -60,7 +60,7 @@ fn compare(found: f64, value: impl Fn(f64) -> f64, what: &str) {
     compare_slope((found, DIFFERENCES), value, what);
 }
 
-/// The ways to keep mass properties, and masses to build with: those of the shape that is given.
+/// Returns all variants of `HoldFixed`, each with a mass: that of the given shape.
 fn masses(field: &PressureField) -> [(HoldFixed, Mass); 3] {
     let own = field.mesh().mass_properties(250.0).unwrap();
     [
@@ -86,10 +86,10 @@ fn a_ball_that_bounces_by_its_radius() {
     }
 }
 
-/// A box by its edges, with its rates.
+/// A box as a function of its edges, with its rates.
 type Maker = fn([f64; 3]) -> (PressureField, [ShapeRates; 3]);
 
-/// At rest flush on the floor, where it sinks in a little, and as it falls on a corner.
+/// The box is at rest, flush on the floor and slightly pressed in, or falls on a corner.
 #[test]
 fn a_box_by_its_edges() {
     let edges = [0.2, 0.3, 0.15];
@@ -131,7 +131,7 @@ fn a_body_by_the_mesh_below_its_field_of_distances() {
         (0..43).map(velocity).collect()
     };
     let potato = shapes::ellipsoid([0.1, 0.12, 0.08], 1).unwrap();
-    // Without symmetries.
+    // A mesh without symmetries.
     let mesh = moved_mesh(potato.mesh(), &velocities(500), 0.03);
     let velocities = velocities(0);
     for depth in [None, Some(0.02)] {

@@ -1,4 +1,4 @@
-//! Derivatives by numbers that forces read, forwards and backwards, against each other and against differences.
+//! Derivatives with respect to parameters of forces, in forward and reverse mode, against each other and against differences.
 
 use super::reverse::{Mixed, compare, skin};
 use hydroelastic::contact::{HalfSpace, Shape};
@@ -13,10 +13,11 @@ use hydroelastic::spatial::{Pose, Wrench};
 use nalgebra::{Vector3, vector};
 use std::slice;
 
-/// Central differences with the best of four steps, of the derivative: polygons change on the way, as the body slides.
+/// Error of central differences with the best of four steps, relative to the derivative. Polygons change within the steps, because the body
+/// slides.
 const DIFFERENCES: f64 = 1e-6;
 
-/// Pulls the first body to the origin, brakes its spin, and pushes it along directions by thrusts of its own each.
+/// Pulls the first body to the origin, brakes its rotation, and pushes it along directions by a separate thrust each.
 struct Rig;
 
 const THRUSTS: usize = 14;
@@ -47,7 +48,7 @@ fn numbers() -> Vec<(String, f64)> {
     others.into_iter().chain(thrusts).collect()
 }
 
-/// A ball that slides and rolls on a floor.
+/// Returns a ball that slides and rolls on a floor.
 fn sliding() -> World {
     let law = [0.3, 0.4];
     let ball = Shape::new(shapes::icosphere(0.1, 1).unwrap());
@@ -69,7 +70,7 @@ fn world() -> World<f64, Rig> {
     world
 }
 
-/// The ball with a spring and a drag whose numbers are parameters.
+/// Returns the ball with a spring and a drag whose coefficients are parameters.
 fn sprung() -> World<f64, (Spring, Drag)> {
     let spring = Spring {
         bodies: ["ball".into(), "floor".into()],
@@ -181,7 +182,7 @@ fn springs_whose_numbers_are_missing_or_out_of_range_are_refused() {
     assert!(refused.to_string().contains("stiffness of a spring"));
 }
 
-/// A name in place of a number changes no bit.
+/// Replacing a number by a named parameter changes no bit.
 #[test]
 fn springs_and_drags_by_name_equal_those_by_value() {
     let (spring, drag) = sprung().forces().clone();
@@ -204,7 +205,7 @@ fn springs_and_drags_by_name_equal_those_by_value() {
     assert_eq!(text(found), text(expected));
 }
 
-/// The last one of a name counts, and a value is changed as that of any parameter.
+/// The last value of a name counts, and a value can be changed like any other parameter.
 #[test]
 fn numbers_are_replaced_and_changed() {
     let plan = Plan::new(1e-3, 20).unwrap();

@@ -1,4 +1,4 @@
-//! Kinks on the way are counted: those that are there, and no others.
+//! The kinks of a rollout are counted completely, without false positives.
 
 use hydroelastic::contact::{HalfSpace, RigidShape, Shape};
 use hydroelastic::dynamics::{
@@ -10,7 +10,7 @@ use hydroelastic::scalar::Scalar;
 use hydroelastic::spatial::Pose;
 use nalgebra::{Vector3, vector};
 
-/// The height (m) of the first body.
+/// Height (m) of the first body.
 struct Height;
 
 impl Outcome for Height {
@@ -19,7 +19,7 @@ impl Outcome for Height {
     }
 }
 
-/// The kinks of a rollout, which a gradient is checked to have met as well: what they are, bodies, number of steps, first and last.
+/// Returns the kinks of a rollout, with bodies, number of steps, first and last step. Checks that a gradient finds the same kinks.
 fn kinks(world: &World, plan: &Plan) -> Vec<(Kink, Vec<usize>, usize, [usize; 2])> {
     let experiment = Experiment::new(world, plan);
     let found = experiment.kinks().unwrap();
@@ -42,8 +42,8 @@ fn steps(count: usize) -> Plan {
     Plan::new(1e-4, count).unwrap()
 }
 
-/// Two sides of a brick and of the block below it are in one plane, all the way: near them both pressures are those of the
-/// distance to that plane, and equal.
+/// Two sides of a brick and of the block below it are coplanar throughout. Near these sides, both pressures are those of the distance to
+/// the common plane and therefore equal.
 #[test]
 fn flush_faces() {
     let skin = Material::elastic(1e5).with_friction(0.3);
@@ -54,14 +54,14 @@ fn flush_faces() {
     let all = kinks(&world, &steps(20));
     let met = |kink| (kink, vec![0, 1], 20, [1, 20]);
     assert_eq!(all, [met(Kink::Flush), met(Kink::EqualFields)]);
-    // Turned, it has none.
+    // If the brick is rotated, there is no kink.
     let turned = Pose::from_rotation_vector(&vector![0.01, 0.02, 0.3], vector![0.01, 0.02, 0.0995]);
     let brick = at(cuboid([0.2, 0.1, 0.1]), skin, Vector3::zeros()).with_pose(turned);
     let world = World::new(vec![brick, block]).unwrap();
     assert_eq!(kinks(&world, &steps(20)), []);
 }
 
-/// A ball that is pulled out of a floor leaves it faster than its skin follows.
+/// A ball that is pulled out of a floor leaves it faster than its skin recovers.
 #[test]
 fn clamped_pressure() {
     let skin = Material::elastic(1e5).with_dissipation(2.0);
@@ -90,13 +90,14 @@ fn equal_fields() {
             .filter(|met| met.0 == Kink::EqualFields)
             .collect::<Vec<_>>()
     };
-    // Two bodies in one place.
+    // Two bodies have the same position.
     let inside = beside(Vector3::zeros());
     assert_eq!(inside, [(Kink::EqualFields, vec![0, 1], 5, [1, 5])]);
-    // Shifted along their long sides, they have some of their fields in common: below the upper face both grow alike.
+    // The bodies are displaced along their long sides. Their fields are equal in a part of the volume, because both grow at the same rate
+    // below the upper face.
     let shifted = beside(vector![0.05, 0.0, 0.0]);
     assert_eq!(shifted, [(Kink::EqualFields, vec![0, 1], 5, [1, 5])]);
-    // Where they touch beside or above each other, fields may have the same gradient, but have no volume in common.
+    // If the bodies touch beside or above each other, their fields may have equal gradients, but no common volume.
     for apart in [
         vector![0.2, 0.0, 0.0],
         vector![0.0, 0.15, 0.0],
@@ -106,7 +107,7 @@ fn equal_fields() {
     }
 }
 
-/// The skin of a half-space and that of a block below its surface grow alike.
+/// The skin of a half-space and that of a block below its surface grow at the same rate.
 #[test]
 fn equal_fields_in_a_layer() {
     let floor = HalfSpace::layer(0.1).unwrap();
@@ -125,7 +126,7 @@ fn equal_fields_in_a_layer() {
     assert!(!equal(&all), "{all:?}");
 }
 
-/// A step in which balls arrive at a floor is unresolved if its budget of substeps is too small for the impact.
+/// A step in which balls hit a floor is unresolved if its budget of substeps is too small for the impact.
 #[test]
 fn unresolved_steps() {
     let skin = Material::elastic(1e6).with_dissipation(1.0);
@@ -134,7 +135,7 @@ fn unresolved_steps() {
         let mut bodies = vec![floor.clone()];
         for number in 0..count {
             let shape = Shape::new(shapes::icosphere(0.1, 2).unwrap());
-            // Neighbors overlap a little, so all balls are one island.
+            // Neighbors overlap slightly, so all balls are one island.
             let place = vector![0.1995 * number as f64, 0.0, height];
             let ball = Body::dynamic(&format!("ball {number}"), shape, skin, Mass::Total(1.0));
             let ball = ball.unwrap().with_pose(Pose::from_translation(place));
@@ -150,7 +151,7 @@ fn unresolved_steps() {
         all.filter(|met| met.0 == Kink::Unresolved)
             .collect::<Vec<_>>()
     };
-    // The facets are a little more than 20 mm above the floor, two steps away.
+    // The facets are slightly more than 20 mm above the floor, two steps away.
     let expected = |ball| (Kink::Unresolved, vec![ball], 3, [3, 5]);
     let expected: Vec<_> = (1..=20).map(expected).collect();
     assert_eq!(unresolved(&world(20, 0.12, -2.0), &sdirk3), expected);
@@ -159,7 +160,7 @@ fn unresolved_steps() {
     assert_eq!(kinks(&world(1, 0.12, -2.0), &sdirk3), []);
 }
 
-/// A whole face of a brick just touches a floor. The floor pushes the brick back if it moves down, and does not if it moves up.
+/// A whole face of a brick just touches a floor. The floor pushes the brick back if it moves down, but not if it moves up.
 #[test]
 fn the_first_touch_of_parallel_faces_is_a_kink() {
     let skin = Material::elastic(1e5);
@@ -202,7 +203,7 @@ fn the_first_touch_of_parallel_faces_is_a_kink() {
     }
 }
 
-/// The same world with its dynamic body higher by a height (m).
+/// Returns the world with its dynamic body raised by a height (m).
 fn lifted(world: &World, height: f64) -> World {
     let mut state = world.initial_state();
     let pose = &mut state.bodies[0].pose;

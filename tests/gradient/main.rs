@@ -1,4 +1,4 @@
-//! Derivatives of rollouts, and what checks them.
+//! Derivatives of rollouts, and the checks of these derivatives.
 
 mod canceling;
 mod converged;

@@ -1,4 +1,4 @@
-//! Where there is no derivative, or none that is finite: experiments say so, and where it is lost.
+//! Missing or infinite derivatives: experiments report them, and the step in which they were lost.
 
 use hydroelastic::contact::Shape;
 use hydroelastic::dynamics::{
@@ -14,14 +14,14 @@ use hydroelastic::spatial::Pose;
 use nalgebra::vector;
 use std::sync::Arc;
 
-/// A power of two: times are exact.
+/// Time step (s), a power of two, so that times are exact.
 const TIME_STEP: f64 = 0.125;
 const STEPS: usize = 8;
 
-/// Rounding of a difference over a step of 1e-3.
+/// Rounding error of a difference over a step of 1e-3.
 const ROUNDING: f64 = 1e-12;
 
-/// Agreement with differences of a slide with friction.
+/// Agreement with differences for a slide with friction.
 const RUBBING: f64 = 1e-6;
 
 fn mass() -> Parameter {
@@ -32,14 +32,14 @@ fn velocity() -> Parameter {
     Parameter::initial_velocity("ball")
 }
 
-/// An acceleration at rest that is none, but whose derivative is lost.
+/// A force that is zero at rest, but whose derivative is lost.
 enum Lost {
-    /// Nowhere.
+    /// No loss.
     Nowhere,
-    /// From this time (s) on: drag by |v|·v, with 0/0 for the derivative of |v| at rest.
+    /// From this time (s) on: drag proportional to |v|·v, with 0/0 for the derivative of |v| at rest.
     Drag { from: f64 },
-    /// By v_y alone, within two steps, in each of which it grows by more than 1e199; of a slow body
-    /// within three, by more than 1e119.
+    /// Overflow of the derivative with respect to v_y only, within two steps, in each of which it grows by more than 1e199. For a slow
+    /// body, the overflow takes three steps, in each of which the derivative grows by more than 1e119.
     Overflow,
 }
 
@@ -72,7 +72,7 @@ fn ball(name: &str, skin: Material) -> Body {
     Body::dynamic(name, ball, skin, Mass::Total(4.0)).unwrap()
 }
 
-/// A ball at rest.
+/// Returns a ball at rest.
 fn world(force: Lost) -> LosingWorld {
     let ball = ball("ball", Material::elastic(1e5));
     World::new(vec![ball]).unwrap().with_forces(force).unwrap()
@@ -90,7 +90,7 @@ fn place(world: &LosingWorld) -> FinalPosition {
     FinalPosition::of_body(world, "ball").unwrap()
 }
 
-/// The step, time (s) and number of a state's derivative that was lost, and what was found.
+/// Returns the step, time (s) and component of the state derivative that was lost, and the results.
 fn lost_in_state(error: GradientError) -> (usize, f64, String, OutcomeJacobian) {
     match error {
         GradientError::StateDerivativeNotFinite {
@@ -106,7 +106,7 @@ fn lost_in_state(error: GradientError) -> (usize, f64, String, OutcomeJacobian) 
 
 #[test]
 fn a_derivative_that_a_force_loses_is_refused_with_the_first_step_that_lacks_it() {
-    // Leapfrog asks for forces in the middle of a step; step 5 begins at 0.5 s.
+    // Leapfrog evaluates forces in the middle of a step; step 5 begins at 0.5 s.
     for (from, expected) in [(0.0, 1), (0.5, 5), (0.9, 8)] {
         let drag = || Lost::Drag { from };
         for every in [1, 2, STEPS] {
@@ -179,17 +179,17 @@ fn the_last_state_is_seen_whatever_is_recorded() {
     assert!(experiment.jacobian(&[velocity()], &place(&late)).is_err());
 }
 
-/// Of the first body's last state.
+/// A function of the first body's final state.
 enum Reading {
     /// y, summed over all bodies.
     Sum,
     /// x.
     X,
-    /// x, and |v| by a root, with 0/0 for its derivative at rest.
+    /// x, and |v| as a square root, with 0/0 for its derivative at rest.
     Speed,
-    /// x, and y by 1e307.
+    /// x, and y times 1e307.
     Huge,
-    /// x + z, and y by more than there are numbers for.
+    /// x + z, and y times a factor that overflows.
     TooHuge,
 }
 
@@ -282,7 +282,8 @@ fn a_sample_without_a_derivative_is_an_error_among_the_others() {
     }
 }
 
-/// A ball of 100 mm, with facets, its center 70 mm above a floor and sliding, and two bodies far away, of which the fixed one has no friction.
+/// Returns a faceted ball of 100 mm that slides on a floor, with its center 70 mm above it. Two more bodies are far away, and the fixed one
+/// of them has no friction.
 fn sliding(ball_friction: f64, floor_friction: f64) -> World {
     let skin = |friction| Material::elastic(1e5).with_friction(friction);
     let floor = Arc::new(Shape::new(shapes::cuboid([1.0, 1.0, 0.2]).unwrap()));
@@ -306,7 +307,7 @@ fn both() -> [Parameter; 2] {
     ["ball", "floor"].map(friction)
 }
 
-/// Where the first body of a world is after 50 steps of a millisecond.
+/// Returns the experiment and the position of the first body after 50 steps of a millisecond.
 fn slide(world: &World) -> (Experiment, FinalPosition) {
     let place = FinalPosition::of_body(world, "ball").unwrap();
     (Experiment::new(world, &Plan::new(1e-3, 50).unwrap()), place)
@@ -332,7 +333,7 @@ fn two_bodies_without_friction_have_no_derivative_by_the_friction_of_both() {
         expected.to_string(),
         "bodies \"ball\" and \"floor\" both have zero friction, so the friction of the pair has no derivative with respect to both: use one of them as a parameter, or start above zero"
     );
-    // Along (1, 1) it rises with a slope that neither has alone.
+    // Along (1, 1) the slope differs from that of each parameter alone.
     let x = |change: [f64; 2]| {
         experiment
             .value_perturbed(&both(), &change, &place)
@@ -504,7 +505,7 @@ fn a_body_without_its_own_friction_has_no_derivative_by_friction() {
             .unwrap_err(),
         GradientError::NoOwnFriction { body }
     );
-    // The pair has the friction of the ball, as if the floor had an equal coefficient that changed with it.
+    // The pair has the friction of the ball, as if the floor had an equal coefficient that changed with that of the ball.
     let by_ball = experiment.jacobian(&[friction("ball")], &place).unwrap();
     let swept = experiment
         .gradient_with_mode(Mode::Reverse, &[friction("ball")], &Reading::X)

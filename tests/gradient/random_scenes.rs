@@ -1,5 +1,5 @@
-//! Derivatives of random motions with impacts and friction at the default accuracy, in steps of 5 ms, against those of the
-//! converged motion.
+//! Derivatives of random motions with impacts and friction at the default accuracy, in steps of 5 ms, against those of the converged
+//! motion.
 
 use crate::converged::tight;
 use crate::support::falling::{Scene, scene};
@@ -9,21 +9,22 @@ use hydroelastic::gradient::{Experiment, Outcome, Parameter};
 use hydroelastic::scalar::Scalar;
 use nalgebra::{DMatrix, DVector};
 
-/// Duration of a scene (s): every body hits something, most of them twice or three times.
+/// Duration of a scene (s). Every body has an impact, and most bodies have two or three.
 const DURATION: f64 = 0.4;
 /// Longest step (s) at the default accuracy.
 const TIME_STEP: f64 = 5e-3;
 /// Longest step (s) of references. It is short, because the number of substeps in a step is limited.
 const REFERENCE_STEP: f64 = 2.5e-4;
 
-/// Smallest scale of errors (m). A column is the displacement of the bodies for a change of a parameter: by its own value (materials
-/// and mass), 0.1 m, 1 m/s or 1 rad/s. The error of a column is relative to its largest entry, and at least to this length. At the
-/// default accuracy, values may be off by as much, which is about 1e-3 of the way. So smaller columns say nothing about the motion.
+/// Smallest scale of errors (m). A column is the displacement of the bodies for a reference change of a parameter: its own value (materials
+/// and mass), 0.1 m, 1 m/s or 1 rad/s. The error of a column is relative to its largest entry, and at least to this length. At the default
+/// accuracy, values may have errors of this size, which is about 1e-3 of the distance traveled. Smaller columns therefore say nothing about
+/// the motion.
 const SMALLEST_COLUMN: f64 = 1e-3;
 
-/// A larger error of a scene is counted and printed.
+/// Error of a scene above which the scene is counted and printed.
 const OFF: f64 = 0.03;
-/// References that differ by more than this have not converged.
+/// Difference of references above which they have not converged.
 const CONVERGED: f64 = 0.01;
 
 /// Numbers of the scenes in the short form.
@@ -32,7 +33,7 @@ const SHORT: [u64; 12] = [4, 5, 9, 11, 18, 21, 26, 29, 31, 35, 39, 49];
 const DIFFERENCED: [u64; 3] = [9, 29, 42];
 const DIFFERENCES_OFF: f64 = 1e-3;
 
-/// The final positions (m) of the first bodies.
+/// Final positions (m) of the first bodies.
 struct FinalPositions(usize);
 
 impl Outcome for FinalPositions {
@@ -43,7 +44,7 @@ impl Outcome for FinalPositions {
     }
 }
 
-/// Tolerances ten times as large as [`tight()`], which show whether those have converged.
+/// Returns tolerances ten times as large as [`tight()`]. The comparison shows whether the tight tolerances have converged.
 fn looser_reference() -> Accuracy {
     let accuracy = Accuracy::new(1e-5, 3e-4).unwrap();
     accuracy.with_resting_speed(0.05).unwrap()
@@ -63,7 +64,7 @@ fn plan(time_step: f64, accuracy: Accuracy) -> Plan {
         .recording_every(steps)
 }
 
-/// A parameter, and the change (in its unit) in which it is measured.
+/// Returns the parameters, each with its reference change (in its unit).
 fn parameters(scene: &Scene) -> Vec<(Parameter, f64)> {
     let bodies = &scene.world.bodies()[..scene.dynamic_count];
     let of_body = bodies.iter().flat_map(|body| {
@@ -82,14 +83,14 @@ fn parameters(scene: &Scene) -> Vec<(Parameter, f64)> {
     of_body.collect()
 }
 
-/// Final positions (m).
+/// Returns the final positions (m).
 fn ends(scene: &Scene, plan: &Plan) -> DVector<f64> {
     let outcome = FinalPositions(scene.dynamic_count);
     let ends = Experiment::new(&scene.world, plan).value(&outcome).unwrap();
     DVector::from_vec(ends)
 }
 
-/// Derivatives of the final positions (m), each column for the change of its parameter.
+/// Returns the derivatives of the final positions (m), each column scaled by the reference change of its parameter.
 fn jacobian(scene: &Scene, plan: &Plan) -> DMatrix<f64> {
     let (by, changes): (Vec<_>, Vec<_>) = parameters(scene).into_iter().unzip();
     let outcome = FinalPositions(scene.dynamic_count);
@@ -103,7 +104,7 @@ fn jacobian(scene: &Scene, plan: &Plan) -> DMatrix<f64> {
     jacobian
 }
 
-/// What a rollout takes.
+/// Returns the work of a rollout.
 fn work(scene: &Scene, plan: &Plan) -> Work {
     let mut rollout = scene.world.rollout(plan);
     let mut work = Work::default();
@@ -114,7 +115,7 @@ fn work(scene: &Scene, plan: &Plan) -> Work {
     work
 }
 
-/// Largest error of a column, relative to its largest entry, and the index of the column.
+/// Returns the largest error of a column, relative to its largest entry, and the index of the column.
 fn largest_error(found: &DMatrix<f64>, expected: &DMatrix<f64>) -> (f64, usize) {
     let columns = found.column_iter().zip(expected.column_iter());
     let errors = columns
@@ -124,7 +125,7 @@ fn largest_error(found: &DMatrix<f64>, expected: &DMatrix<f64>) -> (f64, usize) 
     errors.max_by(by_error).unwrap()
 }
 
-/// The parameter of a column.
+/// Returns the parameter of a column.
 fn parameter_of(scene: &Scene, column: usize) -> String {
     let mut names = parameters(scene).into_iter().flat_map(|(by, _)| {
         let count = by.dimension();
@@ -175,7 +176,7 @@ fn compared(number: usize) -> Comparison {
     }
 }
 
-/// Errors of the scenes whose references have converged, in ascending order.
+/// Returns the errors of the scenes whose references have converged, in ascending order.
 fn sorted_errors(comparisons: &[Comparison]) -> Vec<f64> {
     let is_converged = |comparison: &&Comparison| comparison.spread <= CONVERGED;
     let (converged, others): (Vec<_>, Vec<_>) = comparisons.iter().partition(is_converged);
@@ -199,7 +200,7 @@ fn sorted_errors(comparisons: &[Comparison]) -> Vec<f64> {
     errors
 }
 
-/// The error that a share of the scenes does not exceed.
+/// Returns the error that a fraction of the scenes does not exceed.
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
@@ -218,7 +219,7 @@ fn print_distribution(errors: &[f64]) {
     println!("{over} of {} over {:.0} %", errors.len(), 100.0 * OFF);
 }
 
-/// Scenes with few substeps, among them all shapes and all floors. Their reference is the looser one.
+/// The scenes have few substeps and include all shapes and all floors. Their reference is the looser one.
 #[test]
 fn derivatives_of_twelve_scenes() {
     let mut errors = in_batches(
@@ -257,13 +258,13 @@ fn derivatives_of_all_scenes() {
     comparisons.sort_by_key(|comparison| comparison.number);
     let errors = sorted_errors(&comparisons);
     print_distribution(&errors);
-    // Impacts that follow each other amplify the errors of values, and the derivative is that of another motion.
+    // Successive impacts amplify the errors of values, and the derivative is then that of another motion.
     assert!(quantile(&errors, 0.5) < 0.012);
     assert!(quantile(&errors, 0.8) < OFF);
 }
 
-/// Derivative of the final positions by one number of a parameter, from differences of fourth order, for the change in which the
-/// parameter is measured. The differences span a share of that change to either side.
+/// Returns the derivative of the final positions with respect to one component of a parameter, scaled by its reference change, from
+/// fourth-order differences. The differences span a fraction of that change to either side.
 fn differences(
     scene: &Scene,
     (by, change): &(Parameter, f64),
@@ -281,8 +282,8 @@ fn differences(
     ((end(1.0) - end(-1.0)) * 8.0 - (end(2.0) - end(-2.0))) / (12.0 * share)
 }
 
-/// By the last number of each parameter. Changes must be wider than the noise of values and narrower than the bends of the motion, so
-/// the best of two is taken.
+/// The test differentiates with respect to the last component of each parameter. Changes must be wider than the noise of values and
+/// narrower than the curvature of the motion, so the better of two is used.
 #[test]
 #[ignore = "hundreds of converged motions: minutes"]
 fn references_are_slopes_of_values() {

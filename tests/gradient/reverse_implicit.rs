@@ -1,4 +1,4 @@
-//! Gradients by the sweep back through implicit steps against those forwards.
+//! Reverse-mode gradients through implicit steps against forward mode.
 
 use super::reverse::{
     Mixed, by_bodies, compare, round_bodies, skin, with_forces_and_controls, world,
@@ -62,7 +62,7 @@ fn a_ball_that_rolls_and_a_symmetric_top() {
     }
 }
 
-/// The most islands and the fewest in a step, and how many substeps were rejected.
+/// Returns the largest and the smallest number of islands in a step, and the number of rejected substeps.
 fn islands_and_rejections<F: hydroelastic::dynamics::Force>(
     world: &World<f64, F>,
     plan: &Plan,
@@ -79,7 +79,7 @@ fn islands_and_rejections<F: hydroelastic::dynamics::Force>(
     ([least, most], rejections)
 }
 
-/// Bricks beside each other, of which the first slides to the second, with a floor and forces on some of them.
+/// Returns bricks side by side with a floor and forces on some of them. The first brick slides to the second.
 fn bricks(law: [f64; 2], speed: f64) -> World<f64, (Spring, Drag)> {
     let shape = Arc::new(Shape::new(shapes::cuboid([0.1; 3]).unwrap()));
     let brick = |name: &str, x: f64| {
@@ -159,7 +159,7 @@ fn islands_that_merge_and_steps_that_are_divided() {
     }
 }
 
-/// So many that their matrix is sparse.
+/// With twenty bodies, the matrix is sparse.
 #[test]
 fn a_chain_of_twenty() {
     let shape = Arc::new(Shape::new(shapes::icosphere(0.1, 1).unwrap()));
@@ -192,8 +192,8 @@ fn a_chain_of_twenty() {
     }
 }
 
-/// Without mass and modulus, on which a brick that slides to a stop depends by what is left of parts a million times as large: the
-/// rest has their round-off.
+/// Mass and modulus are excluded. The motion of a brick that slides to a stop depends on them through a difference of terms a million times
+/// as large. Their derivatives have the rounding errors of these terms.
 #[test]
 fn stiff_skins_that_stick() {
     let shape = Shape::new(shapes::cuboid([0.2, 0.2, 0.1]).unwrap());
@@ -232,7 +232,7 @@ fn stiff_skins_that_stick() {
 #[test]
 fn many_parameters_are_taken_backwards() {
     let (world, parameters) = with_forces_and_controls();
-    // More than 96 numbers, each of them twice.
+    // More than 96 components, each of them twice.
     let parameters = [&parameters[..], &parameters[..]].concat();
     let [plan, _] = plans(2.5e-3, 10);
     let experiment = Experiment::new(&world, &plan);

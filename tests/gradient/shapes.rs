@@ -1,4 +1,4 @@
-//! Derivatives of rollouts by the shapes of bodies, through contact and through their mass.
+//! Derivatives of rollouts with respect to the shapes of bodies, through contact and through their mass.
 
 use crate::support::differences::compare_slope;
 use crate::support::moved_meshes::moved_mesh;
@@ -16,13 +16,13 @@ use nalgebra::{Vector3, vector};
 use serde::Deserialize;
 use std::sync::Arc;
 
-/// Of [`compare_slope`].
+/// Error of [`compare_slope`].
 const DIFFERENCES: f64 = 1e-7;
 
-/// The same of implicit steps, whose stages are solved to 1e-13 only.
+/// Error of [`compare_slope`] with implicit steps, whose stages are solved to 1e-13 only.
 const IMPLICIT_DIFFERENCES: f64 = 1e-6;
 
-/// Round-off of hundreds of steps; the independent program took complex steps, which have no other error.
+/// Rounding error of hundreds of steps. The independent program used complex steps, which have no other error.
 const SAME: f64 = 1e-11;
 
 #[derive(Deserialize)]
@@ -30,7 +30,7 @@ struct File {
     trajectory: Vec<Case>,
 }
 
-/// A ball thrown on a fixed cube: position, rows of the rotation matrix, spin, velocity at the end.
+/// A ball thrown on a fixed cube: final position, rows of the rotation matrix, angular velocity and velocity.
 #[derive(Deserialize)]
 struct Case {
     density: f64,
@@ -41,7 +41,7 @@ struct Case {
     by_start_z: Vec<f64>,
 }
 
-/// One of the numbers of the state of the first body at the end, in the order of the file.
+/// A component of the first body's final state, in the order of the file.
 struct Number(usize);
 
 impl Outcome for Number {
@@ -59,7 +59,7 @@ impl Outcome for Number {
 fn a_ball_by_its_size_equals_an_independent_program() {
     let File { trajectory } = read("partners.json");
     let [case] = &trajectory[..] else {
-        panic!("one case");
+        panic!("expected one case");
     };
     let (ball, cube) = (scaled_shape("ico1", 0.1), shape("cube"));
     let elastic = Material::elastic;
@@ -99,7 +99,7 @@ fn a_ball_by_its_size_equals_an_independent_program() {
     }
 }
 
-/// A sum of squares of the numbers of all bodies at the end, each with a factor.
+/// Weighted sum of squares of the components of all final states.
 struct Squares;
 
 impl Outcome for Squares {
@@ -116,13 +116,13 @@ impl Outcome for Squares {
     }
 }
 
-/// A field whose extents stay with its vertices while these move.
+/// Returns a field whose vertices move while each keeps its extent.
 fn moved(field: &PressureField, velocities: &[Vector3<f64>], time: f64) -> Shape {
     let mesh = moved_mesh(field.mesh(), velocities, time);
     Shape::new(PressureField::new(mesh, field.extents().to_vec()).unwrap())
 }
 
-/// The body thrown on a block on a floor.
+/// Returns the body thrown on a block on a floor.
 fn thrown(shape: Shape, block: Shape, mass: Mass, law: [f64; 2]) -> World {
     let skin = |modulus| {
         let material = Material::elastic(modulus).with_dissipation(law[0]);
@@ -146,7 +146,7 @@ fn loss(world: &World, plan: &Plan) -> f64 {
     Experiment::new(world, plan).value(&Squares).unwrap()[0]
 }
 
-/// Velocities of the vertices that are in no order, of the size of the body per second.
+/// Returns pseudorandom velocities of the vertices, of the size of the body per second.
 fn velocities(field: &PressureField) -> Vec<Vector3<f64>> {
     let number = |i: usize| (1.0 + 7.3 * i as f64).sin() * 0.1;
     let count = field.mesh().vertex_count();
@@ -158,7 +158,7 @@ fn compare(found: f64, value: impl Fn(f64) -> f64, what: &str) {
     compare_slope((found, DIFFERENCES), value, what);
 }
 
-/// What follows from the derivatives by vertices as these move at such velocities.
+/// Returns the directional derivative along velocities of the vertices.
 fn along(by_vertices: &[Vector3<f64>], velocities: &[Vector3<f64>]) -> f64 {
     let pairs = by_vertices.iter().zip(velocities);
     pairs.map(|(by, velocity)| by.dot(velocity)).sum()
@@ -329,9 +329,9 @@ fn forces_that_may_depend_on_a_center_of_mass_are_told() {
     );
 }
 
-/// Derivatives backwards by shapes, and forwards by all else, against a change of the unit of length: where lengths, velocities
-/// and gravity grow by λ, and pressures at equal extents by 1/λ, masses and times staying, places and velocities at the end grow
-/// by λ. No differences are taken.
+/// Shape derivatives in reverse mode and all other derivatives in forward mode equal a change of the unit of length. Lengths, velocities
+/// and gravity grow by λ, pressures at equal extents by 1/λ, and masses and times do not change. Then final positions and velocities grow
+/// by λ. The test uses no differences.
 #[test]
 fn sizes_backwards_and_all_else_forwards_are_a_change_of_the_unit_of_length() {
     let field = shapes::ellipsoid([0.1, 0.12, 0.08], 2).unwrap();
@@ -386,7 +386,7 @@ fn sizes_backwards_and_all_else_forwards_are_a_change_of_the_unit_of_length() {
     }
 }
 
-/// The parameters but for sizes, and how fast each of their numbers changes with λ at 1.
+/// Returns all parameters except sizes, and the derivative of each component with respect to λ at 1.
 fn all_but_sizes(world: &World, dissipation: f64) -> (Vec<Parameter>, Vec<f64>) {
     let (mut by, mut rates) = (
         vec![Parameter::Gravity],
@@ -395,7 +395,7 @@ fn all_but_sizes(world: &World, dissipation: f64) -> (Vec<Parameter>, Vec<f64>) 
     for (body, state) in world.bodies().iter().zip(&world.initial_state().bodies) {
         let name: Arc<str> = body.name().into();
         let modulus = body.material().modulus.unwrap();
-        // The thickness of the floor's layer stays, so that its pressures fall twice as much.
+        // The thickness of the floor's layer does not change, so its pressure changes by twice as much.
         let is_layer = body.shape().compliant().is_none();
         by.push(Parameter::Modulus(Arc::clone(&name)));
         rates.push(if is_layer { -2.0 * modulus } else { -modulus });
@@ -413,7 +413,7 @@ fn all_but_sizes(world: &World, dissipation: f64) -> (Vec<Parameter>, Vec<f64>) 
     (by, rates)
 }
 
-/// How fast the outcome grows with places and velocities.
+/// Returns the derivative of the outcome with respect to λ through positions and velocities.
 fn growth(trajectory: &Trajectory) -> f64 {
     let of_body = |body: &BodyState| {
         let pose = body.pose.translation().iter().chain(body.pose.rotation());

@@ -1,12 +1,12 @@
-//! Gradients of rollouts of stacked, rolling and spinning bodies by every parameter against central differences.
+//! Gradients of rollouts of stacked, rolling and spinning bodies with respect to every parameter, against central differences.
 //!
-//! Boxes that start exactly flush are flush up to round-off some steps later. Friction has a kink there, |y| of a side's
-//! offset y, and its derivative is the mean of both sides, as a central difference is. That, however, is off in the first
-//! power of its step (by y|y|), so differences at two steps are extrapolated to none where one alone is not enough.
+//! Boxes that start exactly flush are flush only up to round-off some steps later. Friction has a kink there, |y| of a side's offset y, and
+//! its derivative is the mean of both sides, like a central difference. The error of the central difference, however, is of first order in
+//! the step (from y|y|). Therefore differences at two steps are extrapolated to zero if one alone is not accurate enough.
 //!
-//! Boxes from the third on are not flush along the way they slide: the braking floor tilts them one after the other, so
-//! they are 1e-11 to 1e-7 m off their neighbors, and differences straddle the kink although the derivative is right
-//! (`tests/contact/flush.rs` looks at such states with the steps they need).
+//! From the third box on, boxes are not flush across the direction of sliding. The braking floor tilts them one after the other, so they
+//! are offset from their neighbors by 1e-11 to 1e-7 m. Differences straddle the kink although the derivative is correct
+//! (`tests/contact/flush_motion.rs` tests such states with suitable steps).
 
 use hydroelastic::contact::Shape;
 use hydroelastic::dynamics::{Body, Mass, Material, Plan, Trajectory, World};
@@ -20,26 +20,26 @@ use std::f64::consts::FRAC_PI_2;
 /// Time step (s) of all rollouts.
 const TIME_STEP: f64 = 2e-4;
 
-/// How far (m) neighbors in a stack are pressed into each other.
+/// Depth (m) by which neighbors in a stack are pressed into each other.
 const PRESSED: f64 = 5e-4;
 
-/// Names of stacked boxes, from the lowest.
+/// Names of stacked boxes, from the lowest box.
 const NAMES: [&str; 5] = ["first", "second", "third", "fourth", "fifth"];
 
-/// Material of the floor and of all others: modulus (Pa), dissipation (s/m), friction.
+/// Materials of the floor and of all other bodies: modulus (Pa), dissipation (s/m), friction.
 const FLOOR: [f64; 3] = [2e5, 0.3, 0.5];
 const SKIN: [f64; 3] = [1e5, 0.3, 0.4];
 
-/// Agreement with differences, of the largest entry of a column: where there is no kink, and at one, where differences
-/// are taken over 1e-8 to 1e-6 and see the round-off of the states.
+/// Agreement with differences, relative to the largest entry of a column: without a kink, and at a kink. At a kink, the steps are 1e-8 to
+/// 1e-6, and the differences contain the rounding errors of the states.
 const SMOOTH: f64 = 2e-7;
 const AT_KINKS: f64 = 1e-6;
 
-/// What hardly matters to the motion, as friction of a stack at rest (1e-5), drowns in round-off of the states: errors
-/// are relative to at least this change (SI units) by the whole number.
+/// Smallest scale of errors: a change of the state (SI units) for a full change of the parameter. Parameters with little effect, for
+/// example the friction of a stack at rest (1e-5), drown in the rounding errors of the states.
 const LEAST: f64 = 1e-4;
 
-/// Parts of a number, or of 1 SI unit, by which differences are taken at kinks, and for what hardly matters.
+/// Steps of differences at kinks and for parameters with little effect, relative to the parameter or to 1 SI unit.
 const STEPS: [f64; 8] = [3e-3, 1e-6, 3e-7, 1e-7, 5e-8, 3e-8, 2e-8, 1e-8];
 
 fn material([modulus, dissipation, friction]: [f64; 3]) -> Material {
@@ -64,7 +64,7 @@ fn world(bodies: Vec<Body>) -> World {
     heavy.with_slip_tolerance(0.02).unwrap()
 }
 
-/// Boxes one on the other, with their middles flush or each some way along x beyond the one below it.
+/// Boxes on top of each other, flush or each offset along x from the box below.
 #[derive(Clone, Copy)]
 struct Stack<'a> {
     sizes: &'a [[f64; 3]],
@@ -81,7 +81,7 @@ impl Stack<'_> {
         }
     }
 
-    /// All at one velocity, along the stage.
+    /// Returns a world in which all boxes have the same velocity in the frame of the stage.
     fn moving(&self, velocity: [f64; 3]) -> World {
         let mut bodies = vec![floor(self.stage, FLOOR)];
         let mut top = 0.0;
@@ -103,7 +103,7 @@ impl Stack<'_> {
 
 const BOX: [f64; 3] = [0.2, 0.2, 0.1];
 
-/// Positions, rotations, velocities and spins of all bodies at all recorded times but the first.
+/// Positions, rotations, velocities and angular velocities of all bodies in all recorded states except the first.
 struct Everything;
 
 impl Outcome for Everything {
@@ -120,13 +120,13 @@ impl Outcome for Everything {
     }
 }
 
-/// A parameter, and what its differences are parts of.
+/// A parameter, and the scale of its differences.
 struct Column {
     parameter: Parameter,
     scale: f64,
 }
 
-/// What a body can be differentiated by.
+/// Returns the parameters of a body.
 fn columns_of(body: &Body) -> Vec<Column> {
     let (name, skin) = (body.name(), body.material());
     let column = |parameter, scale| Column { parameter, scale };
@@ -147,7 +147,7 @@ fn columns_of(body: &Body) -> Vec<Column> {
     all
 }
 
-/// Everything a world can be differentiated by.
+/// Returns all parameters of a world.
 fn all_columns(world: &World) -> Vec<Column> {
     let bodies = world.bodies().iter().flat_map(columns_of);
     let gravity = Column {
@@ -157,7 +157,7 @@ fn all_columns(world: &World) -> Vec<Column> {
     bodies.chain([gravity]).collect()
 }
 
-/// The least error of a derivative by one number, against central differences and such that are extrapolated from
+/// Returns the smallest error of a derivative with respect to one component, against central differences and differences extrapolated from
 /// neighboring steps.
 fn error_at_kink(experiment: &Experiment, column: &Column, number: usize) -> f64 {
     let parameters = [column.parameter.clone()];
@@ -180,8 +180,8 @@ fn error_at_kink(experiment: &Experiment, column: &Column, number: usize) -> f64
     errors.fold(f64::INFINITY, f64::min)
 }
 
-/// Asserts that all derivatives of a rollout equal differences. Returns by how many numbers that takes more than the
-/// steps of [`Experiment::difference_check`].
+/// Asserts that all derivatives of a rollout equal differences. Returns the number of components that need more than the steps of
+/// [`Experiment::difference_check`].
 fn assert_gradients(what: &str, world: &World, steps: usize) -> usize {
     let plan = Plan::new(TIME_STEP, steps).unwrap();
     let experiment = Experiment::new(world, &plan.recording_every(steps / 2));
@@ -215,22 +215,22 @@ fn assert_gradients(what: &str, world: &World, steps: usize) -> usize {
     kinks
 }
 
-/// Steps of long rollouts, and at most on a slope.
+/// Numbers of steps of long rollouts, and of the longest rollouts on a slope.
 const LONG: usize = 250;
 const SLOPING: usize = 100;
 
 const SLIDING: [f64; 3] = [0.5, 0.0, 0.0];
 const DIAGONAL: [f64; 3] = [0.5, 0.5, 0.0];
 
-/// Stops after some 30 steps.
+/// The boxes stop after about 30 steps.
 const BRAKING: [f64; 3] = [0.02, 0.0, 0.0];
 
 fn slope() -> Pose {
     Pose::from_rotation_vector(&vector![0.0, 0.3, 0.0], vector![0.1, 0.2, 0.3])
 }
 
-/// Scenes of two flush boxes, for so many steps. Those that brake are flush along their way only: across it a change of
-/// 1e-7 m makes them pass the kink, and round-off of 1e-6 is left of shorter differences.
+/// Checks scenes of two flush boxes for `steps` steps. Braking boxes are flush only along their direction of motion. Across it, a change of
+/// 1e-7 m moves them past the kink, and shorter differences have rounding errors of 1e-6.
 fn assert_gradients_of_two(steps: usize) {
     let two = Stack::of(&[BOX; 2]);
     assert_gradients("sliding", &two.moving(SLIDING), steps);
@@ -245,12 +245,12 @@ fn assert_gradients_of_two(steps: usize) {
         stage: slope(),
         ..two
     };
-    // A change of gravity by 1e-6 moves the boxes past a kink, later on.
+    // A change of gravity by 1e-6 moves the boxes past a kink at later times.
     let steps = steps.min(SLOPING);
     assert_gradients("on a slope", &sloping.moving([0.1, 0.0, 0.0]), steps);
 }
 
-/// Of three to five boxes, those that slide flush along their way only; for so many steps.
+/// Checks stacks of three to five boxes for `steps` steps. Sliding boxes are flush only along their direction of motion.
 fn assert_gradients_of_stacks(steps: usize) {
     for count in 3..=5 {
         let sizes = [BOX; 5];
@@ -267,7 +267,7 @@ fn assert_gradients_of_stacks(steps: usize) {
     assert_gradients("3 at rest", &Stack::of(&[BOX; 3]).moving([0.0; 3]), steps);
 }
 
-/// Of which one is flush with the lower one along y, and meets a kink.
+/// Checks boxes of unequal size. One of them is flush with the lower box along y and has a kink.
 fn assert_gradients_of_unequal(steps: usize) {
     for (upper, has_kinks) in [
         ([0.15, 0.18, 0.1], false),
@@ -295,7 +295,7 @@ fn unequal_boxes_have_the_gradients_of_differences() {
     assert_gradients_of_unequal(50);
 }
 
-/// On a floor, pressed in a little.
+/// Returns a world with the body on a floor, slightly pressed in.
 fn on_floor(body: Body) -> World {
     world(vec![floor(Pose::identity(), FLOOR), body])
 }
@@ -309,7 +309,7 @@ fn ball() -> World {
     )
 }
 
-/// Its axis exactly along y.
+/// Returns a world with a cylinder whose axis is exactly along y.
 fn cylinder() -> World {
     let cylinder = dynamic(
         "cylinder",
@@ -328,7 +328,7 @@ fn cylinder() -> World {
     )
 }
 
-/// Turned beside the floor's middle, and spinning about its own.
+/// Returns a brick that is rotated, away from the floor's middle, and spins about its own middle.
 fn brick(field: PressureField) -> World {
     let place = vector![0.3, 0.2, 0.02 - PRESSED];
     let turned = Pose::from_rotation_vector(&vector![0.0, 0.0, 0.3], place);
@@ -364,7 +364,7 @@ fn longer_rollouts_have_the_gradients_of_differences() {
     assert_gradients_of_round_and_spinning(2 * LONG);
 }
 
-/// Two flush boxes slide for 0.1 s: the velocity of the upper one along y by that of the lower one.
+/// Slides two flush boxes for 0.1 s. Returns the derivatives of the upper box's velocity along y with respect to that of the lower box.
 fn sideways(dissipation: f64, friction: f64) -> [f64; 2] {
     let skin = |modulus| [modulus, dissipation, friction];
     let sliding = |name, modulus, mass, height| {
@@ -381,7 +381,7 @@ fn sideways(dissipation: f64, friction: f64) -> [f64; 2] {
     let experiment = Experiment::new(&world, &plan);
     let outcome = FinalState::of_body(&world, "second").unwrap();
     let parameters = [Parameter::initial_velocity("first")];
-    // Rows: position, rotation, velocity.
+    // The rows are position, rotation, velocity.
     let row = 13;
     let derivative = experiment.jacobian(&parameters, &outcome).unwrap().jacobian[(row, 1)];
     let beside = |step| {
@@ -397,7 +397,7 @@ fn sideways(dissipation: f64, friction: f64) -> [f64; 2] {
     [derivative, error]
 }
 
-/// Steps (m/s) from which differences are extrapolated.
+/// Steps (m/s) for the extrapolation of differences.
 const KINK_STEPS: [f64; 2] = [1e-6, 1e-7];
 
 /// Half a unit of the last digit.

@@ -1,4 +1,4 @@
-//! Forces that switch at a given time: all passes through a rollout evaluate them at the same times, bit for bit.
+//! Forces that switch at a given time. All passes through a rollout evaluate them at the same times, bit for bit.
 
 use super::reverse::SAME;
 use crate::support::scenes::Random;
@@ -42,7 +42,7 @@ impl Force for Switched {
     }
 }
 
-/// A weighted sum of velocity and position of the first body at the end.
+/// A weighted sum of the final velocity and position of the first body.
 struct End;
 
 impl Outcome for End {
@@ -59,7 +59,7 @@ struct Case {
     asked_at: Arc<Mutex<BTreeSet<u64>>>,
 }
 
-/// A ball above a floor or in it, a plate on a path beside the ball, and a switch after a whole or fractional number of steps.
+/// Returns a ball above a floor or in it, a plate on a path beside the ball, and a switch after a whole or fractional number of steps.
 fn case(random: &mut Random, ball: &Arc<Shape>, integrator: Integrator) -> Case {
     let step = [1e-3, 2e-3, 3e-3, 5e-3, 7e-3, 1e-2][random.below(6)];
     let step = step * [1.0, 1.0, random.between(0.5, 1.0)][random.below(3)];
@@ -112,8 +112,8 @@ fn case(random: &mut Random, ball: &Arc<Shape>, integrator: Integrator) -> Case 
     }
 }
 
-/// Times that are summed in two orders may differ by one ulp, and a stage may then lie on the other side of the switch. Such a stage
-/// would change the derivative by about a thousandth.
+/// Times that are summed in two orders may differ by one ulp, and a stage may then lie on the other side of the switch. Such a stage would
+/// change the derivative by about a thousandth.
 #[test]
 fn forwards_and_backwards_agree_in_a_thousand_worlds_with_a_switch() {
     let ball = Arc::new(Shape::new(shapes::icosphere(0.05, 1).unwrap()));

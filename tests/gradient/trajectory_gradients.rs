@@ -16,11 +16,11 @@ use num_dual::DualSVec64;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// Agreement with differences, of the largest entry of a column, without and with friction.
+/// Agreement with differences, relative to the largest entry of a column, without and with friction.
 const ELASTIC: f64 = 1e-7;
 const RUBBING: f64 = 1e-6;
 
-/// Dual division rounds otherwise than division in `f64`, a thousand steps long.
+/// Agreement after a thousand steps. Division of dual numbers has other rounding errors than division in `f64`.
 const REAL_PARTS: f64 = 1e-11;
 
 fn everything() -> [Parameter; 8] {
@@ -36,7 +36,7 @@ fn everything() -> [Parameter; 8] {
     ]
 }
 
-/// An ellipsoid thrown on a slab, to bounce at least once in 0.4 s.
+/// Returns an ellipsoid thrown on a slab, which bounces at least once in 0.4 s.
 fn thrown(dissipation: f64, friction: f64) -> World {
     let ball = Arc::new(Shape::new(shapes::ellipsoid([0.1, 0.11, 0.09], 2).unwrap()));
     let slab = Arc::new(Shape::new(shapes::cuboid([1.0; 3]).unwrap()));
@@ -192,7 +192,7 @@ fn jacobians_by_more_than_96_numbers_take_two_rollouts() {
     let experiment = Experiment::new(&world, &Plan::new(0.1, 5).unwrap());
     let outcome = FinalState::of_body(&world, "ball").unwrap();
     assert_eq!(experiment.step_count_for(0), 5);
-    // 96 numbers and 102.
+    // The controls have 6, 96 and 102 components.
     for (intervals, steps) in [(1, 5), (16, 5), (INTERVALS, 10)] {
         let by = (0..intervals).map(|interval| Parameter::control("ball", interval));
         let by: Vec<_> = by.collect();
@@ -222,7 +222,7 @@ fn gradients_use_reverse_mode_from_13_numbers_or_97_with_implicit_steps() {
     }
 }
 
-/// Free fall: the paper's scheme moves a body by g·h² after the first step, and by one more each step.
+/// In free fall, the paper's scheme moves a body by g·h² in the first step, and by g·h² more in each further step.
 #[test]
 fn an_experiment_takes_the_steps_of_its_integrator() {
     let world = thrown(0.0, 0.0);
@@ -241,7 +241,7 @@ fn an_experiment_takes_the_steps_of_its_integrator() {
     assert!((height(Integrator::SymplecticEuler) - paper).abs() <= REAL_PARTS);
 }
 
-/// The documented steps: parts of a material's number.
+/// The documented steps are relative to the material's parameter.
 #[test]
 fn differences_by_a_material_are_taken_over_parts_of_its_number() {
     let world = thrown(0.4, 0.3);
@@ -269,7 +269,7 @@ fn differences_by_a_material_are_taken_over_parts_of_its_number() {
         let expected = error / derivative.amax().max(difference.amax());
         assert!(
             expected > 1e-9,
-            "the step is too short to tell: {expected:e}"
+            "the step is too short for the check: {expected:e}"
         );
         let found = check.errors[(0, 0)];
         assert!(
@@ -279,7 +279,7 @@ fn differences_by_a_material_are_taken_over_parts_of_its_number() {
     }
 }
 
-/// Steps are parts of the number that is changed, and of 1 where it is 0.
+/// Steps are relative to the parameter, or absolute if the parameter is 0.
 #[test]
 fn a_derivative_by_a_dissipation_of_zero_is_checked() {
     struct Forgotten;
@@ -296,7 +296,7 @@ fn a_derivative_by_a_dissipation_of_zero_is_checked() {
     assert!((check.best() - 1.0).abs() <= REAL_PARTS, "{check}");
 }
 
-/// A path prescribes where a body is, not what it is made of.
+/// A path prescribes the motion of a body, but not its material.
 #[test]
 fn a_body_on_a_path_has_derivatives_by_its_material() {
     let skin = Material::elastic(1e5).with_friction(0.3);
@@ -328,7 +328,7 @@ fn a_body_on_a_path_has_derivatives_by_its_material() {
     assert!(matches!(start, Err(GradientError::NotDynamic { .. })));
 }
 
-/// A change adds to what a world was made of.
+/// A change is added to the original parameters of a world.
 #[test]
 fn a_changed_world_is_the_one_that_is_made_of_the_sums() {
     let (modulus, dissipation, friction) = (2e4, 0.15, 0.05);

@@ -1,4 +1,4 @@
-//! Springs whose points coincide.
+//! Springs whose end points coincide.
 
 use hydroelastic::contact::Shape;
 use hydroelastic::dynamics::{Body, Integrator, Mass, Material, Plan, Spring, Trajectory, World};
@@ -8,13 +8,13 @@ use hydroelastic::scalar::Scalar;
 use hydroelastic::spatial::Pose;
 use nalgebra::{Vector3, vector};
 
-/// The motion is linear in the initial state, so differences are exact up to round-off.
+/// Agreement with differences, which are exact up to round-off because the motion is linear in the initial state.
 const SAME: f64 = 1e-8;
 
-/// With an arm the body turns, so the motion has a term of second order in the change.
+/// Agreement with an arm. The body rotates, so the motion has a term of second order in the change.
 const BENT: f64 = 1e-6;
 
-/// SDIRK3 divides the first step from a changed initial state, and does not divide it from the initial state itself, at which nothing
+/// Agreement of SDIRK3. It divides the first step from a changed initial state, but not from the initial state itself, at which nothing
 /// moves. The final states differ by the error of this step.
 const IN_PARTS: f64 = 1e-7;
 
@@ -32,7 +32,7 @@ const STIFFNESS: f64 = 100.0;
 const TIME_STEP: f64 = 1e-3;
 const STEPS: usize = 314;
 
-/// Position and velocity of the first body, along an axis.
+/// Position and velocity of the first body along an axis.
 struct Along(usize);
 
 impl Outcome for Along {
@@ -42,7 +42,7 @@ impl Outcome for Along {
     }
 }
 
-/// A body of 1 kg on a spring whose ends coincide at the start. The end on the body is `away` (m) from the origin of the body.
+/// Returns a body of 1 kg on a spring whose ends initially coincide. The end on the body is `away` (m) from the origin of the body.
 fn hung(away: f64, rest_length: f64, damping: f64, scale: f64) -> World<f64, Spring> {
     let ball = || Shape::new(shapes::icosphere(0.1 * scale, 1).unwrap());
     let post = Vector3::new(1.0, 0.3, 0.7) * scale;
@@ -88,7 +88,7 @@ fn a_body_at_its_anchor_swings_back_by_the_cosine() {
     }
 }
 
-/// The damping has a derivative too, because it acts along the line on which the body moves.
+/// The derivative with respect to the damping is not zero, because the damping acts along the line on which the body moves.
 #[test]
 fn forwards_backwards_and_differences_agree_at_length_zero() {
     for (integrator, _) in DISCRETE {

@@ -1,4 +1,4 @@
-//! Files whose writing fails half-way: a full disk, a process that is killed, a rollout that ends early.
+//! Files whose writing fails halfway: a full disk, a killed process, a rollout that ends early.
 #![cfg(unix)]
 
 use hydroelastic::contact::{ContactBody, ContactPair, Shape};
@@ -16,7 +16,7 @@ use std::{env, io, thread};
 
 const TIME_STEP: f64 = 1e-3;
 
-/// A ball that falls on a floor, which it meets after some 45 steps.
+/// Returns a ball that falls on a floor and hits it after about 45 steps.
 fn world(skin: Material) -> World {
     let ball = Shape::new(shapes::icosphere(0.1, 1).unwrap());
     let ball = Body::dynamic("ball", ball, skin, Mass::Total(1.0)).unwrap();
@@ -36,11 +36,10 @@ fn soft_world() -> World {
     world(Material::elastic(1e5).with_friction(0.4))
 }
 
-/// The file that a process of the same program is to write, which was started to fail.
+/// Environment variable with the file that a child process of this program writes. The child process is expected to fail.
 const FILE: &str = "HYDROELASTIC_FILE_TO_FAIL";
 
-/// Runs one of these tests in a process of its own that has a file to write, under the limits of a
-/// shell's command.
+/// Returns a command that runs one of these tests in a child process, with a file to write, under the limits of a shell command.
 fn process(test: &str, limits: &str, file: &Path) -> Command {
     let mut shell = Command::new("sh");
     let run = format!("{limits} exec \"$0\" \"$@\"");
@@ -52,12 +51,12 @@ fn process(test: &str, limits: &str, file: &Path) -> Command {
     shell
 }
 
-/// The file that this process is to write, if it was started to.
+/// Returns the file to write, if this is a child process.
 fn file_to_write() -> Option<PathBuf> {
     env::var_os(FILE).map(PathBuf::from)
 }
 
-/// An empty folder.
+/// Creates an empty folder.
 fn folder(name: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     let _ = fs::remove_dir_all(&folder);
@@ -71,7 +70,7 @@ fn names(folder: &Path) -> Vec<String> {
     entries.map(name).collect()
 }
 
-/// Names of files, one of each kind that is written whole.
+/// Names of files, one for each kind that is written atomically.
 const WHOLE: &[&str] = if cfg!(feature = "parquet") {
     &["a.csv", "a.glb", "a.vtp", "a.vtk", "a.parquet"]
 } else {
@@ -100,17 +99,17 @@ fn write(path: &Path) -> Result<(), FileError> {
     }
 }
 
-/// The disk of a process is full from some bytes of a file on: 8 or 16 KiB, as shells count.
+/// Shell command that limits file sizes, like a full disk, to 8 or 16 KiB, depending on the units of the shell.
 const FULL: &str = "trap '' XFSZ; ulimit -f 16;";
 
-/// The same, and the process is killed at the attempt.
+/// Shell command with the same limit that kills the process when it exceeds the limit.
 const KILLED: &str = "ulimit -f 16; ulimit -c 0;";
 
 #[test]
 fn on_a_full_disk_a_file_stays_as_it_was() {
     if let Some(file) = file_to_write() {
         let FileError::Write { path, source } = write(&file).unwrap_err() else {
-            panic!("no error of writing")
+            panic!("expected a write error")
         };
         assert_eq!(path, file);
         assert_eq!(source.kind(), io::ErrorKind::FileTooLarge);
@@ -128,7 +127,7 @@ fn on_a_full_disk_a_file_stays_as_it_was() {
             assert!(ended.status.success(), "{ended:?}");
             let after = fs::read(&file).ok();
             assert_eq!(after.as_deref(), before.map(|before| &before[..]), "{name}");
-            // And nothing else.
+            // The folder has no other file.
             assert_eq!(names(&folder).len(), usize::from(before.is_some()));
         }
         fs::remove_file(&file).unwrap();
@@ -147,7 +146,7 @@ fn a_process_killed_while_it_writes_leaves_a_file_as_it_was() {
         fs::write(&file, b"an older file").unwrap();
         let test = "a_process_killed_while_it_writes_leaves_a_file_as_it_was";
         let ended = process(test, KILLED, &file).output().unwrap();
-        // By the signal SIGXFSZ, while it wrote a draft.
+        // The signal is SIGXFSZ, sent while the process wrote a draft.
         assert_eq!(ended.status.signal(), Some(25), "{ended:?}");
         assert_eq!(fs::read(&file).unwrap(), b"an older file");
         assert_eq!(names(&folder).len(), 2, "{:?}", names(&folder));
@@ -156,7 +155,7 @@ fn a_process_killed_while_it_writes_leaves_a_file_as_it_was() {
         let written = fs::metadata(folder.join(&draft)).unwrap().len();
         assert!(written > 0);
         fs::remove_file(folder.join(draft)).unwrap();
-        // The file is written as ever afterwards.
+        // The file can be written normally afterwards.
         write(&file).unwrap();
         assert!(fs::metadata(&file).unwrap().len() > written);
         assert_eq!(names(&folder), [*name]);
@@ -178,8 +177,7 @@ fn what_is_left_of_a_rollout_can_be_written() {
     assert!(fs::read(recording).unwrap().starts_with(b"glTF"));
 }
 
-/// That the whole lines of a table are those of these states from the first on, and how many states are
-/// whole.
+/// Asserts that the complete lines of a table are those of these states from the first on, and returns the number of complete states.
 fn whole_states(file: &Path, states: impl IntoIterator<Item = State>) -> usize {
     let text = fs::read_to_string(file).unwrap();
     let whole = text.rfind('\n').map_or("", |end| &text[..=end]);
@@ -211,7 +209,7 @@ fn assert_is_table_of(file: &Path, states: &[State]) {
     assert_eq!(whole_states(file, states.iter().cloned()), states.len());
 }
 
-/// The initial state and those that follow, for ever.
+/// Yields the initial state and all later states without end.
 fn states(world: &World) -> impl Iterator<Item = State> {
     let rollout = world.rollout(&Plan::new(TIME_STEP, 0).unwrap());
     let initial = std::iter::once(world.initial_state());
@@ -297,7 +295,7 @@ fn on_a_full_disk_a_growing_file_ends_with_the_last_whole_state() {
     assert!(whole_states(&path, states(&world)) > 8_192 / 600 - 2);
 }
 
-/// Bytes of a file that is then cut off, and seconds until it has them at most.
+/// Size (bytes) at which a file is cut off, and time limit (s) to reach this size.
 const ENOUGH: u64 = 100_000;
 const PATIENCE: u64 = 120;
 

@@ -7,13 +7,13 @@ use std::error::Error;
 use std::fmt::Write;
 use std::path::Path;
 
-/// Coordinates in single precision, relative to the result.
+/// Relative error of results from single-precision coordinates.
 const SINGLE: f64 = 1e-6;
 
-/// Sums over some hundred triangles.
+/// Rounding error of sums over some hundred triangles.
 const ROUND_OFF: f64 = 1e-13;
 
-/// A cube of edge 2 with quads, in all the ways of OBJ to name a vertex, and a line along its edges.
+/// A cube of edge 2 with quads, which uses all ways of OBJ to refer to a vertex, and a line along its edges.
 const OBJ: &str = "# of a CAD program: \u{e9}\nmtllib none.mtl\no cube\nv 0 0 0\nv 2 0 0 1.0\nv 2 2 0 0.5 0.5 0.5\n\
     v 0 2 0\nvt 0 0\nvn 0 0 1\nf 4/1/1 3//1 2/1 1\ng top\ns off\nv 0 0 2\nv 2 0 2\nv 2 2 2\nv 0 2 2\nusemtl red\n\
     f -4 -3 -2 -1\nf 1 2 6 5\nf 2 3 7\nf 2 7 6\nf 3 4 8 7\n\nf 4 1 5 8\n\
@@ -25,7 +25,7 @@ fn read_bytes(name: &str, bytes: &[u8]) -> Result<TriangleSurface, FileError> {
     read_triangle_surface(path, 1.0)
 }
 
-/// The message of an error and of its causes.
+/// Returns the message of an error and of its causes.
 fn refusal(name: &str, bytes: &[u8]) -> String {
     let error = read_bytes(name, bytes).unwrap_err();
     let source = error.source().map(ToString::to_string);
@@ -37,7 +37,7 @@ fn ball() -> TriangleSurface {
     TriangleSurface::around(field.mesh()).unwrap()
 }
 
-/// A ball of 5 mm, drawn in millimeters, 1 km away from the origin.
+/// Returns a ball of 5 mm, in millimeters, 1 km away from the origin.
 fn far_ball() -> TriangleSurface {
     let far = Vector3::new(0.3, 0.5, 0.8).normalize() * 1e6;
     let moved = |corner: Vector3<f64>| corner * 10.0 + far;
@@ -70,7 +70,7 @@ fn binary_stl(surface: &TriangleSurface, header: &[u8]) -> Vec<u8> {
     bytes
 }
 
-/// The triangles in two solids, by the words of the format and whatever stands behind them.
+/// Returns the triangles as two solids, with the keywords of the format and arbitrary text after them.
 fn ascii_stl(surface: &TriangleSurface) -> String {
     let mut text = String::from("solid\n");
     for (index, triangle) in corners(surface).enumerate() {
@@ -101,7 +101,7 @@ fn obj(surface: &TriangleSurface) -> String {
 #[test]
 fn a_binary_stl_file_holds_the_surface_in_single_precision() {
     let ball = ball();
-    // The header may be that of an ASCII file, or no text at all.
+    // The header may be that of an ASCII file, or not text.
     for header in ["", "solid ball", "solid \nfacet", "\u{0}\n\u{e9}"] {
         let read = read_bytes("ball.stl", &binary_stl(&ball, header.as_bytes())).unwrap();
         assert_eq!(read.vertices().len(), ball.vertices().len());
@@ -128,7 +128,7 @@ fn text_files_keep_the_shape_of_a_part_far_from_the_origin() {
         let read = read_bytes(name, text.as_bytes()).unwrap();
         assert!(corners(&read).eq(corners(&ball)), "{name}");
     }
-    // What single precision would make of it.
+    // Coordinates rounded to single precision.
     let rounded = |corner: &Vector3<f64>| corner.cast::<f32>().cast::<f64>();
     let errors = ball.vertices().iter().map(|v| (v - rounded(v)).norm());
     let worst = errors.fold(0.0, f64::max);
@@ -139,7 +139,7 @@ fn text_files_keep_the_shape_of_a_part_far_from_the_origin() {
 #[test]
 fn an_obj_file_holds_all_groups_and_its_quads_are_cut() {
     let mut latin = OBJ.as_bytes().to_vec();
-    // No UTF-8 in a comment.
+    // The comment is not UTF-8.
     let accent = latin.iter().position(|&byte| byte == 0xc3).unwrap();
     latin.remove(accent);
     for bytes in [OBJ.as_bytes(), &latin] {
@@ -151,7 +151,7 @@ fn an_obj_file_holds_all_groups_and_its_quads_are_cut() {
 
 #[test]
 fn an_obj_face_that_is_bent_inwards_is_cut_from_a_corner_that_sees_it_all() {
-    // A prism over an arrowhead with a dent at its third corner, two levels of four corners.
+    // A prism over an arrowhead with a concave third corner: two levels of four corners.
     let flat = [[0.0, 0.0], [2.0, -1.0], [1.0, 0.0], [2.0, 1.0]];
     let mut text = String::new();
     for z in [0, 1] {
@@ -165,7 +165,7 @@ fn an_obj_face_that_is_bent_inwards_is_cut_from_a_corner_that_sees_it_all() {
         let turned = text.replace("f 5 6 7 8", &format!("f {}", top.join(" ")));
         let head = read_bytes("arrow.obj", turned.as_bytes()).unwrap();
         assert!((head.volume() - 1.0).abs() <= ROUND_OFF, "{turn}");
-        // Two triangles of the top, of area 1/2 each: one that ran outside would be larger.
+        // Two triangles of the top, of area 1/2 each. A triangle that extended outside would be larger.
         let is_top = |t: &[Vector3<f64>; 3]| t.iter().all(|corner| corner.z > 0.5);
         let area: f64 = corners(&head)
             .filter(is_top)

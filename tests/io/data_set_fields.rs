@@ -1,19 +1,18 @@
-//! Fields of the whole data set before the points of a legacy VTK file, as VTK and ParaView write them, change nothing of
-//! the mesh that is read.
+//! Fields of the whole data set before the points of a legacy VTK file, as written by VTK and ParaView, do not affect the mesh.
 
 use hydroelastic::io::{FileError, read_mesh};
 use std::error::Error;
 use std::fs;
 use std::path::Path;
 
-/// The fields that go before the points.
+/// Fields before the points.
 const ASCII: &[u8] = b"FIELD FieldData 2\nTimeValue 1 1 double\n0.25\nis%20old 1 3 bit\n0 1 1\n\n";
 
-/// The same in binary: the number has the bytes of a line's end.
+/// The fields in binary. The bytes of the number contain a line ending.
 const BINARY: &[u8] =
     b"FIELD FieldData 2\nTimeValue 1 1 double\n\n\n\n\n\n\n\n\n\nis%20old 1 3 bit\n`\n\n";
 
-/// A file of the mesher's with these bytes before the points.
+/// Returns a file of the mesher with these bytes before the points.
 fn with_fields(name: &str, fields: &[u8]) -> Vec<u8> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/meshes_from_mesher");
     let bytes = fs::read(folder.join(name)).unwrap();

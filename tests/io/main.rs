@@ -1,4 +1,4 @@
-//! Files, read and written.
+//! Reading and writing of files.
 
 mod broken_writes;
 mod closed_surfaces;

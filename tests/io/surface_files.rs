@@ -18,7 +18,7 @@ fn touching() -> ContactSurface {
     ContactPair::new(a, b).surface()
 }
 
-/// Writes the surface, and reads it again with vtkio.
+/// Writes the surface and reads it with vtkio.
 fn written(name: &str, surface: &ContactSurface) -> PolyDataPiece {
     let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     write_surface(&path, surface).unwrap();
@@ -28,7 +28,7 @@ fn written(name: &str, surface: &ContactSurface) -> PolyDataPiece {
         _ => vtkio::Vtk::parse_legacy_be(bytes.as_slice()).unwrap(),
     };
     let DataSet::PolyData { mut pieces, .. } = vtk.data else {
-        panic!("{name} is no PolyData");
+        panic!("{name} is not PolyData");
     };
     let Some(Piece::Inline(piece)) = pieces.pop() else {
         panic!("{name} has no data");
@@ -36,16 +36,16 @@ fn written(name: &str, surface: &ContactSurface) -> PolyDataPiece {
     *piece
 }
 
-/// The numbers of the array of that name.
+/// Returns the numbers of the array with this name.
 fn values(attributes: &[Attribute], name: &str) -> Vec<f64> {
     let named = attributes.iter().find_map(|attribute| match attribute {
         Attribute::DataArray(array) if array.name == name => array.data.cast_into(),
         _ => None,
     });
-    named.unwrap_or_else(|| panic!("there is no {name}"))
+    named.unwrap_or_else(|| panic!("{name} is missing"))
 }
 
-/// The indices of the corners of each polygon.
+/// Returns the corner indices of each polygon.
 fn polygons(piece: &PolyDataPiece) -> Vec<Vec<usize>> {
     let (connectivity, ends) = match piece.polys.clone().unwrap_or_default() {
         numbers @ VertexNumbers::Legacy { .. } => numbers.into_xml(),

@@ -1,4 +1,4 @@
-//! The files of trajectories, read back.
+//! Trajectory files, written and read back.
 
 use hydroelastic::contact::Shape;
 use hydroelastic::dynamics::{Body, BodyState, Mass, Material, Plan, State, Trajectory, World};
@@ -10,16 +10,16 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// A rotation matrix to a quaternion and back.
+/// Rounding error of converting a rotation matrix to a quaternion and back.
 const ROTATION: f64 = 1e-14;
 
-/// A name that CSV has to quote.
+/// A name that requires quotes in CSV.
 const BALL: &str = "ball, the \"first\"";
 
 const COLUMNS: &str = "time,body,position_x,position_y,position_z,orientation_w,orientation_x,\
     orientation_y,orientation_z,velocity_x,velocity_y,velocity_z,spin_x,spin_y,spin_z";
 
-/// A row of a file: the numbers without the body's name.
+/// A row of a file, as numbers without the body's name.
 struct Row {
     body: String,
     numbers: Vec<f64>,
@@ -39,7 +39,7 @@ impl Row {
     }
 }
 
-/// A turning ball that falls on a floor.
+/// Returns a rotating ball that falls on a floor.
 fn world() -> World {
     let skin = Material::elastic(1e5);
     let ball = Arc::new(Shape::new(shapes::icosphere(0.1, 1).unwrap()));
@@ -64,7 +64,7 @@ fn file(name: &str) -> PathBuf {
     Path::new(env!("CARGO_TARGET_TMPDIR")).join(name)
 }
 
-/// The rows of the file that a trajectory makes.
+/// Returns the rows of a trajectory's file.
 fn written(name: &str, trajectory: &Trajectory) -> Vec<Row> {
     let path = file(name);
     write_trajectory(&path, &world(), trajectory).unwrap();
@@ -128,7 +128,7 @@ fn a_thinned_trajectory_makes_every_so_manyth_row() {
     let trajectory = trajectory(&world());
     let all = written("all.csv", &trajectory);
     let thinned = written("thinned.csv", &trajectory.thinned(7));
-    // States 0, 7, …, 98 of 101, two bodies each.
+    // States 0, 7, …, 98 of 101, with two bodies each.
     assert_eq!(thinned.len(), 2 * 15);
     let kept = all.chunks(2).step_by(7).flatten();
     for (row, from_all) in thinned.iter().zip(kept) {
@@ -144,7 +144,7 @@ fn a_shorter_file_replaces_a_longer_one() {
     assert_eq!([first, second], [2 * 101, 2 * 3]);
 }
 
-/// The formats there are.
+/// The available formats.
 const FORMATS: &[&str] = if cfg!(feature = "parquet") {
     &["csv", "parquet"]
 } else {

@@ -1,5 +1,5 @@
-//! Mesh and surface files that are wrong on purpose: each is refused in words that name the culprit, at once, and with
-//! hardly more memory than the file takes, however much it claims to hold.
+//! Mesh and surface files that are wrong on purpose. Each is rejected quickly with a message that names the error. Reading needs little
+//! more memory than the file, even if its headers claim huge counts.
 
 use hydroelastic::io::{FileError, read_mesh, read_triangle_surface};
 use std::collections::BTreeSet;
@@ -9,18 +9,18 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-/// Most bytes at a time for each byte of the file, and for the least file: vtkio copies XML several times,
-/// nom makes room for 64 KiB of numbers at once, zlib has a window of 32 KiB.
+/// Largest number of simultaneously allocated bytes per byte of the file, and for the smallest file. vtkio copies XML several times, nom
+/// allocates room for 64 KiB of numbers at once, and zlib has a window of 32 KiB.
 const BYTES_PER_BYTE: usize = 16;
 const BYTES: usize = 1 << 18;
 
-/// For all files together. They took 0.04 s when last seen; a loop over 10¹² entries would take hours.
+/// Time limit for all files together. They took 0.04 s in the last measurement; a loop over 10¹² entries would take hours.
 const TIME: Duration = Duration::from_secs(10);
 
 const MESHES: [&str; 3] = ["msh", "vtk", "vtu"];
 const SURFACES: [&str; 2] = ["obj", "stl"];
 
-/// Files, and what the message or one of its causes says besides the name of the file.
+/// Files, and the text in the message or one of its causes besides the name of the file.
 const REFUSED: &[(&str, &str)] = &[
     ("appended_offset_beyond_all.vtu", "appended data"),
     ("appended_to_nothing.vtu", "number too large to fit"),
@@ -155,7 +155,7 @@ const REFUSED: &[(&str, &str)] = &[
     ),
 ];
 
-/// Files that hold a tetrahedron, or its surface: what the others are made of, and two that only look odd.
+/// Files that contain a tetrahedron or its surface: the valid originals of the other files, and two files that only look odd.
 const ACCEPTED: &[&str] = &[
     "deep.vtu",
     "sound.msh",
@@ -175,7 +175,7 @@ fn folder() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/data/hostile_files")
 }
 
-/// The message of an error and of all its causes.
+/// Returns the message of an error and of all its causes.
 fn messages(error: &dyn Error) -> String {
     let (mut text, mut next) = (error.to_string(), error.source());
     while let Some(cause) = next {
@@ -185,7 +185,7 @@ fn messages(error: &dyn Error) -> String {
     text
 }
 
-/// The number of tetrahedra in a mesh file, or of components in a surface file.
+/// Returns the number of tetrahedra in a mesh file, or of components in a surface file.
 fn counted(path: &Path) -> Result<usize, FileError> {
     if SURFACES
         .map(OsStr::new)
@@ -196,8 +196,7 @@ fn counted(path: &Path) -> Result<usize, FileError> {
     Ok(read_mesh(path)?.mesh.tet_count())
 }
 
-/// What reading a file ends in: what is counted in it, or messages without the folder's name. Asserts
-/// that no more memory was used than is due.
+/// Reads a file and returns its count, or messages without the folder's name. Asserts that reading used no more memory than allowed.
 fn read(name: &str) -> Result<usize, String> {
     let path = folder().join(name);
     let length = usize::try_from(fs::metadata(&path).unwrap().len()).unwrap();
@@ -211,7 +210,7 @@ fn read(name: &str) -> Result<usize, String> {
     outcome.map_err(|error| messages(&error).replace(&folder, ""))
 }
 
-/// The names of the mesh and surface files in the folder.
+/// Returns the names of the mesh and surface files in the folder.
 fn files() -> BTreeSet<String> {
     let entries = fs::read_dir(folder()).unwrap();
     let paths = entries.map(|entry| entry.unwrap().path());

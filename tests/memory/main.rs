@@ -1,4 +1,4 @@
-//! What is allocated: nothing by steps, by sweeps what they are given, and by hostile files no more than they are worth.
+//! Allocations: steps allocate nothing, reverse sweeps stay within their memory limit, and hostile files need little memory.
 
 mod hostile_files;
 mod steps;
@@ -9,7 +9,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 #[global_allocator]
 static ALLOCATOR: dhat::Alloc = dhat::Alloc;
 
-/// The allocator that counts is shared by all threads of a program: its tests run one after the other.
+/// Locks the counting allocator, which all threads of a program share, so that tests run one after the other.
 fn alone() -> MutexGuard<'static, ()> {
     static ALONE: Mutex<()> = Mutex::new(());
     ALONE.lock().unwrap_or_else(PoisonError::into_inner)

@@ -1,4 +1,4 @@
-//! Steps of a rollout allocate nothing once it has the room it needs.
+//! Steps of a rollout allocate nothing once their buffers are large enough.
 
 use hydroelastic::contact::Shape;
 use hydroelastic::dynamics::{Body, Integrator, Mass, Material, Plan, World};
@@ -10,12 +10,12 @@ use std::sync::Arc;
 /// Time step (s).
 const TIME_STEP: f64 = 5e-4;
 
-/// Steps before and while blocks are counted: in the first all bodies fall on the floor and on one
-/// another, in the second they go on bouncing.
+/// Steps before and during the count of allocations. In the former, all bodies fall on the floor and on each other; in the latter, they
+/// continue to bounce.
 const WARM_UP: usize = 600;
 const COUNTED: usize = 600;
 
-/// Three balls and an egg that fall on a floor, close enough to touch one another.
+/// Returns three balls and an egg that fall on a floor, close enough to touch each other.
 fn scene(skin: Material) -> World {
     let ball = Arc::new(Shape::new(shapes::icosphere(0.1, 1).unwrap()));
     let egg = Arc::new(Shape::new(shapes::ellipsoid([0.1, 0.14, 0.12], 1).unwrap()));
@@ -37,14 +37,14 @@ fn scene(skin: Material) -> World {
     .unwrap()
 }
 
-/// A plan without the stability check, which allocates when it linearizes contacts.
+/// Returns a plan without the stability check, which allocates when it linearizes contacts.
 fn plan(integrator: Integrator) -> Plan {
     let plan = Plan::new(TIME_STEP, WARM_UP + COUNTED).unwrap();
     let plan = plan.with_integrator(integrator);
     plan.without_stability_check()
 }
 
-/// In how many of the counted steps bodies touch.
+/// Returns the number of counted steps in which bodies touch.
 fn touching_steps(world: &World, integrator: Integrator) -> usize {
     let rollout = world.rollout(&plan(integrator));
     let counted = rollout.skip(WARM_UP).take(COUNTED);
@@ -52,7 +52,7 @@ fn touching_steps(world: &World, integrator: Integrator) -> usize {
     counted.map(Result::unwrap).map(touching).sum()
 }
 
-/// Blocks that the counted steps allocate.
+/// Returns the number of blocks that the counted steps allocate.
 fn allocated_blocks(world: &World, integrator: Integrator) -> u64 {
     let mut rollout = world.rollout(&plan(integrator));
     for _ in 0..WARM_UP {

@@ -1,4 +1,4 @@
-//! A gradient backwards takes as much memory as it is given, and has the same bits with any.
+//! A reverse-mode gradient stays within its memory limit, and has the same bits with any limit.
 
 use hydroelastic::contact::{HalfSpace, Shape};
 use hydroelastic::dynamics::{Body, Integrator, Mass, Material, Plan, Trajectory, World};
@@ -11,11 +11,11 @@ use std::sync::Arc;
 
 const BODIES: usize = 10;
 
-/// What a gradient takes beside the steps that it keeps, and the least number of steps that it does keep, divided as impacts need
-/// them (bytes).
+/// Memory (bytes) that a gradient uses besides its stored steps, and for the smallest number of stored steps. Steps are divided as impacts
+/// require.
 const BESIDE: usize = 3 << 18;
 
-/// Bricks that slide and turn on a half-space, lifted or pressed in a little, far from each other.
+/// Returns bricks that slide and rotate on a half-space, slightly lifted or pressed in, far from each other.
 fn world() -> World {
     let skin = Material::elastic(1e5).with_friction(0.3);
     let skin = skin.with_dissipation(0.3);
@@ -36,7 +36,7 @@ fn world() -> World {
     world.with_gravity(vector![0.0, 0.0, -9.81]).unwrap()
 }
 
-/// The sum of all heights (m) and turns at the end.
+/// Sum of all final heights (m) and rotations.
 struct Heights;
 
 impl Outcome for Heights {
@@ -47,7 +47,7 @@ impl Outcome for Heights {
     }
 }
 
-/// The gradient of an experiment with so much memory (bytes), and the most that it took.
+/// Returns the gradient of an experiment with a memory limit (bytes), and the largest memory use.
 fn swept(experiment: &Experiment, memory: usize) -> (DVector<f64>, usize) {
     let _profiler = dhat::Profiler::builder().testing().build();
     let starts = |number: usize| {
@@ -62,7 +62,7 @@ fn swept(experiment: &Experiment, memory: usize) -> (DVector<f64>, usize) {
     (gradient, dhat::HeapStats::get().max_bytes)
 }
 
-/// Checks that gradients with these memories (bytes) have the same bits, and take no more than these and [`BESIDE`].
+/// Checks that gradients with these memory limits (bytes) have the same bits, and use no more than the limit and [`BESIDE`].
 fn compare(integrator: Integrator, (time_step, steps): (f64, usize), memories: &[usize]) {
     let _alone = crate::alone();
     let plan = Plan::new(time_step, steps).unwrap();
@@ -93,7 +93,7 @@ fn implicit_sweeps_take_the_memory_they_are_given() {
     }
 }
 
-/// The longest rollouts: tens of minutes.
+/// The longest rollouts take tens of minutes.
 #[test]
 #[ignore = "tens of minutes"]
 fn a_million_steps_of_ten_bodies() {

@@ -1,4 +1,4 @@
-//! Meshes, their fields, and the ready-made shapes; surfaces of rigid bodies.
+//! Meshes, their fields and built-in shapes, and surfaces of rigid bodies.
 
 mod shapes;
 mod star_shaped;

@@ -1,4 +1,4 @@
-//! Solids inside closed surfaces of triangles, filled from a point that sees all of them.
+//! Solids inside closed triangle surfaces, filled from a point that sees the whole surface.
 
 use hydroelastic::contact::{ContactBody, ContactPair, Shape};
 use hydroelastic::mesh::{MeshError, PressureField, TriangleSurface, shapes};
@@ -7,17 +7,17 @@ use nalgebra::{Vector3, vector};
 use proptest::prelude::*;
 use std::collections::BTreeSet;
 
-/// Sums over some hundred tetrahedra, relative to the result.
+/// Relative rounding error of sums over some hundred tetrahedra.
 const SUM_ROUND_OFF: f64 = 1e-13;
 
-/// Wrenches of the same fields, whose centers differ by a rounding, relative to their largest part.
+/// Difference, relative to the largest component, of wrenches of equal fields whose centers differ by rounding.
 const SAME_WRENCH: f64 = 1e-12;
 
 fn surface_of(field: &PressureField) -> TriangleSurface {
     TriangleSurface::around(field.mesh()).unwrap()
 }
 
-/// A polygon in the plane z = 0, given with its triangles, extruded to z = 1.
+/// Extrudes a polygon in the plane z = 0, given with its triangles, to z = 1.
 fn prism(polygon: &[[f64; 2]], caps: &[[usize; 3]]) -> TriangleSurface {
     let count = polygon.len();
     let level = |z: f64| polygon.iter().map(move |&[x, y]| vector![x, y, z]);
@@ -35,7 +35,7 @@ fn prism(polygon: &[[f64; 2]], caps: &[[usize; 3]]) -> TriangleSurface {
     TriangleSurface::new(vertices, triangles).unwrap()
 }
 
-/// Two arms of length 3 and width 1: star-shaped about any point of the square in which they meet.
+/// Returns two arms of length 3 and width 1. The shape is star-shaped about any point of the square in which the arms meet.
 fn letter_l() -> TriangleSurface {
     let polygon = [
         [0.0, 0.0],
@@ -60,7 +60,7 @@ fn assert_relative(found: f64, expected: f64, tolerance: f64) {
     );
 }
 
-// What it makes.
+// Valid results.
 
 #[test]
 fn a_tetrahedron_has_the_volume_and_center_of_the_textbook() {
@@ -151,7 +151,7 @@ proptest! {
 
 #[test]
 fn a_solid_can_be_filled_from_a_point_where_its_center_will_not_do() {
-    // The center of volume is (1.1, 1.1): outside.
+    // The center of volume, (1.1, 1.1), is outside.
     let refused = shapes::star_shaped(&letter_l()).unwrap_err();
     assert!(
         matches!(refused, MeshError::HiddenTriangle { .. }),
@@ -161,7 +161,7 @@ fn a_solid_can_be_filled_from_a_point_where_its_center_will_not_do() {
     assert_relative(field.mesh().volume(), 5.0, SUM_ROUND_OFF);
 }
 
-// What it refuses.
+// Rejected input.
 
 #[test]
 fn a_hidden_triangle_is_named_with_its_distance() {

@@ -1,6 +1,6 @@
-//! The broad phase leaves out no pair of tetrahedra that share a point.
+//! The broad phase omits no pair of tetrahedra that share a point.
 //!
-//! The oracle tries all pairs with all 44 directions that can separate two tetrahedra.
+//! The reference tests all pairs with all 44 directions that can separate two tetrahedra.
 
 use hydroelastic::broad_phase::{Projections, RStarTree};
 use hydroelastic::geometry::{Aabb, Tetrahedron};
@@ -12,16 +12,13 @@ use proptest::test_runner::FileFailurePersistence;
 use std::collections::BTreeSet;
 use std::f64::consts::PI;
 
-/// The error of a transformed coordinate as a fraction of the bodies' reach: the margin that
-/// `contact::ContactPair` works with.
+/// Error of a transformed coordinate as a fraction of the bodies' reach. `contact::ContactPair` uses the same margin.
 const MARGIN: f64 = 3e-14;
 
-/// Gaps below this fraction of the bodies' reach count as contact: the rounding of coordinates of
-/// tetrahedra that touch.
+/// Gaps below this fraction of the bodies' reach count as contact, because coordinates of touching tetrahedra have rounding errors.
 const TOUCH: f64 = 4e-16;
 
-/// A direction whose length is below this fraction of the edges it is made of is the cross product
-/// of parallel edges: round-off.
+/// A direction shorter than this fraction of its edges is the cross product of parallel edges, which is round-off.
 const PARALLEL: f64 = 1e-10;
 
 /// Tetrahedra of both bodies in A's frame.
@@ -30,7 +27,7 @@ struct Scene {
     field_b: PressureField,
     pose_ab: Pose,
     posed_b: Vec<Tetrahedron>,
-    /// How far the bodies reach from their origins together (m).
+    /// Sum of both bodies' reaches from their origins (m).
     reach: f64,
 }
 
@@ -55,8 +52,7 @@ impl Scene {
         MARGIN * self.reach
     }
 
-    /// The pairs (of A, of B) that the trees leave over, found as `contact::ContactPair` does.
-    /// Panics where one is found twice.
+    /// Returns the pairs (of A, of B) that the trees do not exclude, found as in `contact::ContactPair`. Panics if a pair is found twice.
     fn candidates(&self) -> BTreeSet<(usize, usize)> {
         let (tree_a, tree_b) = (RStarTree::new(&self.field_a), RStarTree::new(&self.field_b));
         let mut found = BTreeSet::new();
@@ -74,7 +70,7 @@ impl Scene {
         found
     }
 
-    /// The pairs that share a point, by all-pairs search.
+    /// Returns the pairs that share a point, by a search over all pairs.
     fn intersecting(&self) -> BTreeSet<(usize, usize)> {
         let tets_a = self.field_a.tets().iter().map(|tet| tet.tetrahedron);
         let mut found = BTreeSet::new();
@@ -94,15 +90,15 @@ fn edges(tetrahedron: &Tetrahedron) -> [Vector3<f64>; 6] {
     [(0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)].map(|(from, to)| c[to] - c[from])
 }
 
-/// The normals of the faces: each from two edges of it.
+/// Returns the face normals, each from two edges of the face.
 fn normals(e: &[Vector3<f64>; 6]) -> [Vector3<f64>; 4] {
     [(0, 1), (0, 2), (1, 2), (3, 4)].map(|(i, j)| e[i].cross(&e[j]))
 }
 
-/// The gap (m) between the two along a direction; negative where their shadows overlap.
+/// Returns the gap (m) between the tetrahedra along a direction. The gap is negative if their projections overlap.
 fn gap(a: &Tetrahedron, b: &Tetrahedron, direction: &Vector3<f64>) -> f64 {
     let limits = |tetrahedron: &Tetrahedron| {
-        // From A's first corner, so that little cancels.
+        // Coordinates relative to A's first corner avoid cancellation.
         let shadow = tetrahedron
             .corners
             .map(|corner| (corner - a.corners[0]).dot(direction));
@@ -116,7 +112,7 @@ fn gap(a: &Tetrahedron, b: &Tetrahedron, direction: &Vector3<f64>) -> f64 {
     (low_a - high_b).max(low_b - high_a) / direction.norm()
 }
 
-/// Whether no face normal and no cross product of two edges shows a gap wider than `touch` (m).
+/// Returns whether no face normal and no cross product of two edges has a gap wider than `touch` (m).
 fn share_a_point(a: &Tetrahedron, b: &Tetrahedron, touch: f64) -> bool {
     let (edges_a, edges_b) = (edges(a), edges(b));
     let is_gap = |direction: &Vector3<f64>| gap(a, b, direction) > touch;
@@ -132,7 +128,7 @@ fn share_a_point(a: &Tetrahedron, b: &Tetrahedron, touch: f64) -> bool {
     })
 }
 
-/// Every intersecting pair is a candidate and is not separated.
+/// Asserts that every intersecting pair is a candidate and is not separated.
 fn assert_complete(scene: &Scene) -> Result<(), TestCaseError> {
     let (candidates, intersecting) = (scene.candidates(), scene.intersecting());
     let tets_a = scene.field_a.tets();
@@ -160,7 +156,7 @@ fn shape() -> impl Strategy<Value = PressureField> {
     .prop_map(Result::unwrap)
 }
 
-/// Any rotation, and distances at which shapes of up to 2 m often touch.
+/// Generates any rotation, and distances at which shapes of up to 2 m often touch.
 fn pose() -> impl Strategy<Value = Pose> {
     let turn = || -PI..PI;
     let shift = || -1.5..1.5;
@@ -169,7 +165,7 @@ fn pose() -> impl Strategy<Value = Pose> {
     })
 }
 
-/// Quarter turns about one axis after another.
+/// Generates quarter turns about one axis after another.
 fn aligned_rotation() -> impl Strategy<Value = Pose> {
     prop::array::uniform3(0_u8..4).prop_map(|quarters| {
         let turn = |axis: usize| {
@@ -180,7 +176,7 @@ fn aligned_rotation() -> impl Strategy<Value = Pose> {
     })
 }
 
-/// B beside A so that their boxes touch exactly along some axes, overlap wholly along others.
+/// Returns the shift that places B beside A, such that their boxes touch exactly along some axes and overlap completely along others.
 fn beside(a: &Aabb, b: &Aabb, sides: [i8; 3]) -> Vector3<f64> {
     Vector3::from_fn(|axis, _| match sides[axis] {
         1 => a.upper[axis] - b.lower[axis],
@@ -189,7 +185,7 @@ fn beside(a: &Aabb, b: &Aabb, sides: [i8; 3]) -> Vector3<f64> {
     })
 }
 
-/// The field elsewhere in its body frame.
+/// Returns the field at another position in its body frame.
 fn shifted(field: &PressureField, shift: Vector3<f64>) -> PressureField {
     let vertices = field.mesh().vertices().iter().map(|vertex| vertex + shift);
     let mesh = TetMesh::new(vertices.collect(), field.mesh().tets().to_vec()).unwrap();
@@ -268,7 +264,7 @@ fn unit_moved(shift: [f64; 3]) -> Tetrahedron {
 #[test]
 fn the_oracle_knows_touching_tetrahedra() {
     let unit = tetrahedron(UNIT);
-    // The same, at a corner, along an edge, face to face, deep.
+    // Equal positions, then contact at a corner, along an edge and face to face, then deep contact.
     for shift in [
         [0.0; 3],
         [1.0, 0.0, 0.0],
@@ -290,8 +286,7 @@ fn the_oracle_knows_touching_tetrahedra() {
 
 #[test]
 fn the_oracle_knows_edges_that_cross() {
-    // Wedges with their sharp edges crossing at right angles, `gap` apart: only the cross product
-    // of these two edges separates them.
+    // Wedges whose sharp edges cross at right angles with a gap of `gap`. Only the cross product of these two edges separates them.
     let lower = tetrahedron([
         [-1.0, 0.0, 0.0],
         [1.0, 0.0, 0.0],
@@ -318,7 +313,7 @@ fn projections_separate_what_is_apart_by_more_than_the_margin() {
     let far = Projections::of(&far);
     assert!(unit.separate(&far, Projections::COUNT, 0.0));
     assert!(far.separate(&unit, Projections::COUNT, 0.0));
-    // The gap is 2 m along x, and less along every other direction.
+    // The gap is 2 m along x, and smaller along every other direction.
     assert!(!unit.separate(&far, Projections::COUNT, 2.0));
     assert!(!unit.separate(&far, 0, 0.0));
     assert!(!unit.separate(&unit, Projections::COUNT, 0.0));
@@ -342,7 +337,7 @@ fn work_counts_of_two_balls_stay_as_they_are() {
     let ball = || shapes::icosphere(1.0, 2).unwrap();
     let pose_ab = Pose::from_rotation_vector(&vector![0.3, 0.5, -0.2], vector![1.1, 0.9, 0.7]);
     let scene = Scene::new(ball(), ball(), pose_ab);
-    // Of 102,400 pairs.
+    // There are 102,400 pairs in total.
     let counts = (scene.candidates().len(), scene.intersecting().len());
     assert_eq!(counts, (1248, 316));
 }

@@ -1,4 +1,4 @@
-//! The search changes the time a wrench takes, never the wrench.
+//! The search affects the time of a wrench, but never the wrench.
 
 use crate::support::scenes::{Random, grid, mixed_shapes, pair, random_pair};
 use hydroelastic::broad_phase::Projections;
@@ -7,7 +7,7 @@ use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::Pose;
 use nalgebra::vector;
 
-/// Sums in another order round differently.
+/// Relative tolerance, because the order of summation changes rounding errors.
 const SAME: f64 = 1e-12;
 
 fn all_combinations() -> impl Iterator<Item = Culling> {
@@ -69,7 +69,7 @@ fn each_step_of_the_default_leaves_fewer_candidates() {
     let counts = [Culling::NONE, boxes, projected].map(count);
     assert_eq!(counts.map(|c| c.candidate_pairs), [102_400, 3_227, 683]);
     assert!(counts.iter().all(|c| c.polygons == counts[0].polygons));
-    // The tree finds the pairs whose boxes overlap, and no others.
+    // The tree finds exactly the pairs whose boxes overlap.
     assert_eq!(
         count(Culling {
             tree: true,
@@ -80,12 +80,12 @@ fn each_step_of_the_default_leaves_fewer_candidates() {
     assert_eq!(count(Culling::default()), counts[2]);
 }
 
-/// Rounding of heights (m), of shapes of size 1: such a corner is on the plane.
+/// Rounding error of heights (m) for shapes of size 1. A corner within this height is on the plane.
 const ON_PLANE: f64 = 1e-13;
 
-/// Asserts that of the body's tetrahedra those are candidates at a half-space that have a corner below its surface or on it,
-/// and, where it is rigid, another above or on it. Gives how many cross it, how many reach it, and how
-/// many there are.
+/// Asserts that candidates at a half-space are exactly the tetrahedra with a corner below or on its surface. If the half-space is rigid,
+/// they must have another corner above or on the surface. Returns how many tetrahedra cross the surface, how many reach it, and how many
+/// exist.
 fn assert_reaching_are_candidates(shape: &Shape, pose: Pose, ground: Pose) -> [usize; 3] {
     let body = ContactBody::new(shape, pose, 1e5).unwrap();
     let to_ground = ground.inverse() * pose;
@@ -134,7 +134,7 @@ fn candidates_at_a_half_space_are_the_tetrahedra_that_reach_it() {
 fn tetrahedra_flush_with_a_half_space_are_candidates() {
     let block = Shape::new(shapes::cuboid([1.0; 3]).unwrap());
     let cells = Shape::new(grid(&[4, 3, 2], 0.25, |_| true).unwrap());
-    // Its surface on the plane from above and from below, and its center, which for the cells is a layer of inner faces.
+    // The surface is on the plane from above and from below, and so is the center, which for the cells is a layer of inner faces.
     for (shape, half) in [(&block, 0.5), (&cells, 0.25)] {
         for height in [half, 0.0, -half] {
             for turn in [0.0, 0.4] {

@@ -1,4 +1,4 @@
-//! Following the contact surface finds all of it: the same pairs of tetrahedra as looking everywhere.
+//! Tracing the contact surface finds the same pairs of tetrahedra as a global search.
 
 use crate::support::scenes::{Random, dented_ball, grid, mixed_shapes, pair, random_pair};
 use hydroelastic::contact::{ContactPair, Culling, Search, Shape};
@@ -7,21 +7,20 @@ use hydroelastic::spatial::Pose;
 use nalgebra::{Vector3, vector};
 use std::f64::consts::FRAC_PI_4;
 
-/// What the poses of a test came to, so that it cannot pass by testing nothing.
+/// Counts of the poses of a test, which ensure that the test has contacts.
 #[derive(Default)]
 pub struct Tally {
     poses: usize,
     touching: usize,
     polygons: usize,
-    /// Pairs of tetrahedra looked at by following and by culling, at every twentieth pose.
+    /// Numbers of pairs of tetrahedra examined by tracing and by culling, at every twentieth pose.
     looked_at: [usize; 2],
 }
 
-/// The area (m²) of a polygon that two ways of looking may disagree about, of bodies of size one: a sliver
-/// that is there or not by round-off.
+/// Area (m²) of a polygon that only one search may find, for bodies of size one: a sliver whose existence depends on round-off.
 const SLIVER: f64 = 1e-12;
 
-/// The tetrahedra of all contact polygons.
+/// Returns the tetrahedra of all contact polygons.
 fn touching(pair: &ContactPair) -> Vec<[usize; 2]> {
     let mut touching = pair.touching_tets();
     touching.sort_unstable();
@@ -30,7 +29,7 @@ fn touching(pair: &ContactPair) -> Vec<[usize; 2]> {
     touching
 }
 
-/// The largest area (m²) of a polygon that one has and the other has not.
+/// Returns the largest area (m²) of a polygon of `one` that is not in `other`.
 fn largest_lonely(one: &ContactPair, other: &[[usize; 2]]) -> f64 {
     let polygons = one.surface().polygons.into_iter();
     let lonely = polygons.filter(|polygon| other.binary_search(&polygon.tets).is_err());
@@ -60,7 +59,7 @@ impl Tally {
         self.polygons += expected.len();
     }
 
-    /// At least so many of the poses, in parts of a hundred, must touch.
+    /// Asserts that at least this percentage of the poses touch.
     pub fn assert_told_something(&self, name: &str, touching_percent: usize) {
         let Self {
             poses,
@@ -69,10 +68,10 @@ impl Tally {
             looked_at: [followed, culled],
         } = self;
         println!(
-            "{name}: {touching} of {poses} poses touch, {polygons} polygons; looked at {followed} pairs, {culled} by culling"
+            "{name}: {touching} of {poses} poses touch, {polygons} polygons; {followed} pairs examined by tracing, {culled} by culling"
         );
         assert!(touching * 100 >= poses * touching_percent);
-        // Where nothing could be followed, both would look at the same pairs.
+        // If tracing were impossible, both searches would examine the same pairs.
         assert!(followed < culled);
     }
 }
@@ -138,7 +137,7 @@ fn a_body_without_pressure_has_no_contact_surface() {
     }
 }
 
-/// Offsets on a lattice and turns by eighths: planes through vertices, edges and faces, edges on edges,
+/// The poses have offsets on a lattice and rotations by eighths of a turn: planes through vertices, edges and faces, edges on edges, and
 /// equal fields.
 fn symmetric_poses(poses: usize) {
     let mut shapes = mixed_shapes();
@@ -175,7 +174,7 @@ fn symmetric_pose(random: &mut Random) -> Pose {
     Pose::from_rotation_vector(&turn, offset)
 }
 
-/// Symmetric poses, missed by a little: more than round-off, less than anything else.
+/// The poses are symmetric up to an error larger than round-off and smaller than any other length.
 fn nearly_symmetric_poses(poses: usize) {
     let (shapes, mut random) = (mixed_shapes(), Random::new(63));
     let mut tally = Tally::default();
@@ -189,8 +188,7 @@ fn nearly_symmetric_poses(poses: usize) {
     tally.assert_told_something("nearly symmetric", 50);
 }
 
-/// One body inside the other, and fields with a dent inside: contact surfaces without a rim, and
-/// several of them.
+/// One body is inside the other, or fields have a dent inside. Contact surfaces have no boundary, or there are several.
 fn nested_and_dented_bodies(poses: usize) {
     let mut shapes: Vec<Shape> = [[0.05, 1.0], [0.5, 1.0], [0.9, 1.0], [1.0, 0.3]]
         .iter()
@@ -217,8 +215,8 @@ fn nested_and_dented_bodies(poses: usize) {
     assert!(without_rim > poses / 20, "{without_rim}");
 }
 
-/// Whether there is a contact surface, and it lies in tetrahedra inside both bodies' surfaces or, as
-/// all tetrahedra of a small mesh reach the surface, has pressure at all corners of its polygons.
+/// Returns whether the contact surface exists and lies inside both bodies' surfaces. It lies inside if its tetrahedra do or, because all
+/// tetrahedra of a small mesh reach the surface, if all corners of its polygons have pressure.
 pub fn is_all_inside(pair: &ContactPair) -> bool {
     let surface = pair.surface();
     let least = |polygon: &hydroelastic::contact::ContactPolygon| {

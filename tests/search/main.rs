@@ -1,4 +1,4 @@
-//! Every way to find the pairs of tetrahedra that touch finds all of them.
+//! Every search for touching pairs of tetrahedra finds all of them.
 
 mod broad_phase;
 mod culling;

@@ -1,5 +1,4 @@
-//! Meshes of a mesher, whose fields have peaks and creases everywhere, are followed like any other; and a shape that is not
-//! says why.
+//! Meshes of a mesher, whose fields have many peaks and creases, are traced too. A shape that cannot be traced reports the reason.
 
 use super::following::{Tally, is_all_inside};
 use crate::support::scenes::{Random, grid, pair};
@@ -12,7 +11,7 @@ use std::path::{Path, PathBuf};
 
 const ROUND: [&str; 3] = ["sphere", "cylinder", "torus"];
 
-/// The size (m) of the bodies.
+/// Size (m) of the bodies.
 const SIZE: f64 = 0.1;
 
 fn folder() -> PathBuf {
@@ -30,7 +29,7 @@ fn round_shapes(folder: &Path) -> Vec<Shape> {
     ROUND.map(|name| Shape::new(field(name))).into()
 }
 
-/// Extents at random inside: a field that rises and falls from vertex to vertex.
+/// Returns a shape with random extents inside, so its field rises and falls from vertex to vertex.
 fn rough(name: &str, lowest: f64, random: &mut Random) -> Shape {
     let mesh = mesh(&folder(), name).with_inner_vertices().unwrap();
     let extents = (0..mesh.vertex_count()).map(|vertex| {
@@ -50,14 +49,14 @@ fn random_pose(apart: f64, random: &mut Random) -> Pose {
     Pose::from_rotation_vector(&turn, random.vector() * apart)
 }
 
-/// Two bodies up to so far apart along each axis, with moduli within a factor of a hundred.
+/// Returns two bodies at most `apart` apart along each axis, with moduli within a factor of a hundred.
 fn pair_within<'a>([a, b]: [&'a Shape; 2], apart: f64, random: &mut Random) -> ContactPair<'a> {
     let modulus = 10_f64.powf(random.between(-1.0, 1.0));
     let at = random_pose(apart, random);
     pair((a, at, modulus), (b, Pose::identity(), 1.0))
 }
 
-/// Each of the round bodies against each, so many poses of each two.
+/// Compares every pair of the round bodies at `poses` poses.
 fn round_bodies(shapes: &[Shape], poses: usize) {
     for (first, a) in shapes.iter().enumerate() {
         for (second, b) in shapes.iter().enumerate() {
@@ -101,7 +100,7 @@ fn round_bodies_at_many_poses() {
     round_bodies(&round_shapes(&folder()), 10_000);
 }
 
-/// Of 20,000 tetrahedra and more: `make_round.py` beside the small meshes makes them.
+/// The meshes have 20,000 tetrahedra and more. `make_round.py` beside the small meshes makes them.
 #[test]
 #[ignore = "hours; the folder with sphere.msh, cylinder.msh and torus.msh is in HYDROELASTIC_MESHES"]
 fn large_round_bodies_at_many_poses() {
@@ -198,7 +197,7 @@ fn a_shape_says_where_its_extent_is_zero_inside() {
         let field = PressureField::with_inert_tets(mesh, extents).unwrap();
         Shape::new(field).followed().unwrap_err()
     };
-    // Three tetrahedra around the edge between both apexes.
+    // Three tetrahedra share the edge between both apexes.
     let around_edge = [ring.as_slice(), &APEXES].concat();
     let tets = vec![[0, 1, 3, 4], [1, 2, 3, 4], [2, 0, 3, 4]];
     let mesh = TetMesh::new(vertices(&around_edge), tets).unwrap();
@@ -208,7 +207,7 @@ fn a_shape_says_where_its_extent_is_zero_inside() {
         found.to_string(),
         "tetrahedron 0 has extent 0 at all corners"
     );
-    // A ball with its center at 0, then with a tetrahedron at 0.
+    // A ball with its center at 0, then a ball with a tetrahedron at 0.
     let ball = shapes::icosphere(1.0, 0).unwrap();
     let inner = (0..ball.extents().len())
         .find(|&v| ball.extents()[v] > 0.0)
@@ -220,7 +219,7 @@ fn a_shape_says_where_its_extent_is_zero_inside() {
         reason(divided, extents),
         NotFollowed::ZeroVertex { vertex: inner }
     );
-    // The edge and the face between tetrahedra with a vertex of their own inside.
+    // The edge and the face between tetrahedra that have their own inner vertices.
     let edge = split_at_centroids(
         &TetMesh::new(
             vertices(&around_edge),
@@ -239,7 +238,7 @@ fn a_shape_says_where_its_extent_is_zero_inside() {
     assert!(matches!(found, NotFollowed::ZeroFace { .. }), "{found}");
 }
 
-/// Each tetrahedron divided into four.
+/// Returns the mesh with each tetrahedron divided into four.
 fn split_at_centroids(mesh: &TetMesh) -> TetMesh {
     let mut vertices = mesh.vertices().to_vec();
     let mut tets = Vec::new();

@@ -1,4 +1,4 @@
-//! Poses, states, materials, trajectories, plans and whole worlds, saved and loaded by serde.
+//! Poses, states, materials, trajectories, plans and whole worlds, saved and loaded with serde.
 
 mod random_worlds;
 mod refusals;

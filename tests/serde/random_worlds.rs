@@ -16,7 +16,7 @@ fn rounded(value: f64, digits: usize) -> f64 {
     format!("{value:.*e}", digits - 1).parse().unwrap()
 }
 
-/// Principal moments of a solid, often of a plate or nearly a plate, rounded as in a file.
+/// Returns principal moments of a solid, often of a plate or nearly a plate, rounded as in a file.
 fn moments(random: &mut Random) -> Vector3<f64> {
     let size = 10_f64.powf(random.between(-6.0, 3.0));
     let [a, b, c] = [(); 3].map(|()| {
@@ -55,7 +55,7 @@ fn shape(kit: &Kit, random: &mut Random) -> (BodyShape, Material) {
     }
 }
 
-/// One or two bodies near a floor, with or without a spring; an error if the random numbers make no valid world.
+/// Returns one or two bodies near a floor, with or without a spring, or an error if the random numbers make no valid world.
 fn world(kit: &Kit, random: &mut Random) -> Result<World<f64, Vec<Spring>>, WorldError> {
     let mut bodies = Vec::new();
     for name in ["a", "b"].into_iter().take(1 + random.below(2)) {
@@ -160,11 +160,11 @@ fn assert_loaded_as_saved(count: usize) {
         }
         loaded += 1;
     }
-    // Rods have a moment of zero, and rounding makes some plates impossible.
+    // A rod has a zero moment, and rounding makes some plates invalid.
     assert!(refused < count, "{refused}");
 }
 
-/// The largest moment of a plate, rounded to five digits as in a URDF, may exceed the sum of the others.
+/// The largest moment of a plate, rounded to five digits as in a URDF, may exceed the sum of the other two moments.
 #[test]
 fn plates_rounded_to_five_digits_are_bodies_and_can_be_loaded() {
     for moments in [

@@ -1,4 +1,4 @@
-//! Poses, materials, states and trajectories that are refused when they are loaded.
+//! Invalid poses, materials, states and trajectories are rejected when they are loaded.
 
 use crate::text_and_bits::refusal;
 use hydroelastic::dynamics::{Material, State, Trajectory};
@@ -20,7 +20,7 @@ fn what_is_no_rotation_is_no_pose() {
             "a rotation must be orthonormal with determinant 1 to 1e-9, but the matrix is {deviation} away from it"
         );
         assert!(refusal::<Pose>(&text).starts_with(&expected), "{text}");
-        // As part of something larger too.
+        // The same holds inside a larger value.
         let body = format!(r#"{{"pose":{text},"twist":{{"angular":[0,0,0],"linear":[0,0,0]}}}}"#);
         let states = format!(r#"{{"states":[{{"time":0,"bodies":[{body}]}}]}}"#);
         assert!(refusal::<Trajectory>(&states).starts_with(&expected));
@@ -78,7 +78,7 @@ fn materials_out_of_range_are_refused() {
     }
 }
 
-/// The states of so many bodies at these times, as a trajectory.
+/// Returns a trajectory of states at these times with these numbers of bodies.
 fn sequence(states: &[(f64, usize)]) -> String {
     let body = format!(
         r#"{{"pose":{{{UPRIGHT},"translation":[0,0,0]}},"twist":{{"angular":[0,0,0],"linear":[0,0,0]}}}}"#
@@ -111,7 +111,7 @@ fn a_trajectory_has_a_state_and_the_same_bodies_in_each_in_the_order_of_time() {
     assert_eq!(loaded.last().time.to_bits(), 2.0_f64.to_bits());
 }
 
-/// What JSON cannot hold and other formats can: numbers that are not finite.
+/// Numbers that are not finite, which other formats can store and JSON cannot.
 #[derive(Clone)]
 enum Value {
     Number(f64),
@@ -152,7 +152,7 @@ fn list(numbers: [f64; 3]) -> Value {
     Value::List(numbers.map(Value::Number).to_vec())
 }
 
-/// A state whose numbers have the bad one at a place.
+/// Returns a state with the bad number at a place.
 fn state_value(place: &str, bad: f64) -> Value {
     let at = |name: &str, good: f64| if name == place { bad } else { good };
     let rotation = vec![

@@ -1,4 +1,4 @@
-//! Numbers that are saved and loaded come back as they were.
+//! Saved numbers are loaded without change.
 
 use crate::text_and_bits::{
     TIME_STEP, pose_bits, refusal, reloaded, saved, state_bits, trajectory_bits, twist_bits,
@@ -14,10 +14,10 @@ use nalgebra::{Matrix3, Vector3, vector};
 use proptest::prelude::*;
 use std::sync::Arc;
 
-/// Rotations of a rollout are orthonormal to this; loading keeps the bits up to ten times as much.
+/// Orthonormality error of rotations in a rollout. Loading keeps the bits up to ten times this error.
 const ORTHONORMAL: f64 = 1e-15;
 
-/// A spinning block on a tilted floor that rubs, and a paddle on a path.
+/// Returns a spinning block on a tilted floor with friction, and a paddle on a path.
 fn world() -> World {
     let skin = Material::elastic(1e5)
         .with_dissipation(0.2)
@@ -190,7 +190,7 @@ fn topologies_and_difference_checks_come_back() {
     let mut check = Experiment::new(world, &plan)
         .difference_check(&[Parameter::Gravity], &outcome)
         .unwrap();
-    // As where a derivative is not finite.
+    // For example, a derivative is infinite.
     check.errors[(2, 1)] = f64::INFINITY;
     let loaded: DifferenceCheck = reloaded(&check);
     assert_eq!(loaded.errors, check.errors);

@@ -1,11 +1,11 @@
-//! Values as text and back, why text is refused, and the bits of the numbers that came back.
+//! Values as text and back, reasons why text is rejected, and the bits of the loaded numbers.
 
 use hydroelastic::dynamics::{BodyState, State, Trajectory};
 use hydroelastic::spatial::{Pose, Twist};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-/// A power of two, so that times are exact and a rollout may stop and go on between any two steps.
+/// Time step (s), a power of two, so that times are exact and a rollout can stop and continue between any two steps.
 pub const TIME_STEP: f64 = 1.0 / 1024.0;
 
 pub fn saved(value: &impl Serialize) -> String {
@@ -16,7 +16,7 @@ pub fn reloaded<V: Serialize + DeserializeOwned>(value: &V) -> V {
     serde_json::from_str(&saved(value)).unwrap()
 }
 
-/// Why the text is none of these.
+/// Returns the reason why the text is not a value of this type.
 pub fn refusal<V: DeserializeOwned>(text: &str) -> String {
     match serde_json::from_str::<V>(text) {
         Ok(_) => panic!("{text} was accepted"),

@@ -1,4 +1,4 @@
-//! Whole worlds and plans: loaded ones do the same bit for bit, and invalid ones are refused.
+//! Whole worlds and plans: loaded worlds behave identically bit for bit, and invalid ones are rejected.
 
 use crate::text_and_bits::{TIME_STEP, refusal, reloaded, saved, trajectory_bits};
 use hydroelastic::contact::Shape;
@@ -9,7 +9,7 @@ use hydroelastic::spatial::{Pose, Twist, Wrench};
 use nalgebra::{Matrix3, Vector3, vector};
 use std::sync::Arc;
 
-/// A ball and a brick of one material on a floor, with a spring, a control and an ignored pair.
+/// Returns a ball and a brick of one material on a floor, with a spring, a control and an ignored pair.
 fn furnished() -> World<f64, Spring> {
     let skin = Material::elastic(1e5)
         .with_friction(0.4)
@@ -65,7 +65,7 @@ fn loaded_worlds_have_the_same_rollouts_and_gradients_bit_for_bit() {
     let [expected, found] = [&world, &loaded].map(|it| it.rollout(&loaded_plan).run());
     let expected = expected.unwrap();
     assert_eq!(trajectory_bits(&expected), trajectory_bits(&found.unwrap()));
-    // Shapes that were shared are shared again.
+    // Shared shapes are shared after loading, too.
     let shapes = loaded.bodies();
     assert!(Arc::ptr_eq(
         shapes[0].shape().compliant().unwrap(),
@@ -81,7 +81,7 @@ fn loaded_worlds_have_the_same_rollouts_and_gradients_bit_for_bit() {
     let jacobian = [&world, &loaded].map(jacobian);
     assert_eq!(jacobian[0], jacobian[1]);
     assert_eq!(reloaded(&jacobian[0]), jacobian[0]);
-    // From the middle of a rollout too.
+    // The same holds from the middle of a rollout.
     let middle = world.with_initial_state(&expected.states()[3]).unwrap();
     let [one, other] = [&middle, &reloaded(&middle)].map(|it| it.rollout(&plan).run());
     assert_eq!(
@@ -90,7 +90,7 @@ fn loaded_worlds_have_the_same_rollouts_and_gradients_bit_for_bit() {
     );
 }
 
-/// What is changed in a saved world, and what is said of it.
+/// The change of a saved world, and the error message.
 const REFUSED: [(&str, &str, &str); 13] = [
     (
         "\"name\":\"other ball\"",

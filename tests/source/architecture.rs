@@ -1,12 +1,12 @@
-//! The rooms of the house: which module may use which, which may open the doors to the outside.
+//! Module dependencies: which modules a module may use, and which modules may use external libraries.
 //!
-//! The checker takes (path below `src`, text) pairs, so that it is tried on bad houses too.
+//! The checker takes pairs of a path below `src` and a text, so that it can be tested on invalid sources too.
 
 use crate::circles::in_circles;
 use std::fs;
 use std::path::Path;
 
-/// Lowest first: a module uses only modules before it.
+/// Modules in order of dependency. A module uses only modules before it.
 const MODULES: [&str; 18] = [
     "guide",
     "parallel",
@@ -28,7 +28,7 @@ const MODULES: [&str; 18] = [
     "io",
 ];
 
-/// Outside libraries, and the modules that may use them.
+/// External libraries, and the modules that may use them.
 const DOORS: [(&str, &[&str]); 16] = [
     ("pulp", &["lanes"]),
     ("wide", &["friction", "lanes"]),
@@ -48,16 +48,16 @@ const DOORS: [(&str, &[&str]); 16] = [
     ("serde", &["spatial", "mesh", "dynamics", "gradient"]),
 ];
 
-/// Libraries whose types are in the public interfaces: the crate's root re-exports them.
+/// Libraries whose types are in public interfaces. The crate's root re-exports these libraries.
 const SHOWN: [&str; 2] = ["nalgebra", "num_dual"];
 
-/// Ways between `f64` and the scalar that go round `lift` and `real_part`.
+/// Conversions between `f64` and the scalar that bypass `lift` and `real_part`.
 const BACK_DOORS: [&str; 2] = [".re()", "T::from("];
 
-/// Names that say nothing.
+/// Meaningless names of modules.
 const EMPTY_NAMES: [&str; 3] = ["utils", "common", "helpers"];
 
-/// What is wrong with the source files, one message each.
+/// Returns the violations in the source files, one message each.
 fn violations(files: &[(String, String)]) -> Vec<String> {
     let of_file = |(path, text): &(String, String)| {
         let code = code_of(text);
@@ -151,7 +151,7 @@ fn wrong_doors(path: &str, code: &str) -> Vec<String> {
     libraries.chain(back_doors).collect()
 }
 
-/// The top-level module of a file: `mesh` for `mesh/tet_mesh.rs`, `lib` for `lib.rs`.
+/// Returns the top-level module of a file: `mesh` for `mesh/tet_mesh.rs`, `lib` for `lib.rs`.
 fn module_of(path: &str) -> &str {
     path.split('/')
         .next()
@@ -159,7 +159,7 @@ fn module_of(path: &str) -> &str {
         .trim_end_matches(".rs")
 }
 
-/// Whether `super` is the crate itself in this file.
+/// Returns whether `super` is the crate itself in this file.
 fn is_module_root(path: &str) -> bool {
     let parts: Vec<&str> = path.split('/').collect();
     matches!(parts[..], [_] | [_, "mod.rs"])
@@ -169,7 +169,7 @@ fn rank(module: &str) -> Option<usize> {
     MODULES.iter().position(|name| *name == module)
 }
 
-/// The lines above the module of unit tests; a test-only item elsewhere hides nothing.
+/// Returns the lines above the module of unit tests. A test-only item elsewhere does not end them.
 fn lines_before_tests(text: &str) -> impl Iterator<Item = &str> {
     let following = text.lines().skip(1).chain([""]);
     text.lines()
@@ -180,15 +180,14 @@ fn lines_before_tests(text: &str) -> impl Iterator<Item = &str> {
         .map(|(line, _)| line)
 }
 
-/// The text without comments (documentation may link anywhere) and unit tests.
+/// Returns the text without comments (documentation may link anywhere) and unit tests.
 fn code_of(text: &str) -> String {
     lines_before_tests(text)
         .map(|line| line.split("//").next().unwrap_or(line))
         .fold(String::new(), |code, line| code + line + "\n")
 }
 
-/// The first names of all paths that start with `prefix`, each in a group like
-/// `crate::{mesh::TetMesh, scalar}` too.
+/// Returns the first names of all paths that start with `prefix`, including those in a group such as `crate::{mesh::TetMesh, scalar}`.
 fn names_after(prefix: &str, code: &str) -> Vec<String> {
     code.match_indices(prefix)
         .filter(|(start, _)| !code[..*start].ends_with(is_word_character))
@@ -211,7 +210,7 @@ fn path_heads(rest: &str) -> Vec<String> {
             _ => {}
         }
     }
-    // A comma may trail.
+    // A trailing comma makes an empty head.
     heads.retain(|head| !head.is_empty());
     heads
 }
@@ -234,7 +233,7 @@ fn is_word_character(character: char) -> bool {
     character.is_alphanumeric() || character == '_'
 }
 
-/// All files below the folder, with '/' in their paths.
+/// Returns all files below the folder, with '/' in their paths.
 fn source_files(folder: &Path, below: &str) -> Vec<(String, String)> {
     let mut files = Vec::new();
     for entry in fs::read_dir(folder).unwrap() {
@@ -246,7 +245,7 @@ fn source_files(folder: &Path, below: &str) -> Vec<(String, String)> {
             files.push((name, fs::read_to_string(&path).unwrap()));
         }
     }
-    // Files of unit tests may use anything.
+    // Files of unit tests may use any module.
     files.retain(|(path, _)| !path.ends_with("/tests.rs"));
     files.sort();
     files
@@ -255,7 +254,7 @@ fn source_files(folder: &Path, below: &str) -> Vec<(String, String)> {
 #[test]
 fn the_source_keeps_to_its_architecture() {
     let files = source_files(&Path::new(env!("CARGO_MANIFEST_DIR")).join("src"), "");
-    // A checker that finds no files finds no fault.
+    // A checker that finds no files would report no violation.
     for expected in ["lib.rs", "scalar/mod.rs", "mesh/mod.rs", "contact/pair.rs"] {
         assert!(files.iter().any(|(path, _)| path == expected), "{expected}");
     }

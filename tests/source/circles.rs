@@ -1,14 +1,14 @@
-//! Files that import each other, directly or by way of others.
+//! Import cycles: files that import each other, directly or through other files.
 //!
-//! A file imports another if it names something of it in a `use`. A name that `mod.rs` passes on with `pub use` belongs to
-//! the file that has it.
+//! A file imports another file if it names one of its items in a `use`. A name that `mod.rs` re-exports with `pub use` belongs to the file
+//! that defines it.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-/// A path by its names, such as `crate`, `mesh`, `TetMesh`.
+/// A path as its names, for example `crate`, `mesh`, `TetMesh`.
 type Names = Vec<String>;
 
-/// The files that are in circles, or between two circles, with the files that they import; each with its code.
+/// Returns the files in cycles or between two cycles, with the files that they import. The input is each file with its code.
 pub fn in_circles(files: &[(String, String)]) -> BTreeMap<String, BTreeSet<String>> {
     let modules: BTreeMap<Names, &str> = files
         .iter()
@@ -37,7 +37,7 @@ pub fn in_circles(files: &[(String, String)]) -> BTreeMap<String, BTreeSet<Strin
     trimmed(graph)
 }
 
-/// What is left if files that import nothing that is left, or are imported by nothing that is left, are removed again and again.
+/// Removes files that import no remaining file, or that no remaining file imports, until none is left to remove.
 fn trimmed(mut graph: BTreeMap<String, BTreeSet<String>>) -> BTreeMap<String, BTreeSet<String>> {
     loop {
         let left: BTreeSet<_> = graph.keys().cloned().collect();
@@ -58,7 +58,7 @@ struct Use {
     is_public: bool,
 }
 
-/// The module of a file, by its names below the crate.
+/// Returns the module of a file, as its names below the crate.
 fn module_of(path: &str) -> Names {
     let path = path.trim_end_matches(".rs");
     let path = path.strip_suffix("/mod").unwrap_or(path);
@@ -66,7 +66,7 @@ fn module_of(path: &str) -> Names {
     names.map(str::to_owned).collect()
 }
 
-/// All names that a file imports from the crate.
+/// Returns all names that a file imports from the crate.
 fn uses_of(module: &Names, code: &str, modules: &BTreeMap<Names, &str>) -> Vec<Use> {
     let mut found = Vec::new();
     for statement in code.split(';') {
@@ -88,7 +88,7 @@ fn uses_of(module: &Names, code: &str, modules: &BTreeMap<Names, &str>) -> Vec<U
     found
 }
 
-/// The paths of a `use`, without its groups: of `a::{b, c::d}` these are `a::b` and `a::c::d`.
+/// Returns the paths of a `use` without groups: for `a::{b, c::d}`, these are `a::b` and `a::c::d`.
 fn paths_of(tree: &str) -> Vec<Names> {
     let tree = tree.trim();
     let Some((head, group)) = tree.split_once('{') else {
@@ -125,7 +125,7 @@ fn paths_of(tree: &str) -> Vec<Names> {
         .collect()
 }
 
-/// A path below the crate; none if it leads to another crate.
+/// Returns a path below the crate, or `None` if the path leads to another crate.
 fn absolute(module: &Names, path: &Names, modules: &BTreeMap<Names, &str>) -> Option<Names> {
     let climbs = path.iter().take_while(|name| *name == "super").count();
     let below = |names: &[String], rest: &[String]| [names, rest].concat();
@@ -143,7 +143,7 @@ fn absolute(module: &Names, path: &Names, modules: &BTreeMap<Names, &str>) -> Op
     }
 }
 
-/// The file that has what a path names.
+/// Returns the file that defines the item at a path.
 fn file_of(
     target: &Names,
     modules: &BTreeMap<Names, &str>,

@@ -8,7 +8,7 @@ use std::fs;
 
 const CLAIMS: &str = "docs/claims.md";
 
-/// Cells of the rows of the tables in `docs/claims.md` that begin with an id, as `c4`.
+/// Returns the cells of the rows in the tables of `docs/claims.md` that begin with an id, for example `c4`.
 fn rows(claims: &str) -> Vec<Vec<&str>> {
     let cells = |line| str::split(line, '|').map(str::trim).collect::<Vec<_>>();
     let rows = claims
@@ -24,7 +24,7 @@ fn is_id(text: &str) -> bool {
     number.is_some_and(|number| !number.is_empty() && number.bytes().all(|b| b.is_ascii_digit()))
 }
 
-/// Ids in brackets, as `[c4]`.
+/// Yields ids in brackets, for example `[c4]`.
 fn references(text: &str) -> impl Iterator<Item = &str> {
     let brackets = text
         .split('[')
@@ -83,7 +83,7 @@ fn every_relative_link_has_a_target() {
     let (mut missing, mut count) = (Vec::new(), 0);
     for document in &documents {
         for (line, link) in document.links() {
-            // Links of the guide to items are checked by rustdoc.
+            // rustdoc checks the guide's links to items.
             if link.contains("://") || link.contains("::") || link.starts_with("mailto:") {
                 continue;
             }
@@ -106,7 +106,7 @@ fn every_relative_link_has_a_target() {
     assert!(missing.is_empty(), "\n{}\n", missing.join("\n"));
 }
 
-/// The path of a link from a document, without `..`.
+/// Returns the target of a link in a document as a path without `..`.
 fn resolved(document: &str, link: &str) -> String {
     let mut parts: Vec<&str> = document.split('/').collect();
     parts.pop();

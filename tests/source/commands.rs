@@ -4,7 +4,7 @@ use super::documents::{Document, comments, markdown, root};
 use super::repository::Repository;
 use std::fs;
 
-/// Stands for a name in a command.
+/// Placeholder for a name in a command.
 const PLACEHOLDER: &str = "NAME";
 
 #[test]
@@ -31,7 +31,7 @@ fn commands_can_be_typed() {
     assert!(wrong.is_empty(), "\n{}\n", wrong.join("\n"));
 }
 
-/// The head of a bench names its own cargo command, or the script that runs the bench.
+/// The module comment of a bench names its cargo command, or the script that runs the bench.
 #[test]
 fn every_bench_names_its_own_command() {
     let (repository, comments) = (Repository::new(root()), comments());

@@ -1,4 +1,4 @@
-//! What stands in Markdown: commands, links and headings.
+//! A parser for commands, links and headings in Markdown.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -11,8 +11,8 @@ pub struct Document {
 }
 
 impl Document {
-    /// Code between backticks outside fences, and lines of fences and indented blocks that are neither Rust nor output. Each with its
-    /// line number.
+    /// Returns code between backticks outside fences, and lines of fences and indented blocks that are neither Rust nor output. Each has
+    /// its line number.
     pub fn commands(&self) -> Vec<(usize, String)> {
         let mut commands = Vec::new();
         for (line, text, fence) in self.lines() {
@@ -29,7 +29,7 @@ impl Document {
         commands
     }
 
-    /// Targets of all links outside fences, with their line numbers.
+    /// Returns the targets of all links outside fences, with their line numbers.
     pub fn links(&self) -> Vec<(usize, String)> {
         let mut links = Vec::new();
         for (line, text, fence) in self.lines() {
@@ -42,7 +42,7 @@ impl Document {
         links
     }
 
-    /// Anchors of the headings, as GitHub makes them.
+    /// Returns the anchors of the headings, as on GitHub.
     pub fn anchors(&self) -> Vec<String> {
         let outside = self.lines().filter(|(_, _, fence)| fence.is_none());
         let headings = outside.filter_map(|(_, text, _)| {
@@ -61,7 +61,7 @@ impl Document {
         headings.map(anchor).collect()
     }
 
-    /// Lines with their numbers, and the language of the fence around them. The lines of the fences are left out.
+    /// Yields lines with their numbers and the language of the surrounding fence. The lines of the fences themselves are omitted.
     fn lines(&self) -> impl Iterator<Item = (usize, &str, Option<&str>)> {
         let mut fence = None;
         (1..)
@@ -88,7 +88,7 @@ pub fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// All Markdown files of the repository.
+/// Returns all Markdown files of the repository.
 pub fn markdown() -> Vec<Document> {
     let folders = ["docs", "benches", "examples", "fuzz", "python"];
     let inner = folders
@@ -100,7 +100,7 @@ pub fn markdown() -> Vec<Document> {
         .collect()
 }
 
-/// The comments of all source files as Markdown. Lines of code become empty lines.
+/// Returns the comments of all source files as Markdown. Lines of code become empty lines.
 pub fn comments() -> Vec<Document> {
     let folders = ["src", "tests", "benches", "examples"];
     let sources = folders
@@ -123,7 +123,7 @@ pub fn comments() -> Vec<Document> {
         .collect()
 }
 
-/// Files with the extension in a folder, and in the folders below if `is_deep`.
+/// Returns the files with the extension in a folder, and in its subfolders if `is_deep`.
 fn documents(folder: &str, extension: &str, is_deep: bool) -> Vec<Document> {
     let mut found = Vec::new();
     for entry in fs::read_dir(root().join(folder)).unwrap() {

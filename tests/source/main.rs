@@ -1,4 +1,4 @@
-//! The source and the documents: rooms, Rust version, commands, links and claims.
+//! Checks of the sources and the documents: architecture, Rust version, commands, links and claims.
 
 mod architecture;
 mod circles;

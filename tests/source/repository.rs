@@ -1,4 +1,4 @@
-//! What can be run in this repository: targets, tests, chapters of the guide, scripts, and the variables and flags they read.
+//! Runnable items of this repository: targets, tests, chapters of the guide, scripts, and their variables and flags.
 
 use serde_json::Value;
 use std::collections::BTreeSet;
@@ -6,13 +6,13 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Subcommands of cargo that have no target here to look at.
+/// Subcommands of cargo without a target in this repository.
 const OTHER_SUBCOMMANDS: [&str; 11] = [
     "build", "clippy", "deny", "doc", "fmt", "install", "llvm-cov", "mutants", "package",
     "publish", "tree",
 ];
 
-/// Beginnings of variables that libraries and tools read.
+/// Prefixes of variables that libraries and tools read.
 const FOREIGN_VARIABLES: [&str; 6] = [
     "RAYON_NUM_THREADS",
     "RAY_ADDRESS",
@@ -22,7 +22,7 @@ const FOREIGN_VARIABLES: [&str; 6] = [
     "RUSTDOCFLAGS",
 ];
 
-/// Ends of variables that select the cases of a sweep (`tests/support/sweep.rs`).
+/// Suffixes of variables that select the cases of a sweep (`tests/support/sweep.rs`).
 const SWEEP_VARIABLES: [&str; 2] = ["_FIRST", "_PAIRS"];
 
 /// Flags of the test runner.
@@ -82,15 +82,15 @@ impl Repository {
         }
     }
 
-    /// All benches, by name and source.
+    /// Yields all benches by name and source.
     pub fn benches(&self) -> impl Iterator<Item = (&str, &Path)> {
         let benches = self.targets.iter().filter(|target| target.kind == "bench");
         benches.map(|bench| (bench.name.as_str(), bench.source.as_path()))
     }
 
-    /// Whether a text is a command that can be typed; `None` if it is not a command that is known here.
+    /// Returns whether a text is a command that can be typed, or `None` if it is no command known here.
     pub fn verdict(&self, command: &str) -> Option<Verdict> {
-        // Brackets are around what may be left out.
+        // Brackets enclose optional parts.
         let words = command
             .split([' ', '[', ']'])
             .filter(|word| !word.is_empty());
@@ -212,7 +212,7 @@ impl Repository {
         }
     }
 
-    /// Checks that a program of the repository reads a variable of the environment.
+    /// Checks that a program of the repository reads an environment variable.
     fn is_read(&self, name: &str) -> Verdict {
         let is_in_sources = |text: &str| {
             ["tests", "benches"]
@@ -267,7 +267,7 @@ fn has_test(target: &Target, filter: &str) -> Verdict {
     }
 }
 
-/// Whether a function of a test in a folder has the text in its name.
+/// Returns whether a test function in a folder has the text in its name.
 fn is_in_a_name(folder: &Path, text: &str) -> bool {
     sources(folder).iter().any(|path| {
         let source = fs::read_to_string(path).unwrap_or_default();
@@ -290,14 +290,14 @@ fn target(target: &Value) -> Target {
     }
 }
 
-/// A feature and all features that it switches on.
+/// Returns a feature and all features that it enables.
 fn with_implied(features: &Value, feature: &str) -> BTreeSet<String> {
     let implied = features[feature].as_array().into_iter().flatten();
     let further = implied.flat_map(|name| with_implied(features, name.as_str().unwrap()));
     further.chain([feature.to_owned()]).collect()
 }
 
-/// The folder of a bench, or its file if it has no folder of its own.
+/// Returns the folder of a bench, or its file if the bench has no separate folder.
 fn folder_of(bench: &Target) -> &Path {
     let is_folder = bench.source.ends_with("main.rs");
     if is_folder {
@@ -307,7 +307,7 @@ fn folder_of(bench: &Target) -> &Path {
     }
 }
 
-/// Checks that a program, a file or a folder of Rust, has the flags among the words.
+/// Checks that a program (a file or a folder of Rust) defines the flags among the words.
 fn knows_flags(program: &Path, words: &[&str]) -> Verdict {
     for word in words
         .iter()
@@ -322,7 +322,7 @@ fn knows_flags(program: &Path, words: &[&str]) -> Verdict {
     Ok(())
 }
 
-/// Whether a file, or a Rust file in a folder, has the text.
+/// Returns whether a file, or a Rust file in a folder, contains the text.
 fn is_in(path: &Path, text: &str) -> bool {
     let has = |path: &PathBuf| fs::read_to_string(path).is_ok_and(|found| found.contains(text));
     if path.is_dir() {
@@ -332,7 +332,7 @@ fn is_in(path: &Path, text: &str) -> bool {
     }
 }
 
-/// All Rust files in a folder and in the folders below.
+/// Returns all Rust files in a folder and its subfolders.
 fn sources(folder: &Path) -> Vec<PathBuf> {
     let entries = fs::read_dir(folder)
         .unwrap()

@@ -1,10 +1,10 @@
-//! No locked dependency asks for a later Rust than the manifest promises. That the code itself keeps to it,
-//! clippy's `incompatible_msrv` checks, which knows since when each function of the standard library is there.
+//! No locked dependency requires a later Rust version than the manifest. For the code itself, clippy's `incompatible_msrv` checks the
+//! version, because clippy knows since when each function of the standard library exists.
 
 use serde_json::{Value, json};
 use std::process::Command;
 
-/// Major, minor and patch, for comparisons.
+/// Major, minor and patch, in the order of comparison.
 type Version = [u32; 3];
 
 fn version(text: &str) -> Version {
@@ -12,7 +12,7 @@ fn version(text: &str) -> Version {
     [0; 3].map(|missing: u32| parts.next().unwrap_or(missing))
 }
 
-/// The triple of the compiler's own platform, whose packages are there without a network.
+/// Returns the triple of the compiler's platform, whose packages are available without a network.
 fn platform() -> String {
     let rustc = std::env::var("RUSTC").unwrap_or_else(|_| "rustc".into());
     let output = Command::new(rustc).arg("-vV").output().unwrap();
@@ -21,7 +21,7 @@ fn platform() -> String {
     host.unwrap().to_owned()
 }
 
-/// The packages that this build, with its features and tests, is made of: others may not have been downloaded.
+/// Returns the packages of this build with its features and tests. Other packages may not be downloaded.
 fn packages() -> Vec<Value> {
     let has_all = cfg!(all(
         feature = "parquet",
@@ -42,7 +42,7 @@ fn packages() -> Vec<Value> {
     metadata["packages"].as_array().unwrap().clone()
 }
 
-/// Names and versions of the packages that ask for a later Rust than the promised one.
+/// Returns names and versions of the packages that require a later Rust version than promised.
 fn too_demanding(packages: &[Value], promised: Version) -> Vec<String> {
     let asks_for_more = |package: &&Value| {
         let asked = package["rust_version"].as_str();
@@ -59,7 +59,7 @@ fn too_demanding(packages: &[Value], promised: Version) -> Vec<String> {
 #[test]
 fn no_locked_dependency_asks_for_a_later_rust_than_the_manifest_promises() {
     let (packages, promised) = (packages(), version(env!("CARGO_PKG_RUST_VERSION")));
-    // One of them is this package.
+    // One of the packages is this crate.
     assert!(packages.len() > 100, "{}", packages.len());
     let found = too_demanding(&packages, promised);
     assert!(found.is_empty(), "{found:#?}");

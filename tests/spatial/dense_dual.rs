@@ -14,11 +14,12 @@ const N: usize = 3;
 type Dense = DenseDual<N>;
 type Sparse = DualSVec64<N>;
 
-/// Two ways of writing one formula, a few roundings each; those near a zero of the function or at
-/// the end of its domain lose a digit or two.
+/// Difference between two ways of writing a formula, a few rounding errors each. Near a zero of the function or at the end of its domain, a
+/// digit or two are lost.
 const SAME_FORMULA: f64 = 1e-12;
 
-/// Central differences with a step of 1e-6 of the range: h² and rounding over h are both near 1e-10.
+/// Error of central differences with a step of 1e-6 of the range. The squared step and the rounding error divided by the step are both near
+/// 1e-10.
 const DIFFERENCES: f64 = 1e-7;
 
 struct Unary {
@@ -36,7 +37,7 @@ struct Binary {
     real: fn(f64, f64) -> f64,
 }
 
-/// The same expression of all three numbers.
+/// Evaluates an expression with all three number types.
 macro_rules! unary {
     ($($name:literal in $low:literal to $high:literal: |$x:ident| $body:expr;)*) => {
         [$(Unary {
@@ -136,7 +137,7 @@ fn sparse(number: Dense) -> Sparse {
     Sparse::new(number.re, Derivative::some(SVector::from(number.eps)))
 }
 
-/// The value and all derivatives, as plain numbers.
+/// Returns the value and all derivatives as plain numbers.
 fn numbers_of_sparse(number: Sparse) -> [f64; N + 1] {
     let eps = number
         .eps
@@ -206,7 +207,7 @@ proptest! {
         }
     }
 
-    /// num-dual has no remainder, so differences alone stand beside the rule.
+    /// num-dual has no remainder, so only differences check this rule.
     #[test]
     fn remainders_have_the_slopes_of_differences(whole in 0..5, part in 0.1..0.9, y in 0.5..2.0) {
         let (x, step) = ((f64::from(whole) + part) * y, 1e-7);

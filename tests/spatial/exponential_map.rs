@@ -6,11 +6,10 @@ use hydroelastic::spatial::{rotation_from_vector, skew};
 use nalgebra::{Matrix3, Rotation3, Vector3, vector};
 use num_dual::{Dual2SVec64, Dual3_64, Dual64, DualSVec64, gradient, hessian, third_derivative};
 
-/// Relative rounding of an angle and of its sine: the error of a rotation grows with the angle.
+/// Relative rounding error of an angle and of its sine. The error of a rotation grows with the angle.
 const ANGLE_ROUND_OFF: f64 = 1e-15;
 
-/// Step of central differences and the error it leaves: step² times a third derivative of order
-/// one, and round-off over the step.
+/// Step of central differences and their error: the squared step times a third derivative of order one, and round-off divided by the step.
 const STEP: f64 = 1e-5;
 const DIFFERENCE_ERROR: f64 = 1e-9;
 
@@ -38,13 +37,12 @@ fn exponential_map_agrees_with_nalgebra() {
 fn small_rotations_keep_their_relative_accuracy() {
     let vector = vector![3e-13, -4e-13, 1.2e-12];
     let rotation = rotation_from_vector(&vector);
-    // Off the diagonal R = S + S²/2: the quadratic term is 1e-12 of the linear one.
+    // The off-diagonal entries are R = S + S²/2. The quadratic term is 1e-12 of the linear term.
     let relative = (rotation - skew(&vector) - Matrix3::identity()).amax() / vector.norm();
     assert!(relative <= 1e-12, "{relative:e}");
 }
 
-/// ∂R/∂vₖ by the columns of the left Jacobian J of SO(3): ∂R/∂vₖ = [J eₖ]ₓ R with
-/// J = I + (1 − cos θ)/θ²·S + (θ − sin θ)/θ³·S².
+/// Returns ∂R/∂vₖ from the columns of the left Jacobian J of SO(3): ∂R/∂vₖ = [J eₖ]ₓ R with J = I + (1 − cos θ)/θ²·S + (θ − sin θ)/θ³·S².
 fn derivative_of_rotation(v: &Vector3<f64>, k: usize) -> Matrix3<f64> {
     let (angle, s) = (v.norm(), skew(v));
     let jacobian = Matrix3::identity()
@@ -53,7 +51,7 @@ fn derivative_of_rotation(v: &Vector3<f64>, k: usize) -> Matrix3<f64> {
     skew(&jacobian.column(k).into_owned()) * Rotation3::new(*v).into_inner()
 }
 
-/// Large enough that the closed form of J loses no digits to cancellation.
+/// Returns rotation vectors that are large enough for the closed form of J without cancellation.
 fn ordinary_rotation_vectors() -> Vec<Vector3<f64>> {
     vec![
         vector![0.1, -0.3, 0.2],
@@ -148,7 +146,7 @@ fn second_derivatives_of_the_exponential_map_agree_with_differences_of_the_close
 #[test]
 fn derivatives_about_a_fixed_axis_are_powers_of_its_generator() {
     let axis = vector![0.48, -0.6, 0.64];
-    // On both sides of the limit of the series, and at zero.
+    // The angles are on both sides of the limit of the series, and at zero.
     for angle in [0.0, 1e-9, 0.3, 0.499_999, 0.500_001, 1.0, 3.0] {
         for (i, j) in (0..3).flat_map(|i| (0..3).map(move |j| (i, j))) {
             let (_, first, second, third) = third_derivative(

@@ -1,4 +1,4 @@
-//! Poses from and to isometries of nalgebra.
+//! Conversion of poses to and from isometries of nalgebra.
 
 use hydroelastic::contact::{BodyError, ContactBody, Shape};
 use hydroelastic::mesh::shapes;
@@ -7,13 +7,13 @@ use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion, Vect
 use proptest::prelude::*;
 use std::f64::consts::PI;
 
-/// A rotation matrix to a quaternion and back: a dozen roundings of numbers of order one.
+/// Rounding error of converting a rotation matrix to a quaternion and back: a dozen rounding errors of numbers of order one.
 const ROUND_OFF: f64 = 2e-15;
 
-/// The length of a quaternion that was divided by its length.
+/// Rounding error of the length of a normalized quaternion.
 const UNIT: f64 = 4.0 * f64::EPSILON;
 
-/// Small turns, half turns, where the largest component of the quaternion changes, and several turns.
+/// Generates small rotations, half turns, at which the largest component of the quaternion changes, and several turns.
 fn turns() -> impl Strategy<Value = Vector3<f64>> {
     let axes = prop_oneof![
         prop::array::uniform3(-1.0..1.0).prop_map(Vector3::from),
@@ -62,7 +62,7 @@ proptest! {
     fn an_isometry_comes_back_from_its_pose(turn in turns(), origin in positions()) {
         let isometry = Isometry3::new(origin, turn);
         let back = Isometry3::from(Pose::from(isometry));
-        // Either of two quaternions stands for the rotation.
+        // Two opposite quaternions represent each rotation.
         let [q, p] = [isometry.rotation.coords, back.rotation.coords];
         prop_assert!((q - p).amax().min((q + p).amax()) <= ROUND_OFF);
         prop_assert_eq!(back.translation, isometry.translation);
@@ -80,7 +80,7 @@ proptest! {
 #[test]
 fn the_quaternion_has_length_one_whatever_products_did_to_the_pose() {
     for [w, i, j, k] in [[0.5; 4], [1.0, 0.0, 0.0, 0.0], [0.0, 0.6, 0.0, -0.8]] {
-        // Far more than products do, and the matrix is out by twice as much.
+        // This drift is far larger than that of products. The error of the matrix is twice as large.
         let drifted = Quaternion::new(w, i, j, k) * 1.0001;
         let pose = Pose::from(isometry(drifted, Vector3::zeros()));
         let length = Isometry3::from(pose).rotation.norm();
@@ -93,7 +93,7 @@ fn isometry(quaternion: Quaternion<f64>, origin: Vector3<f64>) -> Isometry3<f64>
     Isometry3::from_parts(Translation3::from(origin), orientation)
 }
 
-/// Why no body can be at the pose.
+/// Returns the reason why no body can have the pose.
 fn refusal(pose: Pose) -> BodyError {
     let shape = Shape::new(shapes::cuboid([1.0; 3]).unwrap());
     ContactBody::new(&shape, pose, 1e5).unwrap_err()
@@ -121,7 +121,7 @@ fn an_isometry_that_is_not_finite_makes_no_body() {
 #[test]
 fn an_isometry_whose_quaternion_is_not_of_length_one_makes_no_body() {
     let doubled = isometry(Quaternion::new(1.5, 0.0, 0.0, 0.0), Vector3::zeros());
-    // The matrix has the squares of the quaternion: RᵀR − I is 1.5⁴ − 1.
+    // The matrix has the squares of the quaternion's components, so RᵀR − I is 1.5⁴ − 1.
     let BodyError::Pose(PoseError::NotARotation { deviation }) = refusal(Pose::from(doubled))
     else {
         panic!("expected NotARotation")

@@ -1,4 +1,4 @@
-//! Poses, twists, wrenches, and the scalars they are generic over.
+//! Poses, twists, wrenches, and the scalars over which they are generic.
 
 mod dense_dual;
 mod exponential_map;

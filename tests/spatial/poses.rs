@@ -1,4 +1,4 @@
-//! Poses and twists: composed, inverted, moved, refused and lifted.
+//! Poses and twists: composition, inversion, motion, rejection and lifting.
 
 use crate::samples_and_tolerances::{EXACT, ROUND_OFF, rotation_vectors};
 use hydroelastic::scalar::lift;
@@ -79,7 +79,7 @@ fn rotations_are_accepted_and_kept() {
     for vector in rotation_vectors() {
         let rotation = rotation_from_vector(&vector);
         let pose = Pose::new(rotation, vector).unwrap();
-        // Put right to round-off, not taken to the bit.
+        // The rotation is corrected to round-off, not copied exactly.
         assert!((pose.rotation() - rotation).amax() <= 1e-15);
         assert_eq!(*pose.translation(), vector);
     }
@@ -104,7 +104,7 @@ fn numbers_that_are_not_finite_are_no_pose() {
     );
 }
 
-/// How far the matrix is from a rotation, according to the error.
+/// Returns the matrix's deviation from a rotation, as reported by the error.
 fn deviation_of(rotation: Matrix3<f64>) -> f64 {
     match Pose::new(rotation, Vector3::zeros()) {
         Err(PoseError::NotARotation { deviation }) => deviation,
@@ -133,7 +133,7 @@ fn matrices_that_stretch_shear_or_mirror_are_no_pose() {
 
 #[test]
 fn rotations_pass_up_to_the_stated_deviation() {
-    // A stretch by 1 + s deviates by 2s + s².
+    // A stretch by 1 + s has the deviation 2s + s².
     let stretched = |s: f64| Pose::new(Matrix3::identity() * (1.0 + s), Vector3::zeros());
     assert!(stretched(0.3e-9).is_ok());
     assert!(stretched(0.6e-9).is_err());
@@ -165,7 +165,7 @@ fn poses_of_first_order_have_the_first_derivatives_of_second_order() {
     for v in rotation_vectors() {
         let real = rotation_from_vector(&v);
         let entry = |i: usize, j: usize| (real[(i, j)], change[(i, j)]);
-        // The derivative of the matrix is no turn: what a pose makes of it is.
+        // The derivative of the matrix is not that of a rotation, and the pose projects it to one.
         let first = Matrix3::from_fn(|i, j| Dual64::new(entry(i, j).0, entry(i, j).1));
         let second = Matrix3::from_fn(|i, j| Dual2_64::new(entry(i, j).0, entry(i, j).1, 0.0));
         let first = Pose::new(first, Vector3::zeros()).unwrap();

@@ -1,16 +1,15 @@
-//! The rotation vectors that are tried, and the errors that are allowed.
+//! Sample rotation vectors and tolerances.
 
 use nalgebra::{Vector3, vector};
 use std::f64::consts::PI;
 
-/// A few roundings of numbers of order one.
+/// A few rounding errors of numbers of order one.
 pub const ROUND_OFF: f64 = 2e-15;
 
-/// The exponential map and its derivatives for angles up to one turn.
+/// Error of the exponential map and its derivatives for angles up to one turn.
 pub const EXACT: f64 = 1e-14;
 
-/// Rotation vectors on both sides of the limit of the series (0.5 rad), small, large, and along an
-/// axis.
+/// Returns rotation vectors on both sides of the limit of the series (0.5 rad), small, large, and along an axis.
 pub fn rotation_vectors() -> Vec<Vector3<f64>> {
     let axes = [
         vector![1.0, 0.0, 0.0],

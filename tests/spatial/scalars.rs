@@ -1,4 +1,4 @@
-//! The scalars that poses and wrenches are generic over, and the derivatives they carry.
+//! Scalars over which poses and wrenches are generic, and their derivatives.
 
 use crate::samples_and_tolerances::ROUND_OFF;
 use hydroelastic::scalar::{Scalar, lift, lift_vector, norm, real_part, real_vector};
@@ -14,10 +14,10 @@ fn cubic_and_sine<T: Scalar>(x: T) -> T {
     x * x * x + x.sin()
 }
 
-/// Where the functions are tried.
+/// Point at which the functions are evaluated.
 const X: f64 = 0.7;
 
-/// f, f′, f″, f‴ at [`X`].
+/// Returns f, f′, f″, f‴ at [`X`].
 fn expected_derivatives() -> [f64; 4] {
     let (sine, cosine) = X.sin_cos();
     [
@@ -90,7 +90,7 @@ fn scalars_of_many_variables_carry_gradients_and_hessians() {
     assert_near(curvature.as_slice(), expected_hessian.as_slice());
 }
 
-/// Two variables for the first derivative, one for the second.
+/// Two variables for the first derivative, one variable for the second.
 type Mixed = HyperDualSVec64<2, 1>;
 
 #[test]

@@ -11,7 +11,7 @@ fn wrench_of_a_force_at_a_point_has_the_torque_of_its_arm() {
         torque: p_oq.cross(&force),
         force,
     };
-    // About the point of attack no torque is left.
+    // About the point of application, the torque is zero.
     let there = wrench.about(&p_oq);
     assert!(there.torque.amax() <= ROUND_OFF);
     assert_eq!(there.force, force);

@@ -1,5 +1,4 @@
-//! Bodies on a grid, and poses that keep them on it: the contact surface often lies in faces that tetrahedra
-//! share.
+//! Bodies on a grid, and poses that keep them on the grid. The contact surface often lies in shared faces of tetrahedra.
 
 use super::scenes::{Random, grid};
 use hydroelastic::contact::{ContactPair, ContactPolygon};
@@ -7,10 +6,10 @@ use hydroelastic::mesh::{PressureField, shapes};
 use hydroelastic::spatial::Pose;
 use nalgebra::{Matrix3, Vector3, vector};
 
-/// A barycentric coordinate counts as zero.
+/// Barycentric coordinates below this value count as zero.
 const IN_FACE: f64 = 1e-12;
 
-/// Bodies on a grid of eighths, and some that are not.
+/// Returns bodies on a grid of eighths, and some other bodies.
 pub fn bodies() -> Vec<PressureField> {
     let fields = [
         shapes::cuboid([1.0; 3]),
@@ -27,7 +26,7 @@ pub fn bodies() -> Vec<PressureField> {
     fields.map(Result::unwrap).into()
 }
 
-/// A pose that takes the axes to axes, and the origin to a grid of eighths or along one axis.
+/// Returns a pose that maps axes to axes, and the origin to a grid of eighths or along one axis.
 pub fn aligned_pose(random: &mut Random) -> Pose {
     let position = Vector3::from_fn(|_, _| (random.below(13) as f64 - 6.0) / 8.0);
     match random.below(3) {
@@ -44,7 +43,7 @@ pub fn aligned_pose(random: &mut Random) -> Pose {
     }
 }
 
-/// The contact polygons that lie in a face of one of their tetrahedra.
+/// Returns the contact polygons that lie in a face of one of their tetrahedra.
 pub fn polygons_in_faces(pair: &ContactPair) -> Vec<ContactPolygon> {
     let mut polygons = pair.surface().polygons;
     polygons.retain(|polygon| is_in_face(pair, polygon));

@@ -1,14 +1,14 @@
-//! Balls fine enough at two poles that a contact there is that of a smooth sphere.
+//! Balls that are fine enough at two poles to have the contact of a smooth sphere there.
 
 use hydroelastic::contact::Shape;
 use hydroelastic::mesh::{PressureField, TetMesh};
 use nalgebra::Vector3;
 use std::f64::consts::{PI, TAU};
 
-/// A ball about the z axis whose rings crowd at both poles, its field 1 − r/R as in an icosphere.
-/// Chords cut the sphere's arcs short; the rings stand off so far that on average they do not.
+/// Returns a ball about the z axis whose rings are dense at both poles. Its field is 1 − r/R as in an icosphere. Chords cut off the
+/// sphere's arcs; the rings have a larger radius that compensates for this on average.
 ///
-/// `segments` triangles around the axis, `rings` from a pole to the equator.
+/// `segments` is the number of triangles around the axis, and `rings` the number of rings from a pole to the equator.
 pub fn fine_ball(radius: f64, segments: usize, rings: usize) -> Shape {
     let mut vertices = vec![Vector3::new(0.0, 0.0, -radius)];
     let mut tets = Vec::new();
@@ -48,14 +48,14 @@ pub fn fine_ball(radius: f64, segments: usize, rings: usize) -> Shape {
     Shape::new(PressureField::new(mesh, extents).unwrap())
 }
 
-/// Angles from the south pole: growing with a power, mirrored at the equator.
+/// Yields angles from the south pole, which grow with a power and are mirrored at the equator.
 fn ring_angles(rings: usize) -> impl Iterator<Item = f64> {
     let south = (1..=rings).map(move |ring| PI / 2.0 * (ring as f64 / rings as f64).powi(2));
     let north = south.clone().rev().skip(1).map(|angle| PI - angle);
     south.chain(north)
 }
 
-/// Square root of the area of a regular polygon over that of its circumscribed circle.
+/// Returns the square root of the area of a regular polygon divided by that of its circumscribed circle.
 fn polygon_shrinkage(segments: usize) -> f64 {
     let step = TAU / segments as f64;
     (step.sin() / step).sqrt()

@@ -1,4 +1,4 @@
-//! Central differences of contact wrenches, and of any number.
+//! Central differences of contact wrenches and of scalars.
 
 use hydroelastic::contact::{ContactBody, ContactPair};
 use hydroelastic::spatial::Twist;
@@ -7,7 +7,7 @@ use nalgebra::{SMatrix, SVector, Vector6};
 /// A motion of a pair: twist of A, twist of B, relative changes of the moduli.
 pub type Motion = SVector<f64, 14>;
 
-/// The pair after a motion.
+/// Returns the pair after a motion.
 pub fn moved<'a>(pair: &ContactPair<'a>, motion: &Motion) -> ContactPair<'a> {
     let body = |body: &ContactBody<'a>, row: usize, modulus_row: usize| {
         let twist: Vector6<f64> = motion.fixed_rows::<6>(row).into_owned();
@@ -21,7 +21,7 @@ pub fn moved<'a>(pair: &ContactPair<'a>, motion: &Motion) -> ContactPair<'a> {
     )
 }
 
-/// Central difference of the wrench on A: 6×14, columns as in a motion (moduli: logarithmic).
+/// Returns the central difference of the wrench on A: 6×14, with the columns of a motion (moduli: logarithmic).
 pub fn central_difference(pair: &ContactPair, step: f64) -> SMatrix<f64, 6, 14> {
     let columns: Vec<Vector6<f64>> = (0..14)
         .map(|column| {
@@ -35,12 +35,12 @@ pub fn central_difference(pair: &ContactPair, step: f64) -> SMatrix<f64, 6, 14> 
     SMatrix::from_columns(&columns)
 }
 
-/// The 6×14 block of a 12×28 Jacobian: the wrench on A by both poses and both moduli.
+/// Returns the 6×14 block of a 12×28 Jacobian: the derivatives of the wrench on A with respect to both poses and both moduli.
 pub fn at_rest(jacobian: &SMatrix<f64, 12, 28>) -> SMatrix<f64, 6, 14> {
     SMatrix::from_fn(|row, column| jacobian[(row, if column < 12 { column } else { column + 12 })])
 }
 
-/// The Jacobian of the wrench on A by a motion, from the one by moduli.
+/// Converts the Jacobian of the wrench on A from derivatives with respect to moduli to derivatives with respect to a motion.
 pub fn by_motion(matrix: &SMatrix<f64, 6, 14>, pair: &ContactPair) -> SMatrix<f64, 6, 14> {
     let mut matrix = *matrix;
     matrix.column_mut(12).scale_mut(pair.a().modulus());
@@ -48,8 +48,8 @@ pub fn by_motion(matrix: &SMatrix<f64, 6, 14>, pair: &ContactPair) -> SMatrix<f6
     matrix
 }
 
-/// Checks that a slope is within a tolerance of the central differences of a value at 0, with the best of three steps: relative to
-/// the slope or, if that is less, to 1.
+/// Asserts that a slope is within a tolerance of the central differences of a value at 0, with the best of three steps. The tolerance is
+/// relative to the slope, or to 1 if the slope is smaller.
 pub fn compare_slope((slope, tolerance): (f64, f64), value: impl Fn(f64) -> f64, what: &str) {
     let error = |step: f64| {
         let difference = (value(step) - value(-step)) / (2.0 * step);

@@ -1,4 +1,4 @@
-//! How far the wrench may be from that of the exact twin.
+//! Tolerances of the wrench relative to that of the exact twin.
 
 use super::exact;
 use super::hostile::kinks::{Kink, first_kink};
@@ -6,37 +6,37 @@ use super::hostile::measures::Measures;
 use hydroelastic::contact::ContactPair;
 use std::f64::consts::PI;
 
-/// Forces of round-off, relative to pressure times size squared: surfaces that only touch leave so much.
+/// Forces of round-off, relative to pressure times size squared, in surfaces that only touch.
 const SPECK: f64 = 1e-12;
 
-/// How far apart two wrenches may be where the model has no single answer, relative to pressure times size
-/// squared: each is at most the highest pressure over a disc around the smaller body.
+/// Largest difference between two wrenches if the model has no unique answer, relative to pressure times size squared. Each wrench is at
+/// most the highest pressure over a disc around the smaller body.
 const JUMP: f64 = 2.0 * PI;
 
-/// Where a polygon nearly lies in a face, faces within so many margins of each other count as coincident: the wrench is
-/// that of coordinates which are off by this.
+/// Distance, in margins, within which faces count as coincident if a polygon nearly lies in a face. The wrench is that of coordinates with
+/// an error of this distance.
 const COINCIDENT: f64 = 64.0;
 
-/// What the wrench of a pair has to do with the exact one.
+/// Relation of a pair's wrench to the exact wrench.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Standing {
-    /// It is that wrench, as far as coordinates are rounded.
+    /// The wrenches are equal up to the rounding of coordinates.
     Determined,
-    /// Fields are equal over a volume, or nearly: the wrench is anything between two.
+    /// Fields are equal or nearly equal over a volume, so the wrench may have any value between two limits.
     EqualFields,
-    /// Tetrahedra are so thin that round-off decides where planes meet.
+    /// Tetrahedra are so thin that the intersections of planes depend on round-off.
     Blurred,
 }
 
-/// A wrench compared with the exact one.
+/// A wrench compared with the exact wrench.
 pub struct Comparison {
     pub standing: Standing,
-    /// Contact polygons of the twin.
+    /// Number of contact polygons of the twin.
     pub polygons: usize,
-    /// The difference, as so many times what round-off explains. At most 1 where the wrench is determined;
-    /// the largest of 11,000 pairs is 0.76 (`cargo test --test contact exact_twin:: -- --ignored --nocapture`).
+    /// Difference divided by the bound of round-off. It is at most 1 if the wrench is determined. The largest ratio over 11,000 pairs is
+    /// 0.76 (`cargo test --test contact exact_twin:: -- --ignored --nocapture`).
     pub ratio: f64,
-    /// The difference, as so many times what the wrench may jump by. At most 1 everywhere.
+    /// Difference divided by the largest jump of the wrench. It is always at most 1.
     pub jump: f64,
 }
 
@@ -46,7 +46,7 @@ pub fn compared(pair: &ContactPair) -> Comparison {
     let own = measures.evaluation(pair);
     let contact = exact::contact(pair);
     let error = (own.wrench - measures.scaled_vector(&contact.wrench)).norm();
-    // A coordinate that is off moves the wrench as the Jacobian says, and the lines in which planes meet.
+    // A coordinate error changes the wrench according to the Jacobian, and moves the lines in which planes meet.
     let explained = measures.explained(&own, measures.error);
     let blur = measures.force() * (SPECK + measures.blur(measures.error));
     let mut ratio = error / (explained + blur);
@@ -57,7 +57,7 @@ pub fn compared(pair: &ContactPair) -> Comparison {
         standing: match first_kink(pair, &measures) {
             Some(Kink::EqualFields | Kink::Unresolved) => Standing::EqualFields,
             Some(Kink::Blurred) => Standing::Blurred,
-            // Sheets of the surface that lie near to each other, or to a face, are no matter here.
+            // Sheets of the surface close to each other or to a face have no effect here.
             Some(Kink::Ridges | Kink::Grazing) | None => Standing::Determined,
         },
         polygons: contact.polygons,
@@ -66,8 +66,8 @@ pub fn compared(pair: &ContactPair) -> Comparison {
     }
 }
 
-/// Whether a face of A's tetrahedra lies in the plane of one of B's, missed by more than rounding and no more than what
-/// counts as coincident.
+/// Returns whether a face of A's tetrahedra lies in the plane of a face of B's, with a distance larger than round-off and at most the
+/// coincidence margin.
 fn has_nearly_coincident_faces(pair: &ContactPair, error: f64) -> bool {
     let pose_ab = pair.a().pose().inverse() * *pair.b().pose();
     let [tets_a, tets_b] =

@@ -1,4 +1,4 @@
-//! Random scenes of one to three bodies that fall on a floor, and on each other.
+//! Random scenes of one to three bodies that fall on a floor and on each other.
 
 use super::hulls::hull;
 use super::scenes::Random;
@@ -10,15 +10,15 @@ use nalgebra::{Vector3, vector};
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
-/// A world whose first bodies are dynamic and whose last one is the floor.
+/// A world whose first bodies are dynamic and whose last body is the floor.
 pub struct Scene {
     pub world: World,
-    /// Shapes, and moduli of compliant bodies.
+    /// Shapes of all bodies, and moduli of compliant bodies.
     pub label: String,
     pub dynamic_count: usize,
 }
 
-/// The scene of a number: the same in every run.
+/// Returns the scene with a number, which is the same in every run.
 pub fn scene(number: u64) -> Scene {
     let mut random = Random::numbered(number);
     let dynamic_count = 1 + random.below(3);
@@ -40,7 +40,7 @@ pub fn scene(number: u64) -> Scene {
     }
 }
 
-/// A body 5 to 20 cm above the height `top` (m), which grows to the top of the body.
+/// Returns a body 5 to 20 cm above the height `top` (m), which increases to the top of the body.
 fn falling_body(name: &str, top: &mut f64, random: &mut Random) -> (Body, String) {
     let (field, label) = shape(random);
     let vertices = field.mesh().vertices().iter();
@@ -67,7 +67,7 @@ fn falling_body(name: &str, top: &mut f64, random: &mut Random) -> (Body, String
     (body, format!("{label} {modulus:.0e}"))
 }
 
-/// A shape of 4 to 10 cm from its center to its farthest vertex.
+/// Returns a shape of 4 to 10 cm from its center to its farthest vertex.
 fn shape(random: &mut Random) -> (PressureField, &'static str) {
     let size = random.between(0.04, 0.1);
     let flattened = size * random.between(0.5, 1.0);
@@ -91,9 +91,9 @@ fn shape(random: &mut Random) -> (PressureField, &'static str) {
     }
 }
 
-/// Points on a sphere around the origin, so far apart that their hull contains the center.
+/// Returns points on a sphere around the origin that are far enough apart for their hull to contain the center.
 fn corners(count: usize, radius: f64, random: &mut Random) -> Vec<Vector3<f64>> {
-    // The mean distance of neighbors falls with the root of their number.
+    // The mean distance of neighbors is proportional to the inverse square root of their number.
     let apart = 2.4 / (count as f64).sqrt();
     loop {
         let mut directions: Vec<Vector3<f64>> = Vec::new();
@@ -110,12 +110,12 @@ fn corners(count: usize, radius: f64, random: &mut Random) -> Vec<Vector3<f64>> 
     }
 }
 
-/// Log-uniform (Pa).
+/// Returns a log-uniform modulus (Pa).
 fn modulus(random: &mut Random) -> f64 {
     10_f64.powf(random.between(3e5_f64.log10(), 9.0))
 }
 
-/// A floor with its top at the height 0: at rest or on a path, rigid or compliant.
+/// Returns a floor with its top at height 0, at rest or on a path, rigid or compliant.
 fn floor(random: &mut Random) -> (Body, String) {
     let friction = random.between(0.1, 0.8);
     let hard = Material::rigid().with_friction(friction);
@@ -152,7 +152,7 @@ fn floor(random: &mut Random) -> (Body, String) {
     }
 }
 
-/// Swings up, aside and about y, at up to 0.6 m/s and 0.6 rad/s.
+/// Returns a path that oscillates vertically, sideways and about y, at up to 0.6 m/s and 0.6 rad/s.
 fn path(random: &mut Random) -> Arc<KinematicPath> {
     let [up, aside, tilt] = [0.03, 0.03, 0.03].map(|size| random.between(-size, size));
     let [rate, phase] = [

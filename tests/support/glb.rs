@@ -1,4 +1,4 @@
-//! Reads `.glb` files: the container, the numbers behind accessors, and nodes at a time of the animation.
+//! A reader of `.glb` files: the container, the numbers of accessors, and nodes at a time of the animation.
 
 use gltf_json::accessor::ComponentType;
 use gltf_json::animation::{Interpolation, Property, Sampler};
@@ -7,13 +7,13 @@ use gltf_json::validation::{Checked, USize64, Validate};
 use gltf_json::{Accessor, Index, Node, Root, Value};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
-/// A file: its JSON, and the binary buffer (empty if there is none).
+/// A file: its JSON and its binary buffer, which may be empty.
 pub struct Glb {
     pub root: Root,
     pub binary: Vec<u8>,
 }
 
-/// Where a node is at some time, in its parent's frame.
+/// Placement of a node at a time, in its parent's frame.
 #[derive(Debug, Clone, Copy)]
 pub struct Placement {
     pub translation: Vector3<f64>,
@@ -21,7 +21,7 @@ pub struct Placement {
     pub scale: Vector3<f64>,
 }
 
-/// How a property of a node changes.
+/// Keyframes of a property of a node.
 pub struct Keys<const N: usize> {
     pub times: Vec<f32>,
     pub values: Vec<[f32; N]>,
@@ -32,12 +32,12 @@ pub struct Keys<const N: usize> {
 pub struct Mesh {
     pub points: Vec<Vector3<f64>>,
     pub triangles: Vec<[usize; 3]>,
-    /// One for each point, or none.
+    /// One color per point, or no colors.
     pub colors: Vec<[u8; 4]>,
 }
 
 impl Glb {
-    /// Takes a file apart; every claim of the container is checked.
+    /// Parses a file, and checks all sizes in the container.
     pub fn read(bytes: &[u8]) -> Self {
         assert_eq!(&bytes[..4], b"glTF");
         assert_eq!(number(bytes, 4), 2, "version");
@@ -47,14 +47,14 @@ impl Glb {
             Vec::new()
         } else {
             let (binary, rest) = chunk(rest, *b"BIN\0");
-            assert!(rest.is_empty(), "a third chunk");
+            assert!(rest.is_empty(), "unexpected third chunk");
             binary.to_vec()
         };
         let root = Root::from_slice(json).unwrap();
         Self { root, binary }
     }
 
-    /// What `gltf_json` finds wrong.
+    /// Returns the faults found by `gltf_json`.
     pub fn faults(&self) -> Vec<String> {
         let mut faults = Vec::new();
         self.root
@@ -68,7 +68,7 @@ impl Glb {
         self.root.get(node).unwrap().name.as_deref().unwrap()
     }
 
-    /// All nodes whose names begin like this.
+    /// Returns all nodes whose names have this prefix.
     pub fn nodes(&self, beginning: &str) -> Vec<Index<Node>> {
         let all = 0..u32::try_from(self.root.nodes.len()).unwrap();
         all.map(Index::new)
@@ -76,15 +76,15 @@ impl Glb {
             .collect()
     }
 
-    /// The only node whose name begins like this.
+    /// Returns the only node whose name has this prefix.
     pub fn node(&self, beginning: &str) -> Index<Node> {
         let [node] = self.nodes(beginning)[..] else {
-            panic!("not one node begins with {beginning:?}")
+            panic!("the number of nodes that begin with {beginning:?} is not one")
         };
         node
     }
 
-    /// The keys of a node's property, if it is animated.
+    /// Returns the keyframes of a node's property, if it is animated.
     pub fn keys<const N: usize>(&self, node: Index<Node>, property: Property) -> Option<Keys<N>> {
         let animation = self.root.animations.first()?;
         let channel = animation.channels.iter().find(|channel| {
@@ -104,7 +104,7 @@ impl Glb {
         channels.any(|channel| channel.target.node == node)
     }
 
-    /// A node at a time (s): as it stands, or as its animation says.
+    /// Returns the placement of a node at a time (s): its own, or that of its animation.
     pub fn placement(&self, node: Index<Node>, time: f32) -> Placement {
         let own = self.root.get(node).unwrap();
         let translation = self.keys(node, Property::Translation).map_or_else(
@@ -126,7 +126,7 @@ impl Glb {
         }
     }
 
-    /// Whether a node has a size at a time.
+    /// Returns whether a node has a nonzero scale at a time.
     pub fn is_visible(&self, node: Index<Node>, time: f32) -> bool {
         self.placement(node, time).scale.amin() > 0.0
     }
@@ -136,7 +136,7 @@ impl Glb {
         &self.root.get(mesh).unwrap().primitives
     }
 
-    /// The triangles of a node's mesh, which are its first primitive.
+    /// Returns the triangles of a node's mesh, which are its first primitive.
     pub fn mesh(&self, node: Index<Node>) -> Mesh {
         let primitive = &self.primitives(node)[0];
         let colors = attribute(primitive, Semantic::Colors(0));
@@ -154,7 +154,7 @@ impl Glb {
         self.floats(accessor).into_iter().map(vector).collect()
     }
 
-    /// Also holds the bounds that the accessor claims against its numbers.
+    /// Returns the numbers of an accessor, and checks the accessor's bounds against them.
     pub fn floats<const N: usize>(&self, accessor: Index<Accessor>) -> Vec<[f32; N]> {
         let bytes = self.bytes(accessor, ComponentType::F32, N);
         let floats: Vec<f32> = bytes
@@ -187,7 +187,7 @@ impl Glb {
         bytes.chunks(kind.size()).map(number).collect()
     }
 
-    /// The bytes of an accessor, which must hold numbers of this kind, so many together.
+    /// Returns the bytes of an accessor, which must have numbers of this kind in groups of `together`.
     fn bytes(&self, accessor: Index<Accessor>, kind: ComponentType, together: usize) -> &[u8] {
         let accessor = self.root.get(accessor).unwrap();
         assert_eq!(accessor.component_type.unwrap().0, kind);
@@ -201,8 +201,8 @@ impl Glb {
 }
 
 impl<const N: usize> Keys<N> {
-    /// The value at a time, which is held before the first key and after the last one; between two,
-    /// `between` them at a part from 0 to 1.
+    /// Returns the value at a time. It is constant before the first key and after the last key. Between two keys, `between` interpolates
+    /// with a fraction from 0 to 1.
     fn at(&self, time: f32, between: impl Fn([f32; N], [f32; N], f32) -> [f32; N]) -> [f32; N] {
         let after = self.times.partition_point(|&key| key <= time);
         let Some(before) = after.checked_sub(1) else {
@@ -217,7 +217,7 @@ impl<const N: usize> Keys<N> {
                 let [start, end] = [before, after].map(|key| self.times[key]);
                 between(from, to, (time - start) / (end - start))
             }
-            Interpolation::CubicSpline => panic!("nothing is a spline"),
+            Interpolation::CubicSpline => panic!("unexpected cubic spline"),
         }
     }
 }
@@ -228,12 +228,12 @@ impl Mesh {
         self.triangles.iter().map(points)
     }
 
-    /// Area (m²).
+    /// Returns the area (m²).
     pub fn area(&self) -> f64 {
         self.corners().map(|corners| area(&corners)).sum()
     }
 
-    /// ∫ (x − point) dA (m³).
+    /// Returns ∫ (x − point) dA (m³).
     pub fn first_moment_about(&self, point: &Vector3<f64>) -> Vector3<f64> {
         let arm = |[a, b, c]: &[Vector3<f64>; 3]| (a + b + c) / 3.0 - point;
         self.corners()
@@ -241,8 +241,7 @@ impl Mesh {
             .sum()
     }
 
-    /// Volume inside (m³), if the surface is closed; positive if its triangles are counter-clockwise seen
-    /// from outside.
+    /// Returns the enclosed volume (m³), if the surface is closed. It is positive if the triangles are counter-clockwise seen from outside.
     pub fn volume(&self) -> f64 {
         let cone = |[a, b, c]: [Vector3<f64>; 3]| a.dot(&b.cross(&c)) / 6.0;
         self.corners().map(cone).sum()
@@ -253,7 +252,7 @@ fn area([a, b, c]: &[Vector3<f64>; 3]) -> f64 {
     (b - a).cross(&(c - a)).norm() / 2.0
 }
 
-/// A chunk of this kind, and what comes after it.
+/// Returns the content of a chunk of this kind, and the bytes after it.
 fn chunk(bytes: &[u8], kind: [u8; 4]) -> (&[u8], &[u8]) {
     let length = number(bytes, 0);
     assert_eq!(bytes[4..8], kind);
@@ -273,7 +272,7 @@ fn attribute(primitive: &Primitive, semantic: Semantic) -> Option<Index<Accessor
     primitive.attributes.get(&Checked::Valid(semantic)).copied()
 }
 
-/// A bound, if it is there, is that of the values along each axis.
+/// Asserts that a bound, if present, is that of the values along each axis.
 fn assert_bound<const N: usize>(
     bound: Option<&Value>,
     values: &[[f32; N]],
@@ -301,7 +300,7 @@ pub fn vector(numbers: [f32; 3]) -> Vector3<f64> {
     numbers.map(f64::from).into()
 }
 
-/// From x y z w.
+/// Converts from the order x y z w.
 pub fn quaternion([x, y, z, w]: [f32; 4]) -> Quaternion<f64> {
     let [x, y, z, w] = [x, y, z, w].map(f64::from);
     Quaternion::new(w, x, y, z)

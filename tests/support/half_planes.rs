@@ -1,11 +1,11 @@
-//! An independent twin of the contact kernel, slow and plain: all pairs of tetrahedra, pressures
-//! from the inverse of the 4×4 vertex matrix (the paper, §III-B), the contact polygon as an
-//! intersection of eight half-planes (§III-E), integrals by the rule of the edge midpoints.
+//! An independent twin of the contact kernel, slow and simple. It visits all pairs of tetrahedra. Pressures come from the inverse of the
+//! 4×4 vertex matrix (the paper, §III-B). The contact polygon is an intersection of eight half-planes (§III-E), and integrals use the
+//! edge-midpoint rule.
 
 use hydroelastic::contact::{ContactBody, ContactPair};
 use nalgebra::{Matrix4, RowVector4, Vector2, Vector3, Vector4, Vector6};
 
-/// A half-plane counts as containing a point this far outside it, in heights of its tetrahedron.
+/// Distance outside a half-plane, in heights of its tetrahedron, at which a point counts as inside.
 const SLACK: f64 = 1e-12;
 
 /// Force and torque on A about A's origin, in the world, and the contact area.
@@ -14,7 +14,7 @@ pub struct Twin {
     pub area: f64,
 }
 
-/// A tetrahedron in the world: barycentric coordinates and pressure as rows to apply to (x, 1).
+/// A tetrahedron in the world. The rows of barycentric coordinates and pressure apply to (x, 1).
 struct WorldTet {
     barycentric: Matrix4<f64>,
     pressure: RowVector4<f64>,
@@ -41,7 +41,7 @@ fn world_tets(body: &ContactBody) -> Vec<WorldTet> {
     mesh.tets().iter().map(world_tet).collect()
 }
 
-/// The wrench by brute force. For generic poses only: no rule for planes in shared faces.
+/// Computes the wrench by brute force, for generic poses only, because there is no rule for planes in shared faces.
 pub fn wrench(pair: &ContactPair) -> Twin {
     let (tets_a, tets_b) = (world_tets(pair.a()), world_tets(&pair.b().body().unwrap()));
     let origin = pair.a().pose().translation();
@@ -59,7 +59,7 @@ pub fn wrench(pair: &ContactPair) -> Twin {
     twin
 }
 
-/// The normal and the corners of the equal-pressure polygon, in cyclic order.
+/// Returns the normal and the corners of the equal-pressure polygon, in cyclic order.
 fn contact_polygon(a: &WorldTet, b: &WorldTet) -> Option<(Vector3<f64>, Vec<Vector3<f64>>)> {
     let excess = a.pressure - b.pressure;
     let misses = |tet: &WorldTet| {
@@ -89,7 +89,7 @@ fn contact_polygon(a: &WorldTet, b: &WorldTet) -> Option<(Vector3<f64>, Vec<Vect
     (corners.len() >= 3).then(|| (normal, lifted.collect()))
 }
 
-/// The crossings of any two border lines that lie in all half-planes `slope·x + offset ≥ 0`.
+/// Returns the crossings of any two borders that lie in all half-planes `slope·x + offset ≥ 0`.
 fn intersection(half_planes: &[(Vector2<f64>, f64)]) -> Vec<Vector2<f64>> {
     let mut corners = Vec::new();
     for (i, (slope_i, offset_i)) in half_planes.iter().enumerate() {
@@ -112,7 +112,7 @@ fn intersection(half_planes: &[(Vector2<f64>, f64)]) -> Vec<Vector2<f64>> {
     corners
 }
 
-/// Points of a convex outline in the order of their angle about their mean.
+/// Returns the points of a convex outline in the order of their angle about their mean.
 fn ordered(mut corners: Vec<Vector2<f64>>) -> Vec<Vector2<f64>> {
     let mean = corners.iter().sum::<Vector2<f64>>() / corners.len().max(1) as f64;
     let angle = |corner: &Vector2<f64>| (corner.y - mean.y).atan2(corner.x - mean.x);

@@ -3,7 +3,7 @@
 use hydroelastic::mesh::{PressureField, TriangleSurface, shapes};
 use nalgebra::Vector3;
 
-/// The convex hull of points in general position (m), as a pressure field. Every triple of points is tried.
+/// Returns the convex hull of points in general position (m) as a pressure field. It tries every triple of points.
 pub fn hull(points: Vec<Vector3<f64>>) -> PressureField {
     let count = points.len();
     let triples = (0..count).flat_map(|i| {
@@ -15,7 +15,7 @@ pub fn hull(points: Vec<Vector3<f64>>) -> PressureField {
     shapes::star_shaped(&TriangleSurface::welded(points, triangles).unwrap()).unwrap()
 }
 
-/// The triangle of three points, counter-clockwise seen from outside, if all points are on one side of it.
+/// Returns the triangle of three points, counter-clockwise seen from outside, if all points are on one side of it.
 fn outward(points: &[Vector3<f64>], [i, j, k]: [usize; 3]) -> Option<[usize; 3]> {
     let normal = (points[j] - points[i]).cross(&(points[k] - points[i]));
     let others = (0..points.len()).filter(|point| ![i, j, k].contains(point));

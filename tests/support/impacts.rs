@@ -1,7 +1,8 @@
 //! Closed forms of impacts.
 
-/// The speed (m/s) after an impact with the dissipation d (s/m) of Hunt and Crossley, from the speed before it. It does not depend on
-/// how the elastic force grows with depth: with G(v) = v/d − ln(1 + dv)/d², the speed v′ after it solves G(−v′) = G(v).
+/// Returns the speed (m/s) after an impact with the dissipation d (s/m) of Hunt and Crossley, from the speed before the impact. The speed
+/// does not depend on how the elastic force grows with depth. With G(v) = v/d − ln(1 + dv)/d², the speed v′ after the impact solves G(−v′)
+/// = G(v).
 pub fn rebound(speed: f64, dissipation: f64) -> f64 {
     if dissipation == 0.0 {
         return speed;

@@ -1,9 +1,9 @@
-//! Meshes whose vertices move, for differences.
+//! Meshes with moving vertices, for differences.
 
 use hydroelastic::mesh::TetMesh;
 use nalgebra::Vector3;
 
-/// Where vertices have come to after a time, at these velocities.
+/// Returns the vertices after a time at these velocities.
 pub fn moved_vertices(
     vertices: &[Vector3<f64>],
     velocities: &[Vector3<f64>],
@@ -15,7 +15,7 @@ pub fn moved_vertices(
         .collect()
 }
 
-/// The mesh whose vertices have moved so.
+/// Returns the mesh after a time at these velocities of its vertices.
 pub fn moved_mesh(mesh: &TetMesh, velocities: &[Vector3<f64>], time: f64) -> TetMesh {
     let vertices = moved_vertices(mesh.vertices(), velocities, time);
     TetMesh::new(vertices, mesh.tets().to_vec()).unwrap()

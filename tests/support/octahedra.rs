@@ -1,12 +1,12 @@
-//! Two octahedra, one above the other: everything about their contact can be written down.
+//! Two octahedra, one above the other, whose contact has closed forms.
 //!
-//! The extent is 1 − |x| − |y| − |z| from the center, (0, 0, h) of A and (0, 0, −h) of B. With
-//! s = |x| + |y| and the overlap L = 1 − h, between the centers
+//! The extent is 1 − |x| − |y| − |z| from the center, which is (0, 0, h) for A and (0, 0, −h) for B. With s = |x| + |y| and the overlap L =
+//! 1 − h, the pressures between the centers are
 //!
 //! p_A = E_A (L − s + z), p_B = E_B (L − s − z).
 //!
-//! They are equal on z = c (L − s) with c = (E_B − E_A)/(E_A + E_B), a roof of four triangles, and there
-//! both are k (L − s) with k = 2 E_A E_B/(E_A + E_B).
+//! They are equal on z = c (L − s) with c = (E_B − E_A)/(E_A + E_B), a roof of four triangles. On the roof, both pressures are k (L − s)
+//! with k = 2 E_A E_B/(E_A + E_B).
 
 use super::scenes::{Random, pair};
 use super::subdivisions::{Division, divided};
@@ -15,13 +15,13 @@ use hydroelastic::mesh::{PressureField, TetMesh};
 use hydroelastic::spatial::Pose;
 use nalgebra::{Vector3, vector};
 
-/// Height (m) of A's center over the middle, and how far B's is below.
+/// Height (m) of A's center above the middle, and depth of B's center below it.
 pub const HEIGHT: f64 = 0.7;
 
-/// L (m): half the diagonal of the square that the contact surface covers.
+/// L (m): half the diagonal of the square covered by the contact surface.
 pub const OVERLAP: f64 = 1.0 - HEIGHT;
 
-/// An octahedron with corners 1 m from its center, its tetrahedra so many times divided into eight.
+/// Returns an octahedron with corners 1 m from its center. Its tetrahedra are divided into eight a number of times.
 pub fn octahedron(times: usize) -> Shape {
     let mut vertices: Vec<Vector3<f64>> = vec![Vector3::zeros()];
     vertices.extend((0..3).flat_map(|axis| [Vector3::ith(axis, 1.0), Vector3::ith(axis, -1.0)]));
@@ -34,17 +34,17 @@ pub fn octahedron(times: usize) -> Shape {
     }))
 }
 
-/// Where the scene stands in the world: anywhere, so that no axis is special.
+/// Returns the pose of the scene in the world, which is generic, so that no axis is special.
 pub fn stage() -> Pose {
     Pose::from_rotation_vector(&vector![0.3, -0.5, 0.4], vector![0.2, -0.1, 0.35])
 }
 
-/// Poses of A and B on the stage.
+/// Returns the poses of A and B on the stage.
 pub fn places() -> [Pose; 2] {
     [HEIGHT, -HEIGHT].map(|z| stage() * Pose::from_translation(vector![0.0, 0.0, z]))
 }
 
-/// A above B on the stage, with moduli (Pa).
+/// Returns A above B on the stage, with moduli (Pa).
 pub fn stacked(octahedron: &Shape, moduli: [f64; 2]) -> ContactPair<'_> {
     let [above, below] = places();
     pair(
@@ -53,17 +53,17 @@ pub fn stacked(octahedron: &Shape, moduli: [f64; 2]) -> ContactPair<'_> {
     )
 }
 
-/// c: how steep the roof is.
+/// Returns c, the slope of the roof.
 pub fn slope([modulus_a, modulus_b]: [f64; 2]) -> f64 {
     (modulus_b - modulus_a) / (modulus_a + modulus_b)
 }
 
-/// k (Pa/m): what the pressure loses on the way from the middle.
+/// Returns k (Pa/m), the decrease of the pressure with distance from the middle.
 pub fn fall([modulus_a, modulus_b]: [f64; 2]) -> f64 {
     2.0 * modulus_a * modulus_b / (modulus_a + modulus_b)
 }
 
-/// The force (N): k ∫ (L − s) dx dy = 2 k L³/3.
+/// Returns the force (N): k ∫ (L − s) dx dy = 2 k L³/3.
 pub fn force(moduli: [f64; 2]) -> f64 {
     2.0 * fall(moduli) * OVERLAP.powi(3) / 3.0
 }

@@ -15,7 +15,7 @@ struct MeshFile {
     unit_pressure: Vec<f64>,
 }
 
-/// Two compliant meshes, their moduli (Pa) and poses (m), by the names that any of the files has for them.
+/// Two compliant meshes, their moduli (Pa) and poses (m), with the names of any of the files.
 #[derive(Deserialize)]
 pub struct PosedMeshes {
     #[serde(rename = "mesh_A", alias = "A")]
@@ -79,13 +79,13 @@ pub struct JacobianCase {
 /// The cases of `partners.json`.
 #[derive(Deserialize)]
 pub struct PartnerCases {
-    /// Derivatives by the shapes of two compliant meshes.
+    /// Derivatives with respect to the shapes of two compliant meshes.
     #[serde(rename = "shape")]
     pub compliant: Vec<CompliantCase>,
     pub rigid: Vec<RigidCase>,
 }
 
-/// Derivatives by each vertex, or what sums up those of a mesh with many.
+/// Derivatives with respect to each vertex, or sums of them for a mesh with many vertices.
 #[derive(Deserialize)]
 #[serde(untagged)]
 pub enum ByVertices {
@@ -97,7 +97,7 @@ pub enum ByVertices {
     },
 }
 
-/// The derivatives, by the shapes of two compliant meshes, of the covector times the wrench on A.
+/// Derivatives of the covector times the wrench on A, with respect to the shapes of two compliant meshes.
 #[derive(Deserialize)]
 pub struct CompliantCase {
     pub name: String,
@@ -114,8 +114,8 @@ pub struct CompliantCase {
     pub by_extents_b: Vec<(usize, f64)>,
 }
 
-/// A compliant mesh against a rigid one, or a half-space. Wrenches on the compliant body, about its origin, torque first;
-/// a half-space turns about `point`.
+/// A compliant mesh against a rigid mesh or a half-space. Wrenches are on the compliant body about its origin, torque first. A half-space
+/// rotates about `point`.
 #[derive(Deserialize)]
 pub struct RigidCase {
     pub name: String,
@@ -148,7 +148,7 @@ pub struct RigidCase {
 /// The shapes of a [`RigidCase`].
 pub struct RigidCaseShapes {
     pub compliant: Shape,
-    /// The mesh of the rigid body, and its surface; none of a half-space.
+    /// The mesh of the rigid body and its surface, or `None` for a half-space.
     pub rigid: Option<(Shape, RigidShape)>,
     layer: HalfSpace,
 }
@@ -167,7 +167,7 @@ pub struct Scene {
     pub rows: Vec<Row>,
 }
 
-/// A state: quaternion w x y z, position, spin, velocity.
+/// A state: quaternion w x y z, position, angular velocity, velocity.
 #[derive(Deserialize)]
 pub struct Row {
     pub t: f64,
@@ -211,7 +211,7 @@ pub fn partner_cases() -> PartnerCases {
     read("partners.json")
 }
 
-/// A covector on the wrench on A, as one on both wrenches.
+/// Converts a covector on the wrench on A to a covector on both wrenches.
 pub fn by_wrenches(covector: &[f64; 6]) -> SVector<f64, 12> {
     SVector::from_fn(|i, _| if i < 6 { covector[i] } else { 0.0 })
 }
@@ -234,12 +234,12 @@ fn pose(rotation: &[[f64; 3]; 3], position: [f64; 3]) -> Pose {
 }
 
 impl PosedMeshes {
-    /// The shapes of A and B.
+    /// Returns the shapes of A and B.
     pub fn shapes(&self) -> [Shape; 2] {
         [shape(&self.mesh_a), shape(&self.mesh_b)]
     }
 
-    /// The pair of the two shapes, of these meshes.
+    /// Returns the pair of the two shapes of these meshes.
     pub fn pair<'a>(&self, [a, b]: &'a [Shape; 2]) -> ContactPair<'a> {
         let pose_a = pose(&self.rotation_a, self.position_a);
         let pose_b = pose(&self.rotation_b, self.position_b);
@@ -264,7 +264,7 @@ impl RigidCase {
         }
     }
 
-    /// The pair of the case's own shapes, the compliant one first.
+    /// Returns the pair of the case's own shapes, the compliant shape first.
     pub fn pair<'s>(&self, shapes: &'s RigidCaseShapes) -> ContactPair<'s> {
         let pose_a = pose(&self.rotation, self.position);
         let body = ContactBody::new(&shapes.compliant, pose_a, self.modulus).unwrap();
@@ -279,7 +279,7 @@ impl RigidCase {
         ContactPair::new(body, partner.unwrap())
     }
 
-    /// The pose of the half-space.
+    /// Returns the pose of the half-space.
     fn half_space(&self) -> Pose {
         let normal = UnitVector3::new_normalize(Vector3::from(self.normal.unwrap()));
         let turn = Rotation3::rotation_between(&Vector3::z_axis(), &normal).unwrap();

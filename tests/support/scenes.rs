@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 use proptest::test_runner::{RngAlgorithm, TestRng};
 use rand::RngExt;
 
-/// A source of random numbers with a seed of its own.
+/// A random number generator with its own seed.
 pub struct Random(TestRng);
 
 impl Random {
@@ -15,14 +15,14 @@ impl Random {
         Self(TestRng::from_seed(RngAlgorithm::ChaCha, &[seed; 32]))
     }
 
-    /// One of 2⁶⁴ sources.
+    /// Creates one of 2⁶⁴ generators.
     pub fn numbered(number: u64) -> Self {
         let mut seed = [0; 32];
         seed[..8].copy_from_slice(&number.to_le_bytes());
         Self(TestRng::from_seed(RngAlgorithm::ChaCha, &seed))
     }
 
-    /// Uniform in [low, high).
+    /// Returns a uniform number in [low, high).
     pub fn between(&mut self, low: f64, high: f64) -> f64 {
         self.0.random_range(low..high)
     }
@@ -31,7 +31,7 @@ impl Random {
         self.0.random_range(0..count)
     }
 
-    /// Uniform in the cube [−1, 1)³.
+    /// Returns a uniform vector in the cube [−1, 1)³.
     pub fn vector(&mut self) -> Vector3<f64> {
         Vector3::from_fn(|_, _| self.between(-1.0, 1.0))
     }
@@ -45,13 +45,13 @@ impl Random {
         }
     }
 
-    /// A rotation by up to half a turn.
+    /// Returns the rotation vector of a rotation by up to half a turn.
     pub fn rotation_vector(&mut self) -> Vector3<f64> {
         self.direction() * self.between(0.0, std::f64::consts::PI)
     }
 }
 
-/// Shapes of about radius 1: stars, layered and non-convex ones.
+/// Returns shapes of about radius 1: star-shaped, layered and non-convex shapes.
 pub fn mixed_shapes() -> Vec<Shape> {
     let fields = [
         shapes::icosphere(1.0, 0),
@@ -68,8 +68,8 @@ pub fn mixed_shapes() -> Vec<Shape> {
     fields.map(|field| Shape::new(field.unwrap())).into()
 }
 
-/// Cubes of the given edge in a grid centerd on the origin, those for which `keep` holds, six
-/// tetrahedra each, with the distance to the surface as field.
+/// Returns the cubes of the given edge, in a grid centered on the origin, for which `keep` is true. Each has six tetrahedra, and the field
+/// is the distance to the surface.
 pub fn grid(
     counts: &[usize; 3],
     edge: f64,
@@ -79,7 +79,7 @@ pub fn grid(
     let index = |i: usize, j: usize, k: usize| (i * (ny + 1) + j) * (nz + 1) + k;
     let mut tets = Vec::new();
     for (i, j, k) in cells([nx, ny, nz]).filter(|&(i, j, k)| keep([i, j, k])) {
-        // Kuhn's triangulation: one tetrahedron for each order in which the axes are walked.
+        // Kuhn's triangulation: one tetrahedron for each order of the axes.
         for [first, second] in [[0, 1], [0, 2], [1, 0], [1, 2], [2, 0], [2, 1]] {
             let (mut at, mut tet) = ([i, j, k], vec![index(i, j, k)]);
             for axis in [first, second, 3 - first - second] {
@@ -98,14 +98,13 @@ pub fn grid(
     PressureField::from_distance(&TetMesh::new(vertices, tets)?)
 }
 
-/// An icosphere with a shell of vertices halfway in; the extents of its center and of the shell. With
-/// less at the center, the field has a dent there.
+/// Returns an icosphere with a shell of vertices halfway inside, with these extents of its center and of the shell. If the center has the
+/// smaller extent, the field has a dent there.
 pub fn dented_ball(radius: f64, order: usize, extents: [f64; 2]) -> PressureField {
     layered(&shapes::icosphere(radius, order).unwrap(), extents)
 }
 
-/// A star-shaped solid about the origin with a shell of vertices halfway in; the extents of its center and of the
-/// shell.
+/// Returns a star-shaped solid about the origin with a shell of vertices halfway inside, with these extents of its center and of the shell.
 pub fn layered(solid: &PressureField, extents: [f64; 2]) -> PressureField {
     let (mesh, mut vertices) = (solid.mesh(), solid.mesh().vertices().to_vec());
     let count = vertices.len();
@@ -114,7 +113,7 @@ pub fn layered(solid: &PressureField, extents: [f64; 2]) -> PressureField {
     let mut tets = Vec::new();
     for triangle in mesh.surface_triangles() {
         let mut outer = *triangle;
-        // Both prisms at a face are divided alike: by the order of their vertices.
+        // Both prisms at a face are divided consistently, by the order of their vertices.
         outer.sort_unstable();
         let [a, b, c] = outer.map(|vertex| vertex + count);
         tets.push([center, a, b, c]);
@@ -149,7 +148,7 @@ fn without_unused(
     (kept, tets.iter().map(|tet| tet.map(place)).collect())
 }
 
-/// A random pair that overlaps well: generic poses, moduli within a factor of a hundred.
+/// Returns a random pair with a large overlap, at generic poses, with moduli within a factor of a hundred.
 pub fn random_pair<'a>(shapes: &'a [Shape], random: &mut Random) -> ContactPair<'a> {
     let (a, b) = (random.below(shapes.len()), random.below(shapes.len()));
     let pose_wa = Pose::from_rotation_vector(&random.rotation_vector(), random.vector());
@@ -163,7 +162,7 @@ pub fn random_pair<'a>(shapes: &'a [Shape], random: &mut Random) -> ContactPair<
     )
 }
 
-/// A pair of bodies (shape, pose, modulus).
+/// Returns a pair of bodies (shape, pose, modulus).
 pub fn pair<'a>(a: (&'a Shape, Pose, f64), b: (&'a Shape, Pose, f64)) -> ContactPair<'a> {
     ContactPair::new(
         ContactBody::new(a.0, a.1, a.2).unwrap(),

@@ -5,16 +5,16 @@ use hydroelastic::mesh::{PressureField, TetMesh};
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
 
-/// How a mesh is divided. New vertices have the extent that the field has there.
+/// Division of a mesh. New vertices have the extent of the field at their position.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Division {
-    /// Not at all.
+    /// No division.
     Whole,
-    /// Each second tetrahedron into four at its centroid.
+    /// Every second tetrahedron is divided into four at its centroid.
     Centroids,
-    /// Every edge into halves, and so each tetrahedron into eight.
+    /// Every edge is halved, so each tetrahedron is divided into eight.
     Halves,
-    /// Three edges, one after the other, and all tetrahedra around each of them into two.
+    /// Three edges are halved one after the other, which halves all tetrahedra around each edge.
     Edges,
 }
 
@@ -22,7 +22,7 @@ impl Division {
     pub const ALL: [Self; 4] = [Self::Whole, Self::Centroids, Self::Halves, Self::Edges];
 }
 
-/// The field on the divided mesh.
+/// Returns the field on the divided mesh.
 pub fn divided(field: &PressureField, division: Division, random: &mut Random) -> PressureField {
     let mut parts = Parts::of(field);
     match division {
@@ -34,7 +34,7 @@ pub fn divided(field: &PressureField, division: Division, random: &mut Random) -
     parts.into_field()
 }
 
-/// The field on the mesh with its vertices, its tetrahedra and their corners in another order.
+/// Returns the field on the mesh with its vertices, its tetrahedra and their corners in another order.
 pub fn shuffled(field: &PressureField, random: &mut Random) -> PressureField {
     let parts = Parts::of(field);
     let order = permutation(parts.vertices.len(), random);
@@ -65,12 +65,12 @@ fn permutation(count: usize, random: &mut Random) -> Vec<usize> {
     order
 }
 
-/// A mesh with extents that is being divided.
+/// A mesh with extents during its division.
 struct Parts {
     vertices: Vec<Vector3<f64>>,
     extents: Vec<f64>,
     tets: Vec<[usize; 4]>,
-    /// The vertices in the middle of edges, by the ends.
+    /// Vertices in the middle of edges, by the ends of the edge.
     middles: BTreeMap<[usize; 2], usize>,
 }
 
@@ -110,7 +110,7 @@ impl Parts {
                 [middle(0, 2), middle(1, 2), tet[2], middle(2, 3)],
                 [middle(0, 3), middle(1, 3), middle(2, 3), tet[3]],
             ];
-            // The octahedron between them, around one of its diagonals.
+            // The octahedron between the corner tetrahedra is divided around one of its diagonals.
             let diagonal = [middle(0, 1), middle(2, 3)];
             let around = [middle(0, 2), middle(0, 3), middle(1, 3), middle(1, 2)];
             let inner = (0..4).map(|k| [diagonal[0], diagonal[1], around[k], around[(k + 1) % 4]]);
@@ -143,7 +143,7 @@ impl Parts {
         middle
     }
 
-    /// A new vertex at the mean of these.
+    /// Adds a vertex at the mean of these vertices.
     fn mean_of(&mut self, vertices: &[usize]) -> usize {
         let count = vertices.len() as f64;
         let position: Vector3<f64> = vertices.iter().map(|&v| self.vertices[v]).sum();
@@ -154,7 +154,7 @@ impl Parts {
     }
 }
 
-/// The tetrahedron with another vertex at a corner.
+/// Returns the tetrahedron with another vertex at a corner.
 fn with(mut tet: [usize; 4], corner: usize, vertex: usize) -> [usize; 4] {
     tet[corner] = vertex;
     tet

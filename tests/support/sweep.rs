@@ -4,8 +4,8 @@ use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
-/// Works through the numbers from `first` in batches of `size`, and merges what each thread has gathered. `work` takes the
-/// number of the batch, and those of its numbers that are asked for.
+/// Processes the numbers from `first` in batches of `size`, and merges the results of each thread. `work` gets the number of the batch, and
+/// the requested numbers of the batch.
 pub fn in_batches<S: Default + Send>(
     (first, count): (usize, usize),
     size: usize,
@@ -35,8 +35,8 @@ pub fn in_batches<S: Default + Send>(
     total
 }
 
-/// The number of the first case and how many: what the environment says in NAME_FIRST and NAME_PAIRS, and else these. A case
-/// that failed can be looked at by itself, and a sweep taken up where it was left.
+/// Returns the number of the first case and the number of cases: the environment variables NAME_FIRST and NAME_PAIRS, or these defaults.
+/// With these variables, a single failing case can be examined and an interrupted sweep resumed.
 pub fn range_from_environment(name: &str, (first, count): (usize, usize)) -> (usize, usize) {
     let number = |of: &str| {
         let text = std::env::var(format!("{name}_{of}")).ok();

@@ -1,10 +1,10 @@
 //! Contacts and worlds have the same bits on every processor and with every C library. The tests compare them with recorded bits.
 //!
-//! Numbers come from sums, products, quotients and square roots, which IEEE 754 defines to the last bit. Sines, arc tangents and
-//! logarithms use only these operations, too (`scalar::portable`). Numbers in lanes have the same bits with 2, 4 and 8 lanes. Implicit
-//! steps of 16 or more bodies are not tested here, because their sparse solver uses fused multiply-add if the processor has it.
+//! Numbers come from sums, products, quotients and square roots, which IEEE 754 defines to the last bit. Sines, arctangents and logarithms
+//! use only these operations, too (`scalar::portable`). Numbers in SIMD lanes have the same bits with 2, 4 and 8 lanes. Implicit steps of
+//! 16 or more bodies are not tested here, because their sparse solver uses fused multiply-add if the processor has it.
 //!
-//! Where a change of the library is meant to change bits, the new ones are read off the failures of
+//! If a change of the library is meant to change bits, copy the new bits from the failures of
 //!
 //! ```sh
 //! cargo test --test threads every_processor::
@@ -21,7 +21,7 @@ use hydroelastic::spatial::{Pose, Twist};
 use nalgebra::{Matrix3, SVector, Vector3, vector};
 use std::sync::Arc;
 
-/// Hash of all bits of each contact, of A with its partner.
+/// Hash of all bits of each contact between A and its partner.
 const CONTACTS: [(&str, u64); 15] = [
     ("many polygons", 0xa71a_a18d_ae3b_23ca),
     ("ball, ball", 0x37b1_d374_dd06_5997),
@@ -40,7 +40,7 @@ const CONTACTS: [(&str, u64); 15] = [
     ("same block", 0x7ae1_b14a_b6a1_8e1b),
 ];
 
-/// Hash of all bits of all states, by the integrator and the number of steps.
+/// Hash of all bits of all states, by integrator and number of steps.
 const ROLLOUTS: [((Integrator, usize), u64); 4] = [
     ((Integrator::SymplecticEuler, 300), 0x7882_89b2_16cb_0b23),
     ((Integrator::Leapfrog, 300), 0xba78_9563_0498_2a7c),
@@ -48,21 +48,22 @@ const ROLLOUTS: [((Integrator, usize), u64); 4] = [
     ((Integrator::ImplicitEuler, 40), 0x77ab_8c24_7df9_2df7),
 ];
 
-/// Hash of the derivatives of a rollout, and of its end.
+/// Hash of the derivatives of a rollout and of its final state.
 const JACOBIAN: [(&str, u64); 1] = [("jacobian", 0xbbf4_4574_2bb3_0203)];
 
 const TIME_STEP: f64 = 1e-3;
 const JACOBIAN_STEPS: usize = 30;
 
-/// Friction coefficients with slip tolerances (m/s). The slip turns little within a polygon with the first law. It turns more with the
-/// second law, which needs other quadrature rules, and quickly with the third law, which needs the closed form with its logarithms and
-/// arc tangents.
+/// Friction coefficients with slip tolerances (m/s). With the first law, the slip direction varies little within a polygon. With the second
+/// law, it varies more and needs other quadrature rules. With the third law, it varies quickly and needs the closed form with its
+/// logarithms and arctangents.
 const LAWS: [[f64; 2]; 3] = [[0.0, 20.0], [0.5, 0.5], [0.5, 1e-3]];
 
 /// Slip tolerance (m/s) of the heap.
 const SLIP_TOLERANCE: f64 = 1e-2;
 
-/// The rotation of a quaternion w + v of whole numbers: (w² − v·v)·I + 2·v·vᵀ + 2w·\[v\]ₓ, exact until divided by w² + v·v.
+/// Returns the rotation of a quaternion w + v of whole numbers: (w² − v·v)·I + 2·v·vᵀ + 2w·\[v\]ₓ, which is exact until the division by w²
+/// + v·v.
 fn rotation(quaternion: [i32; 4]) -> Matrix3<f64> {
     let [w, v @ ..] = quaternion.map(f64::from);
     let v = Vector3::from(v);
@@ -75,7 +76,7 @@ fn pose(quaternion: [i32; 4], translation: Vector3<f64>) -> Pose {
     Pose::new(rotation(quaternion), translation).unwrap()
 }
 
-/// Wrenches and Jacobians, at rest and in motion with friction and without, and in motion the gradients by the shapes.
+/// Returns wrenches and Jacobians at rest and in motion, with and without friction, and the shape gradients in motion.
 fn contact(pair: &ContactPair) -> Vec<u8> {
     let twists = [
         Twist {
@@ -142,7 +143,7 @@ impl Shapes {
         }
     }
 
-    /// At generic poses: polygons are looked at in lanes.
+    /// Returns pairs at generic poses, whose polygons are processed in SIMD lanes.
     fn generic(&self) -> [(&'static str, ContactPair<'_>); 9] {
         let turned = pose([1, 2, 2, 4], vector![0.02, 0.05, 0.09]);
         let other = pose([2, -1, 4, 2], vector![-0.03, 0.01, 0.02]);
@@ -171,7 +172,7 @@ impl Shapes {
         ]
     }
 
-    /// With faces in one plane, exactly or to round-off: polygons go the way of one pair.
+    /// Returns pairs with coplanar faces, exactly or to round-off, whose polygons are processed one pair at a time.
     fn flush(&self) -> [(&'static str, ContactPair<'_>); 6] {
         let ground = pose([4, -2, 1, 2], vector![0.01, -0.02, 0.03]);
         let here = Pose::identity();
@@ -215,7 +216,7 @@ fn layer(shape: &HalfSpace, pose: Pose) -> Partner<'_> {
     Partner::half_space(shape, pose, 3e5).unwrap()
 }
 
-/// Balls and bricks, pressed into one another and into a soft layer, turning and rubbing.
+/// Returns balls and bricks, pressed into each other and into a compliant layer, rotating and with friction.
 fn heap() -> World {
     let skin = Material::elastic(1e5)
         .with_dissipation(0.25)
@@ -267,13 +268,13 @@ fn jacobian() -> Vec<u8> {
     )
 }
 
-/// As it is written in the tables.
+/// Formats a hash as in the tables.
 fn grouped(hash: u64) -> String {
     let groups = [48, 32, 16, 0].map(|shift| format!("{:04x}", hash >> shift & 0xffff));
     format!("0x{}", groups.join("_"))
 }
 
-/// That bits are those written down, all at once: the message has a line for each that is not, as it would be written.
+/// Asserts that all bits equal the recorded bits. The message has one line for each difference, formatted as in the table.
 fn assert_written_down<N: PartialEq + std::fmt::Debug>(
     found: impl IntoIterator<Item = (N, Vec<u8>)>,
     written: &[(N, u64)],
@@ -288,7 +289,7 @@ fn assert_written_down<N: PartialEq + std::fmt::Debug>(
         .collect();
     assert!(
         others.is_empty() && found.len() == written.len(),
-        "other bits than are written down. Is this a change that is meant to change bits? Then write these in the table:\n{}",
+        "Bits differ from the recorded bits. If the change is meant to change bits, copy these lines to the table:\n{}",
         others.join("\n")
     );
 }
@@ -297,7 +298,7 @@ fn assert_written_down<N: PartialEq + std::fmt::Debug>(
 fn contacts_have_the_bits_that_are_written_down() {
     let shapes = Shapes::new();
     let (generic, flush) = (shapes.generic(), shapes.flush());
-    // Octets of polygons are summed and their memory used again.
+    // Octets of polygons are summed and their memory is reused.
     assert!(generic[0].1.work_count().polygons > 1000);
     let pairs = generic.iter().chain(&flush);
     assert!(

@@ -1,4 +1,4 @@
-//! The same bits, whatever the number of threads, in every run and on every processor.
+//! Results have the same bits with any number of threads, in every run and on every processor.
 
 mod every_processor;
 mod reproducible;

@@ -1,8 +1,7 @@
-//! The same program gives the same bits in every run, with any number of threads: of states, Jacobians, batches
-//! and files.
+//! A program gives the same bits in every run, with any number of threads: for states, Jacobians, batches and files.
 //!
-//! Shapes are made afresh for each run, since the standard library's hash maps have another order each time.
-//! Hashes of the bits are printed, to compare builds and machines:
+//! Shapes are created anew for each run, because the order of the standard library's hash maps differs each time. The tests print hashes of
+//! the bits, to compare builds and machines:
 //!
 //! ```sh
 //! cargo test --test threads reproducible:: -- --nocapture
@@ -26,11 +25,11 @@ use std::sync::Arc;
 const TIME_STEP: f64 = 5e-4;
 const STEPS: usize = 60;
 
-/// Numbers of threads; each is a run of its own, and the first two are alike.
+/// Numbers of threads. Each is a separate run, and the first two are equal.
 const THREADS: [usize; 5] = [1, 1, 2, 3, 8];
 
-/// Twelve eggs that turn, rub and dissipate, pressed into one another and into a floor: more pairs than are
-/// evaluated by one thread.
+/// Returns twelve eggs with friction and dissipation that rotate, pressed into each other and into a floor. They have more pairs than one
+/// thread evaluates.
 fn heap() -> World {
     let skin = Material::elastic(1e5)
         .with_dissipation(0.3)
@@ -51,7 +50,7 @@ fn heap() -> World {
     world.with_gravity(vector![0.0, 0.0, -9.81]).unwrap()
 }
 
-/// How many pairs of bodies touch at the start.
+/// Returns the number of pairs of bodies that touch in the initial state.
 fn touching_pairs(world: &World) -> usize {
     let (topology, count) = (
         world.topology(&world.initial_state()).unwrap(),
@@ -73,27 +72,27 @@ pub fn bytes(numbers: impl IntoIterator<Item = f64>) -> Vec<u8> {
     numbers.into_iter().flat_map(f64::to_le_bytes).collect()
 }
 
-/// Of all states of a rollout.
+/// Returns the bytes of all states of a rollout.
 pub fn rollout_bytes(world: &World, plan: &Plan) -> Vec<u8> {
     let states = world.rollout(plan).take(plan.steps());
     bytes(states.flat_map(|state| numbers(&state.unwrap()).collect::<Vec<_>>()))
 }
 
-/// Of the derivatives of where a rollout ends, and of that.
+/// Returns the bytes of the final outcome of a rollout and of its derivatives.
 pub fn jacobian_bytes(world: &World, plan: &Plan, by: &[Parameter], end: &impl Outcome) -> Vec<u8> {
     let found = Experiment::new(world, plan).jacobian(by, end).unwrap();
     assert!(found.jacobian.column(0).amax() > 0.0);
     bytes(found.value.iter().chain(found.jacobian.iter()).copied())
 }
 
-/// FNV-1a of 64 bits, which never changes, as the standard library's hash may.
+/// Returns the 64-bit FNV-1a hash, which never changes, unlike the hash of the standard library.
 pub fn hash(bytes: &[u8]) -> u64 {
     bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, &byte| {
         (hash ^ u64::from(byte)).wrapping_mul(0x100_0000_01b3)
     })
 }
 
-/// That each run gives the same bytes, with any number of threads; prints their hash.
+/// Asserts that each run gives the same bytes with any number of threads, and prints their hash.
 fn assert_reproducible(what: &str, run: impl Fn() -> Vec<u8> + Sync) {
     let in_pool = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
@@ -108,7 +107,7 @@ fn assert_reproducible(what: &str, run: impl Fn() -> Vec<u8> + Sync) {
 
 #[test]
 fn a_rollout_with_friction_has_the_same_bits_in_every_run() {
-    // From 16 on they are shared out among threads.
+    // At least 16 pairs are distributed over threads.
     assert!(touching_pairs(&heap()) > 16, "{}", touching_pairs(&heap()));
     for integrator in [Integrator::Leapfrog, Integrator::SymplecticEuler] {
         assert_reproducible(&format!("rollout, {integrator:?}"), || {

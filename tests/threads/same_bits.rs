@@ -1,5 +1,5 @@
-//! Threads change no bit: of one large contact, of a step of many contacts, of a batch, of a batch of gradients. Without
-//! the feature `parallel` all of it runs on one thread, and the same tests hold.
+//! Threads change no bit: of one large contact, of a step with many contacts, of a batch, and of a batch of gradients. Without the feature
+//! `parallel`, everything runs on one thread, and the tests hold as well.
 
 use crate::starts::starting_from;
 use hydroelastic::contact::{ContactBody, ContactPair, Shape, SurfaceLaw};
@@ -21,7 +21,7 @@ use std::sync::{Arc, Mutex};
 const THREADS: [usize; 4] = [1, 2, 3, 8];
 const TIME_STEP: f64 = 5e-4;
 
-/// A body on its own, of a skin that rubs.
+/// Returns a body with its own name, of a material with friction.
 fn falling(name: &str, shape: &Arc<Shape>, at: Vector3<f64>) -> Body {
     let skin = Material::elastic(1e5)
         .with_dissipation(0.3)
@@ -43,7 +43,7 @@ fn with_gravity(bodies: Vec<Body>) -> World {
     world.with_gravity(vector![0.0, 0.0, -9.81]).unwrap()
 }
 
-/// Eggs in three layers of nine, pressed into one another and into the floor.
+/// Returns eggs in three layers of nine, pressed into each other and into the floor.
 fn heap() -> World {
     let egg = Arc::new(Shape::new(shapes::ellipsoid([0.1, 0.11, 0.12], 1).unwrap()));
     let place = |index: u32| {
@@ -54,14 +54,14 @@ fn heap() -> World {
     with_gravity(eggs.chain([floor()]).collect())
 }
 
-/// A ball that falls on the floor.
+/// Returns a ball that falls on the floor.
 fn drop() -> World {
     let ball = Arc::new(Shape::new(shapes::icosphere(0.1, 1).unwrap()));
     let ball = falling("ball", &ball, vector![0.0, 0.0, 0.11]);
     with_gravity(vec![ball, floor()])
 }
 
-/// Every number of every body, to the last bit.
+/// Returns every bit of every number of every body.
 fn bits(state: &State) -> Vec<u64> {
     let numbers = state.bodies.iter().flat_map(|body| {
         let pose = body.pose.rotation().iter().chain(body.pose.translation());
@@ -71,7 +71,7 @@ fn bits(state: &State) -> Vec<u64> {
     numbers.map(f64::to_bits).collect()
 }
 
-/// That something has the same bits in pools of so many threads.
+/// Asserts that the bits are the same in thread pools of several sizes.
 fn assert_same_for_any_number_of_threads(bits: impl Fn() -> Vec<u64> + Sync) {
     let expected = bits();
     assert!(!expected.is_empty());
@@ -82,7 +82,7 @@ fn assert_same_for_any_number_of_threads(bits: impl Fn() -> Vec<u64> + Sync) {
     }
 }
 
-/// Waves of some hundred polygons, which are spread over threads.
+/// Returns a contact with waves of some hundred polygons, which are distributed over threads.
 fn large_pair(ball: &Shape) -> ContactPair<'_> {
     let turned = Pose::from_rotation_vector(&vector![0.3, -0.5, 0.2], vector![0.9, 0.1, 0.2]);
     let pair = ContactPair::new(
@@ -93,8 +93,8 @@ fn large_pair(ball: &Shape) -> ContactPair<'_> {
     pair
 }
 
-/// At the center of rotation the slip turns quickly, and parts of the surface part faster than they press: such polygons are
-/// integrated one by one, beside those in lanes.
+/// At the center of rotation, the slip direction varies quickly. Parts of the surface separate too fast for pressure. These polygons are
+/// integrated one by one, and the other polygons in SIMD lanes.
 #[test]
 fn a_large_contact_in_motion_has_the_same_bits_whatever_the_number_of_threads() {
     let ball = Shape::new(shapes::icosphere(1.0, 4).unwrap());
@@ -139,7 +139,7 @@ fn the_contact_of_a_large_pair_has_the_same_bits_whatever_the_number_of_threads(
 fn a_mesh_has_the_same_field_and_search_trees_whatever_the_number_of_threads() {
     let ball = shapes::icosphere(1.0, 4).unwrap();
     let layered = PressureField::from_distance_up_to(ball.mesh(), 0.3).unwrap();
-    // Enough vertices, half of them inside, to be spread over threads.
+    // The mesh has enough vertices, half of them inside, to use several threads.
     assert!(layered.mesh().vertex_count() > 5_000);
     let contact = || {
         let field = PressureField::from_distance(layered.mesh()).unwrap();
@@ -159,7 +159,7 @@ fn a_mesh_has_the_same_field_and_search_trees_whatever_the_number_of_threads() {
     assert_same_for_any_number_of_threads(contact);
 }
 
-/// How many pairs of bodies touch at the start.
+/// Returns the number of pairs of bodies that touch in the initial state.
 fn touching_pairs(world: &World) -> usize {
     let (topology, count) = (
         world.topology(&world.initial_state()).unwrap(),
@@ -172,7 +172,7 @@ fn touching_pairs(world: &World) -> usize {
 #[test]
 fn a_step_of_many_contacts_has_the_same_bits_whatever_the_number_of_threads() {
     let world = heap();
-    // Enough to be spread over threads.
+    // The number suffices to use several threads.
     assert!(touching_pairs(&world) > 40, "{}", touching_pairs(&world));
     let plan = Plan::new(TIME_STEP, 40).unwrap();
     let last = || {
@@ -180,13 +180,13 @@ fn a_step_of_many_contacts_has_the_same_bits_whatever_the_number_of_threads() {
         bits(&rollout.nth(39).unwrap().unwrap())
     };
     assert_same_for_any_number_of_threads(last);
-    // In a batch a rollout keeps to one thread.
+    // Within a batch, a rollout uses one thread.
     let batch = Batch::new(&plan);
     let alone = batch.rollouts(slice::from_ref(&world));
     assert!(bits(alone[0].as_ref().unwrap().last()) == last());
 }
 
-/// Starts of the ball at so many heights (m).
+/// Returns initial states of the ball at `count` heights (m).
 fn heights(world: &World, count: usize) -> Vec<State> {
     let start = |index: usize| {
         let mut state = world.initial_state();
@@ -248,7 +248,7 @@ fn by() -> [Parameter; 2] {
     ]
 }
 
-/// Changes of velocity and friction.
+/// Returns changes of velocity and friction.
 fn samples() -> Vec<[f64; 4]> {
     let sample = |i: u32| [0.1, -0.2, 0.05, 0.01].map(|x| x * f64::from(i));
     (0..12).map(sample).collect()
@@ -342,10 +342,10 @@ fn progress_counts_every_rollout_once_and_ends_at_the_total() {
     assert!(counts.lock().unwrap().iter().copied().eq(1..=20));
 }
 
-/// No force, and a floor that it refuses to enter.
+/// A force of zero that panics if the ball enters the floor.
 struct Touchy;
 
-/// Height of the ball's center (m) below which [`Touchy`] panics.
+/// Height (m) of the ball's center below which [`Touchy`] panics.
 const LOWEST: f64 = 0.1045;
 
 impl Force for Touchy {
@@ -363,7 +363,7 @@ fn a_panic_in_one_rollout_is_its_error_and_the_others_go_on() {
     let batch = Batch::new(&Plan::new(TIME_STEP, 50).unwrap());
     let results = batch.rollouts(&starting_from(&world, &starts));
     for (index, result) in results.into_iter().enumerate() {
-        // In 25 ms the ball falls 3.1 mm, from 100 mm and a millimeter more each time.
+        // In 25 ms the ball falls 3.1 mm. Its initial height is 100 mm and increases by a millimeter each time.
         if index > 7 {
             assert_eq!(result.unwrap().states().len(), 51);
             continue;

@@ -1,4 +1,4 @@
-//! The bodies: their surfaces once, their poses in every frame.
+//! Logging of the bodies: their surfaces once, their poses in every frame.
 
 use crate::layout::WORLD;
 use crate::palette;
@@ -8,7 +8,7 @@ use hydroelastic::spatial::Pose;
 use nalgebra::Vector3;
 use rerun::{Mesh3D, RecordingStream, RecordingStreamResult, Rgba32, Transform3D, ViewCoordinates};
 
-/// Logs which way is up, and the surface of every body in the body's frame.
+/// Logs the up axis, and the surface of every body in the body's frame.
 pub fn log_shapes(recording: &RecordingStream, world: &World) -> RecordingStreamResult<()> {
     recording.log_static(WORLD, &ViewCoordinates::RIGHT_HAND_Z_UP())?;
     for body in world.bodies() {
@@ -17,7 +17,7 @@ pub fn log_shapes(recording: &RecordingStream, world: &World) -> RecordingStream
     Ok(())
 }
 
-/// Logs where the bodies are.
+/// Logs the poses of the bodies.
 pub fn log_poses(
     recording: &RecordingStream,
     world: &World,
@@ -33,7 +33,7 @@ fn path(body: &Body) -> String {
     format!("{WORLD}/{}", body.name())
 }
 
-/// The surface of a body, each triangle with corners of its own, so that its facets show.
+/// Returns the surface of a body. Triangles do not share vertices, so the facets are visible.
 fn mesh(body: &Body) -> Mesh3D {
     let mesh = body.shape().field().mesh();
     let moves = body.inertia().is_some();
@@ -51,13 +51,13 @@ fn mesh(body: &Body) -> Mesh3D {
         .with_albedo_factor(palette::GLASS)
 }
 
-/// The corners (m) of the surface triangles, counter-clockwise seen from outside.
+/// Yields the corners (m) of the surface triangles, counter-clockwise seen from outside.
 fn triangles(mesh: &TetMesh) -> impl Iterator<Item = [Vector3<f64>; 3]> {
     let corners = |triangle: &[usize; 3]| triangle.map(|vertex| mesh.vertices()[vertex]);
     mesh.surface_triangles().iter().map(corners)
 }
 
-/// Octants of a body that moves have two colors in turn: its spin shows.
+/// Returns the color of a point of a body. The octants of a moving body alternate between two colors, so its rotation is visible.
 fn color(center: &Vector3<f64>, moves: bool) -> Rgba32 {
     match (moves, center.product() > 0.0) {
         (false, _) => palette::FIXED,
@@ -71,7 +71,7 @@ fn transform(pose: &Pose) -> Transform3D {
     Transform3D::from_translation_mat3x3(single(pose.translation()), columns)
 }
 
-/// A vector in single precision, as viewers take it.
+/// Converts a vector to the single precision that the viewer uses.
 pub fn single(vector: &Vector3<f64>) -> [f32; 3] {
     vector.cast().into()
 }

@@ -1,4 +1,4 @@
-//! What bodies do to each other: surfaces and arrows in space, forces in a plot.
+//! Logging of contacts: surfaces and arrows in space, forces in a plot.
 
 use crate::layout::{FORCES, WORLD};
 use crate::{force, palette, surface};
@@ -19,7 +19,7 @@ pub fn log_styles(recording: &RecordingStream, world: &World) -> RecordingStream
     Ok(())
 }
 
-/// Logs all pairs of bodies: those that do not touch too, or what was last logged would stay.
+/// Logs all pairs of bodies. Pairs that do not touch are logged too, because the viewer otherwise keeps showing their last contact.
 pub fn log(recording: &RecordingStream, world: &World, state: &State) -> RecordingStreamResult<()> {
     let contacts = world.contacts(state).expect("a state of this world");
     for bodies in pairs(world) {
@@ -42,7 +42,7 @@ fn log_pair(
     recording.log(format!("{FORCES}/{name}"), &parts)
 }
 
-/// The pairs that may touch, the smaller place first: one of them at least must move.
+/// Yields the pairs of bodies that can touch, smaller index first. At least one body of a pair moves.
 fn pairs(world: &World) -> impl Iterator<Item = [usize; 2]> {
     let count = world.bodies().len();
     let all = (0..count).flat_map(move |i| (i + 1..count).map(move |j| [i, j]));

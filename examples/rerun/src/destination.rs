@@ -1,19 +1,19 @@
-//! Where the recording goes.
+//! Destination of the recording.
 
 use crate::layout;
 use rerun::{RecordingStream, RecordingStreamBuilder, RecordingStreamResult};
 use std::path::PathBuf;
 
-/// A running program, or a file.
+/// A viewer or a file.
 pub enum Destination {
-    /// The viewer that is listening, or else a new one.
+    /// A viewer that is already listening, or a new viewer.
     Viewer,
     /// A file for the viewer.
     File(PathBuf),
 }
 
 impl Destination {
-    /// What the command line asks for.
+    /// Reads the destination from the command line.
     pub fn from_arguments(arguments: impl Iterator<Item = String>) -> Result<Self, &'static str> {
         let arguments: Vec<_> = arguments.collect();
         match &arguments[..] {
@@ -23,7 +23,7 @@ impl Destination {
         }
     }
 
-    /// A recording that goes there, with its layout.
+    /// Creates a recording to the destination, with its layout.
     pub fn recording(&self) -> RecordingStreamResult<RecordingStream> {
         let builder =
             RecordingStreamBuilder::new("hydroelastic").with_blueprint(layout::blueprint());

@@ -1,4 +1,4 @@
-//! The energies of a state, as lines in a plot.
+//! Logging of the energies of a state, as lines in a plot.
 
 use crate::layout::ENERGIES;
 use crate::palette;

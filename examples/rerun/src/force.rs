@@ -1,4 +1,4 @@
-//! The force of a contact: on the first body, at the center of pressure.
+//! Force of a contact on the first body, at the center of pressure.
 
 use crate::bodies::single;
 use crate::palette;
@@ -11,7 +11,7 @@ use rerun::Arrows3D;
 const LENGTH: f64 = 3e-3;
 const RADIUS: f32 = 6e-3;
 
-/// An arrow; where nothing presses, none.
+/// Returns an arrow, or no arrow without contact.
 pub fn arrow(contact: Option<&Contact>) -> Arrows3D {
     let at_center = contact.and_then(|contact| {
         let center = contact.surface.center_of_pressure()?;
@@ -24,8 +24,7 @@ pub fn arrow(contact: Option<&Contact>) -> Arrows3D {
         .with_colors([palette::FORCE])
 }
 
-/// The parts (N) of a force along the mean normal and across it: pressure with dissipation, and
-/// friction.
+/// Returns the components (N) of a force along and across the mean normal: pressure with dissipation, and friction.
 pub fn normal_and_friction(contact: Option<&Contact>) -> [f64; 2] {
     let Some(contact) = contact else {
         return [0.0; 2];
@@ -35,7 +34,7 @@ pub fn normal_and_friction(contact: Option<&Contact>) -> [f64; 2] {
     [along, (force - normal * along).norm()]
 }
 
-/// The direction of ∫ p n dA.
+/// Returns the direction of ∫ p n dA.
 fn mean_normal(contact: &Contact) -> Vector3<f64> {
     let forces = contact.surface.polygons.iter().map(ContactPolygon::force);
     forces

@@ -1,4 +1,4 @@
-//! What the viewer shows where.
+//! Layout of the viewer.
 
 use rerun::blueprint::components::{LoopMode, PanelState, PlayState};
 use rerun::blueprint::{
@@ -6,19 +6,19 @@ use rerun::blueprint::{
     TimeSeriesView, Vertical,
 };
 
-/// Simulated time.
+/// Timeline of simulated time.
 pub const TIMELINE: &str = "sim_time";
-/// All that has a place in space, the energies (J), and the forces (N).
+/// Paths of the scene, of the energies (J), and of the forces (N).
 pub const WORLD: &str = "world";
 pub const ENERGIES: &str = "energy";
 pub const FORCES: &str = "force";
 
-/// Seconds of simulation shown in a second: a bounce takes a few hundredths.
+/// Seconds of simulation shown per second, because a bounce takes a few hundredths of a second.
 const SPEED: f64 = 0.1;
-/// Width of the scene beside that of the plots.
+/// Relative widths of the scene and of the plots.
 const SHARES: [f32; 2] = [2.0, 1.0];
 
-/// The scene, and beside it the plots.
+/// Returns the layout: the scene, and the plots beside it.
 pub fn blueprint() -> Blueprint {
     let scene = Spatial3DView::new("Scene").with_origin(WORLD);
     let plot = |name: &str, origin: &str| -> ContainerLike {
@@ -32,7 +32,7 @@ pub fn blueprint() -> Blueprint {
         .with_time_panel(time_panel())
 }
 
-/// Simulated time, slowly, over and over.
+/// Returns a time panel that plays simulated time slowly in a loop.
 fn time_panel() -> TimePanel {
     TimePanel::new()
         .with_state(PanelState::Collapsed)

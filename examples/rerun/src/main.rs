@@ -1,7 +1,7 @@
-//! Logs a rollout with the Rerun SDK: a soft ball is thrown on the floor and bounces against a wall.
+//! Logs a rollout with the Rerun SDK: a soft ball that is thrown on the floor and bounces against a wall.
 //!
-//! `cargo run --release` shows it in a Rerun viewer while it is computed;
-//! `cargo run --release -- --save FILE.rrd` writes it to a file.
+//! `cargo run --release` shows the rollout in a Rerun viewer while it is computed; `cargo run --release -- --save FILE.rrd` writes it to a
+//! file.
 
 mod bodies;
 mod contacts;
@@ -20,7 +20,7 @@ use std::error::Error;
 use std::iter;
 use std::process::ExitCode;
 
-/// Time step (s), the steps from one frame to the next, and the frames after the first: one second.
+/// Time step (s), steps per frame, and number of frames after the first: one second.
 const TIME_STEP: f64 = 1e-4;
 const STEPS_A_FRAME: usize = 20;
 const FRAMES: usize = 500;
@@ -35,7 +35,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Logs what stays once, then what changes, frame by frame.
+/// Logs static data once, then each frame.
 fn log() -> Result<(), Box<dyn Error>> {
     let recording = Destination::from_arguments(env::args().skip(1))?.recording()?;
     let world = scene::world()?;

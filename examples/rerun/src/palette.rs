@@ -1,21 +1,21 @@
-//! Colors.
+//! Colors of the recording.
 
 use nalgebra::Vector3;
 use rerun::Rgba32;
 
-/// Bodies that never move.
+/// Color of bodies that never move.
 pub const FIXED: Rgba32 = Rgba32::from_rgb(150, 155, 165);
 /// The two colors of bodies that move.
 pub const MOVING: [Rgba32; 2] = [
     Rgba32::from_rgb(225, 230, 240),
     Rgba32::from_rgb(90, 140, 220),
 ];
-/// What bodies let through: contact surfaces lie inside them.
+/// Tint of transparent bodies, inside which contact surfaces lie.
 pub const GLASS: Rgba32 = Rgba32::from_unmultiplied_rgba(255, 255, 255, 60);
-/// Forces.
+/// Color of force arrows.
 pub const FORCE: Rgba32 = Rgba32::from_rgb(60, 220, 120);
 
-/// Lines of a plot, in turn.
+/// Colors of the lines in a plot, in turn.
 pub const LINES: [Rgba32; 4] = [
     Rgba32::from_rgb(80, 160, 255),
     Rgba32::from_rgb(255, 180, 60),
@@ -23,7 +23,7 @@ pub const LINES: [Rgba32; 4] = [
     Rgba32::from_rgb(235, 235, 235),
 ];
 
-/// Colors of no pressure, of the highest, and of equal steps between: red, green, blue of 255.
+/// Colors of zero pressure, of the highest pressure, and of equal steps between them: red, green, blue of 255.
 const PRESSURE: [[f64; 3]; 4] = [
     [40.0, 20.0, 110.0],
     [175.0, 40.0, 120.0],
@@ -31,7 +31,7 @@ const PRESSURE: [[f64; 3]; 4] = [
     [255.0, 245.0, 140.0],
 ];
 
-/// The color of a share, from 0 to 1, of the highest pressure.
+/// Returns the color of a pressure, given as a fraction of the highest pressure.
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,

@@ -1,4 +1,4 @@
-//! What is thrown where.
+//! A ball, thrown in a room.
 
 use hydroelastic::contact::Shape;
 use hydroelastic::dynamics::{Body, Mass, Material, World};
@@ -7,24 +7,24 @@ use hydroelastic::spatial::Pose;
 use nalgebra::{Vector3, vector};
 use std::error::Error;
 
-/// Radius (m), mass (kg) and modulus (Pa) of the ball: soft, so that it is pressed flat.
+/// Radius (m), mass (kg) and modulus (Pa) of the ball, which is soft enough to flatten visibly.
 const RADIUS: f64 = 0.1;
 const MASS: f64 = 0.5;
 const BALL_MODULUS: f64 = 4e4;
 /// Modulus (Pa) of floor and wall.
 const ROOM_MODULUS: f64 = 4e5;
-/// Hunt–Crossley dissipation (s/m) and coefficient of friction of all.
+/// Hunt–Crossley dissipation (s/m) and coefficient of friction of all bodies.
 const DISSIPATION: f64 = 0.02;
 const FRICTION: f64 = 0.4;
-/// Below this slip (m/s) friction fades. More than friction changes the slip in a time step, about
-/// μ F Δt · 7/(2 m) = 0.04 m/s for the solid ball at 155 N, or friction would overshoot to and fro.
+/// Slip tolerance (m/s), below which friction decreases. It exceeds the change of slip by friction in a time step, about μ F Δt · 7/(2 m) =
+/// 0.04 m/s for the solid ball at 155 N. Below that, friction would oscillate.
 const SLIP_TOLERANCE: f64 = 0.1;
-/// Where the ball starts (m), with which velocity (m/s).
+/// Initial position (m) and velocity (m/s) of the ball.
 const START: Vector3<f64> = Vector3::new(-0.3, -0.1, 0.31);
 const VELOCITY: Vector3<f64> = Vector3::new(1.8, 0.2, -2.2);
 const GRAVITY: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
 
-/// A ball in the air, the floor z = 0 and the wall x = 0.5 m.
+/// Returns a ball in the air, the floor z = 0 and the wall x = 0.5 m.
 pub fn world() -> Result<World, Box<dyn Error>> {
     let ball = Shape::new(shapes::icosphere(RADIUS, 3)?);
     let ball = Body::dynamic("ball", ball, skin(BALL_MODULUS), Mass::Total(MASS))?
@@ -37,7 +37,7 @@ pub fn world() -> Result<World, Box<dyn Error>> {
         .with_slip_tolerance(SLIP_TOLERANCE)?)
 }
 
-/// A fixed cuboid of the given edges (m) about a center (m).
+/// Creates a fixed cuboid of the given edges (m) about a center (m).
 fn slab(name: &str, edges: [f64; 3], center: Vector3<f64>) -> Result<Body, Box<dyn Error>> {
     let shape = Shape::new(shapes::cuboid(edges)?);
     let slab = Body::fixed(name, shape, skin(ROOM_MODULUS))?;

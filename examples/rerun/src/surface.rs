@@ -5,10 +5,10 @@ use crate::palette;
 use hydroelastic::contact::{ContactPolygon, ContactSurface};
 use rerun::{Mesh3D, Rgba32};
 
-/// Pressure (Pa) of the last color: about that of the first bounce.
+/// Pressure (Pa) of the last color, which is about the largest pressure of the first bounce.
 const HIGHEST: f64 = 1.6e4;
 
-/// The polygons of a surface (m, world frame); without one, nothing.
+/// Returns the polygons of a surface (m, world frame), or an empty mesh without a surface.
 pub fn mesh(surface: Option<&ContactSurface>) -> Mesh3D {
     let (mut corners, mut colors, mut triangles) = (Vec::new(), Vec::new(), Vec::new());
     for polygon in surface.iter().flat_map(|surface| &surface.polygons) {
@@ -21,7 +21,7 @@ pub fn mesh(surface: Option<&ContactSurface>) -> Mesh3D {
         .with_triangle_indices(triangles)
 }
 
-/// Triangles from the first of a convex polygon's corners to all the others.
+/// Returns the triangles from the first corner of a convex polygon to its other edges.
 #[expect(
     clippy::cast_possible_truncation,
     reason = "a surface has far fewer than 2³² corners"

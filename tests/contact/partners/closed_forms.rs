@@ -1,7 +1,7 @@
-//! Cubes and balls on half-spaces, against integrals by hand.
+//! Cubes and balls on half-spaces, against integrals in closed form.
 //!
-//! A cube of edge a with the pressure E at its center has the slope κ = 2E/a; pressed into a rigid plane, flat by x, it
-//! pushes with F = κ(a²x − 2ax² + 4x³/3); on its edge by d, with κ(ad²/√2 − d³/3); on its corner, with κd³/2.
+//! A cube of edge a with pressure E at its center has the pressure gradient κ = 2E/a. Pressed flat into a rigid plane by x, its force is F
+//! = κ(a²x − 2ax² + 4x³/3). Pressed in by d on its edge, the force is κ(ad²/√2 − d³/3), and on its corner κd³/2.
 
 use super::rigid;
 use hydroelastic::contact::{ContactBody, ContactPair, HalfSpace, Partner, Shape};
@@ -9,13 +9,13 @@ use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::Pose;
 use nalgebra::{Rotation3, UnitVector3, Vector3, Vector6, vector};
 
-/// Round-off of a sum of some twenty polygons.
+/// Rounding error of a sum of about twenty polygons.
 const EXACT: f64 = 1e-12;
 
 const EDGE: f64 = 0.2;
 const MODULUS: f64 = 1e6;
 
-/// Force up, its derivatives by depth, and by both moduli times these.
+/// Returns the upward force, its derivative with respect to depth, and its derivatives with respect to both moduli times the moduli.
 fn force(a: &Shape, pose: Pose, b: Partner) -> [f64; 4] {
     let pair = ContactPair::new(ContactBody::new(a, pose, MODULUS).unwrap(), b);
     let contact = pair.linearized();
@@ -36,7 +36,7 @@ fn cube() -> Shape {
     Shape::new(shapes::cuboid([EDGE; 3]).unwrap())
 }
 
-/// The lowest of the given points of a turned body at this depth below z = 0.
+/// Returns the pose at which the lowest of the given points of a rotated body is at this depth below z = 0.
 fn at_depth(rotation: &Rotation3<f64>, lowest: Vector3<f64>, depth: f64) -> Pose {
     let height = -depth - (rotation * lowest).z;
     Pose::from_rotation_vector(&rotation.scaled_axis(), vector![0.03, -0.02, height])
@@ -47,7 +47,7 @@ fn turned_down(direction: Vector3<f64>) -> Rotation3<f64> {
     Rotation3::rotation_between(&direction, &-Vector3::z_axis()).unwrap()
 }
 
-/// The plane z = 0, as a half-space and as the upper side of a rigid slab, whose triangles cut the cube's.
+/// Checks the plane z = 0 as a half-space and as the upper side of a rigid slab, whose triangles cut those of the cube.
 fn for_rigid_planes(check: impl Fn(&str, Partner)) {
     check(
         "half-space",
@@ -106,7 +106,7 @@ fn a_cube_stands_on_its_corner() {
 #[test]
 fn a_cube_lies_flat_on_a_soft_layer() {
     let cube = cube();
-    // The pressure rises by 6e6 Pa/m.
+    // The pressure gradient is 6e6 Pa/m.
     let layer = HalfSpace::layer(0.05).unwrap();
     let floor = Partner::half_space(&layer, Pose::identity(), 3e5).unwrap();
     for (depth, expected) in [
@@ -137,14 +137,14 @@ fn a_cube_lies_flat_on_a_soft_layer() {
     }
 }
 
-/// Rounding of numbers with six digits.
+/// Rounding error of numbers with six digits.
 const PRINTED: f64 = 1e-6;
 
-/// Polyhedra within a ball are smaller: the error falls with the square of the edges. What is known of it comes from sums over
-/// 1200² vertical lines through the polyhedra, on each of which p_A = p_B has a root in closed form.
+/// Inscribed polyhedra are smaller than a ball, and the error is proportional to the square of the edges. The reference errors come from
+/// sums over 1200² vertical lines through the polyhedra, on each of which p_A = p_B has a root in closed form.
 #[test]
 fn balls_push_as_their_integral_says() {
-    // p = E(1 − r/R) with R = E = 1, by 0.1.
+    // p = E(1 − r/R) with R = E = 1, pressed in by 0.1.
     let rigid = 0.029_321_531_433_5;
     let soft = 0.014_922_565_104_6;
     let layer = HalfSpace::layer(1.0).unwrap();
@@ -174,7 +174,7 @@ fn balls_push_as_their_integral_says() {
 
 #[test]
 fn the_energy_is_the_work_of_pressing_in() {
-    // ∫ F dx of the cube that lies flat: κ(a²x²/2 − 2ax³/3 + x⁴/3).
+    // ∫ F dx of a cube pressed in flat: κ(a²x²/2 − 2ax³/3 + x⁴/3).
     let cube = cube();
     let kappa = 2.0 * MODULUS / EDGE;
     for_rigid_planes(|name, plane| {
@@ -193,13 +193,13 @@ fn a_body_that_has_sunk_through_is_pushed_by_nothing_and_holds_all_its_energy() 
         let pose = Pose::from_rotation_vector(&vector![0.3, 0.5, -0.2], vector![0.1, 0.0, -0.4]);
         let pair = ContactPair::new(ContactBody::new(&cube, pose, MODULUS).unwrap(), plane);
         assert_eq!(pair.wrench().on_a.force, Vector3::zeros(), "{name}");
-        // The mean of a cone's height is a quarter.
+        // The mean height of a cone is a quarter of its height.
         let most = MODULUS * EDGE.powi(3) / 4.0;
         assert_close(name, pair.potential_energy(), most);
     });
 }
 
-/// Squares of such distances are not finite.
+/// The squares of these distances are infinite.
 #[test]
 fn however_far_above_a_half_space_a_body_does_not_touch_it() {
     let cube = Shape::new(shapes::cuboid([1.0; 3]).unwrap());

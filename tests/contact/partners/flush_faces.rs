@@ -1,4 +1,4 @@
-//! Faces of a rigid body that lie in faces inside a compliant one.
+//! Faces of a rigid body that lie in faces inside a compliant body.
 
 use super::rigid;
 use crate::support::reference::shape;
@@ -7,21 +7,21 @@ use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::Pose;
 use nalgebra::vector;
 
-/// The other program's force is printed with so many digits (N).
+/// Printed precision of the other program's force (N).
 const PRINTED: f64 = 2e-9;
 
-/// How far beside the layer (m) slopes of one side are taken, and how much they (N/m) differ from those at the layer.
+/// Distance from the layer (m) at which one-sided slopes are evaluated, and their difference (N/m) from the slopes at the layer.
 const BESIDE: f64 = 1e-7;
 const NEAR: f64 = 1e-5;
 
-/// Round-off of forces and slopes of order one.
+/// Rounding error of forces and slopes of order one.
 const ROUNDED: f64 = 1e-12;
 
 /// Height of the layer of vertices in which the cube's lower side lies, and half of the cube's edge (m).
 const LAYER: f64 = 0.25;
 const HALF: f64 = 0.45;
 
-/// Force on the block along z, and its derivative by a motion of the cube along z.
+/// Returns the force on the block along z, and its derivative with respect to a translation of the cube along z.
 fn force_and_slope(block: &Shape, cube: &RigidShape, height: f64) -> [f64; 2] {
     let pose = Pose::from_translation(vector![0.013, -0.021, height + HALF]);
     let block = ContactBody::new(block, Pose::identity(), 1.0).unwrap();
@@ -30,8 +30,8 @@ fn force_and_slope(block: &Shape, cube: &RigidShape, height: f64) -> [f64; 2] {
     [contact.wrench.on_a.force.z, contact.by_poses[(5, 11)]]
 }
 
-/// The force is that of an independent program. Its slope jumps where the cube's side passes the layer, and at the layer is the
-/// mean of both sides.
+/// The force is that of an independent program. Its slope jumps when the cube's side passes the layer. At the layer, the slope is the mean
+/// of both sides.
 #[test]
 fn the_slope_in_a_layer_of_the_mesh_is_the_mean_of_both_sides() {
     let block = shape("grid4");
@@ -45,7 +45,7 @@ fn the_slope_in_a_layer_of_the_mesh_is_the_mean_of_both_sides() {
     assert!((above - known[1]).abs() < NEAR, "{above}");
     let mean = f64::midpoint(known[0], known[1]);
     assert!((slope - mean).abs() < NEAR, "{slope}");
-    // Round-off decides nothing.
+    // Round-off has no effect.
     for beside in [1e-16, 1e-15, 1e-14] {
         for height in [LAYER - beside, LAYER + beside] {
             let [near, near_slope] = force_and_slope(&block, &cube, height);

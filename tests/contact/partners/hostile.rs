@@ -1,4 +1,4 @@
-//! Hostile pairs with rigid bodies and half-spaces keep all the claims of `support/hostile/claims.rs` but that of an exchange of
+//! Hostile pairs with rigid bodies and half-spaces satisfy all claims of `support/hostile/claims.rs`, except that about an exchange of
 //! names.
 
 use crate::hostile::{Tallies, merge, report};
@@ -8,13 +8,13 @@ use crate::support::scenes::Random;
 use crate::support::sweep::{in_batches, range_from_environment};
 use std::ops::Range;
 
-/// Pairs that share a set of shapes.
+/// Number of pairs that share a set of shapes.
 const BATCH: usize = 4096;
 
-/// Pairs of the short form.
+/// Number of pairs in the short form.
 const SHORT: usize = BATCH;
 
-/// Pairs of the long form, if HOSTILE_PAIRS does not say.
+/// Number of pairs in the long form, unless HOSTILE_PAIRS is set.
 const LONG: usize = 1_000_000;
 
 fn add(tallies: &mut Tallies, batch: usize, numbers: Range<usize>) {
@@ -36,12 +36,11 @@ fn hostile_pairs_with_partners_keep_every_claim() {
     let tallies = soaked(0, SHORT);
     report(&tallies);
     for (family, tally) in Family::ALL.iter().zip(&tallies) {
-        assert!(tally.touches_often(), "{family:?} hardly touches");
+        assert!(tally.touches_often(), "{family:?}: too few pairs touch");
     }
 }
 
-/// 208,829, 357,328: a side lies in a layer with a field like its own, and where corners near the plane are taken to be on it, no
-/// polygon is left.
+/// 208,829, 357,328: a side lies in a layer with an equal field, and no polygon remains if corners near the plane count as on the plane.
 #[test]
 fn pairs_with_partners_that_once_failed_keep_every_claim() {
     for number in [208_829, 357_328] {
@@ -51,7 +50,7 @@ fn pairs_with_partners_that_once_failed_keep_every_claim() {
     }
 }
 
-/// Takes from HOSTILE_PAIRS how many, and from HOSTILE_FIRST the number of the first.
+/// HOSTILE_PAIRS is the number of pairs, and HOSTILE_FIRST is the number of the first pair.
 #[test]
 #[ignore = "an hour: a million pairs"]
 fn many_hostile_pairs_with_partners_keep_every_claim() {

@@ -1,13 +1,13 @@
-//! Derivatives in motion, with friction and dissipation.
+//! Derivatives of moving bodies, with friction and dissipation.
 
 use super::Shapes;
 use crate::support::moving::{COLUMNS, Scene, jacobian_of, seeds};
 use nalgebra::SVector;
 
-/// Round-off of derivatives through slices and clips of generic pairs, of the largest entry.
+/// Rounding error of derivatives through slices and clips of generic pairs, relative to the largest entry.
 const TWO_WAYS: f64 = 1e-10;
 
-/// Differences with the best of three steps.
+/// Error of differences with the best of three steps.
 const DIFFERENCES: f64 = 1e-6;
 const STEPS: [f64; 3] = [1e-5, 1e-6, 1e-7];
 

@@ -1,5 +1,5 @@
-//! What holds at every pose, whatever the partner: balance, frames, homogeneity, that the wrench is the derivative of the
-//! energy, and the closed form against dual numbers through the clips.
+//! Invariants at every pose and for every partner: balance, frames, homogeneity, the wrench as derivative of the energy, and the closed
+//! form against dual numbers through the clips.
 
 use super::Shapes;
 use hydroelastic::contact::{ContactBody, ContactPair};
@@ -9,16 +9,16 @@ use hydroelastic::spatial::{Pose, Twist, skew};
 use nalgebra::{Matrix6, SVector, Vector6};
 use num_dual::{DualSVec64, gradient};
 
-/// Round-off of a wrench summed in another order or frame.
+/// Rounding error of a wrench summed in another order or frame.
 const SAME: f64 = 1e-12;
 
-/// Round-off of second moments, of the largest entry.
+/// Rounding error of second moments, relative to the largest entry.
 const JACOBIAN: f64 = 1e-11;
 
-/// Round-off of derivatives through slices and clips, of the largest entry.
+/// Rounding error of derivatives through slices and clips, relative to the largest entry.
 const TWO_WAYS: f64 = 1e-10;
 
-/// Round-off of a derivative through some hundred thousand clipped tetrahedra.
+/// Rounding error of a derivative through about a hundred thousand clipped tetrahedra.
 const ENERGY: f64 = 1e-11;
 
 fn lever(pair: &ContactPair) -> nalgebra::Vector3<f64> {
@@ -48,7 +48,8 @@ fn forces_and_moments_balance_and_turn_with_the_world() {
     });
 }
 
-/// About one point at rest, moving A is moving B back and turning the wrench along; and the energy's Hessian is symmetric.
+/// About a fixed point, a motion of A is equivalent to the opposite motion of B followed by a rotation of the wrench. The Hessian of the
+/// energy is symmetric.
 #[test]
 fn moving_one_body_is_minus_the_transpose_of_moving_the_other() {
     let shapes = Shapes::mixed();
@@ -57,11 +58,11 @@ fn moving_one_body_is_minus_the_transpose_of_moving_the_other() {
         let by_poses =
             [0, 6].map(|column| contact.by_poses.fixed_view::<6, 6>(0, column).into_owned());
         let arm = lever(pair);
-        // Moving B about A's origin: its own turned by ω is about there shifted by ω × (p_A − p_B).
+        // Motion of B about A's origin: B's own rotation by ω is a rotation about A's origin and a translation by ω × (p_A − p_B).
         let mut about_a = Matrix6::<f64>::identity();
         about_a.fixed_view_mut::<3, 3>(3, 0).copy_from(&skew(&arm));
         let by_b = by_poses[1] * about_a.try_inverse().unwrap();
-        // About a fixed point, A's wrench has the torque F × δp less.
+        // About a fixed point, the torque of A's wrench is smaller by F × δp.
         let mut by_a = by_poses[0];
         let mut corner = by_a.fixed_view_mut::<3, 3>(0, 3);
         corner -= skew(&contact.wrench.on_a.force);
@@ -112,7 +113,7 @@ fn closed_form_and_dual_numbers_agree() {
     assert!(worst <= TWO_WAYS, "{worst:e}");
 }
 
-/// The wrench is minus the derivative of the potential energy by a motion of A.
+/// The wrench is minus the derivative of the potential energy with respect to a motion of A.
 #[test]
 fn the_wrench_is_the_slope_of_the_energy() {
     let shapes = Shapes::mixed();

@@ -17,7 +17,7 @@ use hydroelastic::contact::{ContactBody, ContactPair, HalfSpace, Partner, RigidS
 use hydroelastic::mesh::TriangleSurface;
 use hydroelastic::spatial::Pose;
 
-/// Compliant shapes, their surfaces as rigid ones, and half-spaces with a soft layer and without.
+/// Compliant shapes, their surfaces as rigid shapes, and half-spaces with and without a compliant layer.
 pub struct Shapes {
     pub compliant: Vec<Shape>,
     pub rigid: Vec<RigidShape>,
@@ -34,7 +34,7 @@ impl Shapes {
         }
     }
 
-    /// Pairs at random poses that touch, of each kind of partner equally often.
+    /// Visits touching pairs at random poses, with equal numbers of each kind of partner.
     pub fn for_pairs(
         &self,
         count: usize,
@@ -68,7 +68,7 @@ impl Shapes {
     }
 }
 
-/// The surface of a shape, as that of a rigid body.
+/// Returns the surface of a shape as a rigid shape.
 fn rigid(shape: &Shape) -> RigidShape {
     RigidShape::new(TriangleSurface::around(shape.field().mesh()).unwrap())
 }

@@ -4,7 +4,7 @@ use crate::support::reference::{PartnerCases, partner_cases};
 use hydroelastic::mesh::FieldTet;
 use nalgebra::{Matrix6, Vector6};
 
-/// The program's numbers are exact to 2e-14 of the largest entry; poses are printed with 17 digits.
+/// Tolerance. The program's numbers are exact to 2e-14 of the largest entry, and poses are printed with 17 digits.
 const EXACT: f64 = 1e-11;
 
 fn matrix(rows: &[[f64; 6]; 6]) -> Matrix6<f64> {
@@ -27,7 +27,7 @@ fn wrenches_and_jacobians_equal_those_of_an_independent_program() {
         let expected = Vector6::from(case.wrench_on_compliant);
         let error = (contact.wrench.on_a.to_vector() - expected).amax();
         compare("wrench", error, expected.amax());
-        // The program counts what has no pressure as well.
+        // The program also counts polygons without pressure.
         if !shapes
             .compliant
             .field()

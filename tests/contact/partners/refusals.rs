@@ -1,4 +1,4 @@
-//! What is no partner is refused, and what a partner ignores is not.
+//! Invalid partners are rejected, and inputs that a partner ignores are not.
 
 use super::rigid;
 use hydroelastic::contact::{BodyError, ContactBody, ContactPair, HalfSpace, Partner, Shape};
@@ -33,7 +33,7 @@ fn a_rigid_partner_ignores_the_modulus() {
     }
 }
 
-/// Else it would be pushed with nothing: the squares of gradients overflow.
+/// Otherwise the force would be zero, because the squares of gradients overflow.
 #[test]
 fn pressures_must_not_rise_beyond_double_precision() {
     let [thin, bare] = [HalfSpace::layer(1e-6).unwrap(), HalfSpace::rigid()];
@@ -50,7 +50,7 @@ fn pressures_must_not_rise_beyond_double_precision() {
         }
         assert!(Partner::half_space(&bare, here, modulus).is_ok());
     }
-    // What is let in still pushes: a layer so steep is rigid to round-off.
+    // The steepest accepted layer still has a force. It is rigid up to round-off.
     let above = Pose::from_translation(vector![0.01, 0.02, 0.09]);
     let cube = ContactBody::new(&cube, above, 1e100).unwrap();
     let [on_layer, on_rigid] = [

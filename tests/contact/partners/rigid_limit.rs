@@ -1,4 +1,4 @@
-//! A rigid body is the limit of ever stiffer ones.
+//! A rigid body is the limit of bodies of increasing stiffness.
 
 use super::{Shapes, rigid};
 use hydroelastic::contact::{ContactBody, ContactPair, HalfSpace, Partner, Shape};
@@ -6,13 +6,14 @@ use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::Pose;
 use nalgebra::vector;
 
-/// The error is this over the ratio of the moduli, at most: the soft body's pressure over the stiff one's at the same depth.
+/// Bound of the error times the ratio of the moduli. The error is the ratio of the soft body's pressure to the stiff body's pressure at the
+/// same depth.
 const TIMES: f64 = 4.0;
 
-/// Where round-off takes over.
+/// Rounding error, which dominates at large ratios.
 const ROUNDED: f64 = 1e-12;
 
-/// The error of the wrench on A and of its derivatives by both poses, relative to the limit.
+/// Returns the error of the wrench on A and of its derivatives with respect to both poses, relative to the limit.
 fn error_against(limit: &ContactPair, pair: &ContactPair) -> f64 {
     let [(expected, slopes), (found, found_slopes)] = [limit, pair].map(|pair| {
         let contact = pair.linearized();
@@ -25,7 +26,7 @@ fn error_against(limit: &ContactPair, pair: &ContactPair) -> f64 {
     of_slopes.fold(of_wrench, f64::max)
 }
 
-/// Checks that with a B of so many times A's modulus the error falls as that ratio grows.
+/// Checks that the error decreases in proportion to the ratio of B's modulus to A's.
 fn assert_falls<'a>(limit: &ContactPair, with_ratio: impl Fn(f64) -> ContactPair<'a>) {
     for power in 2..=12 {
         let ratio = 10_f64.powi(power);

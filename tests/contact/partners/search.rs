@@ -1,4 +1,4 @@
-//! Following finds what culling finds.
+//! Tracing finds the same pairs as culling.
 
 use super::{Shapes, rigid};
 use crate::support::scenes::{Random, grid};
@@ -7,7 +7,7 @@ use hydroelastic::mesh::{PressureField, shapes};
 use hydroelastic::spatial::Pose;
 use nalgebra::vector;
 
-/// Polygons that round-off makes and another search does not, times the area.
+/// Tolerance times the area, for polygons that exist in one search only because of round-off.
 const SAME: f64 = 1e-12;
 
 fn assert_same_surface(pair: &ContactPair, culling: Culling) {
@@ -26,7 +26,7 @@ fn all_searches_find_the_same_surface() {
     let shapes = Shapes::mixed();
     shapes.for_pairs(300, 61, |pair, random| {
         assert_same_surface(pair, Culling::default());
-        // On a half-space nothing is followed: both are the same search.
+        // On a half-space there is no tracing, and both are the same search.
         if random.below(10) == 0 || pair.b().half_space_shape().is_some() {
             assert_same_surface(pair, Culling::NONE);
             let boxes = Culling {
@@ -38,7 +38,7 @@ fn all_searches_find_the_same_surface() {
     });
 }
 
-/// Of a rigid body all inside a compliant one no triangle crosses the other's surface.
+/// If a rigid body is wholly inside a compliant body, no triangle crosses the surface of the compliant body.
 #[test]
 fn a_rigid_body_inside_a_soft_one_is_found() {
     let big = Shape::new(shapes::icosphere(1.0, 2).unwrap());
@@ -47,7 +47,7 @@ fn a_rigid_body_inside_a_soft_one_is_found() {
     let a = ContactBody::new(&big, Pose::identity(), 1e5).unwrap();
     let pair = ContactPair::new(a, Partner::rigid(&small, inside).unwrap());
     assert_same_surface(&pair, Culling::default());
-    // All of its surface is pressed on.
+    // The whole surface is in contact.
     let triangles = 0..small.surface().triangles().len();
     let areas = triangles.map(|triangle| {
         let [a, b, c] = small.surface().corners(triangle);
@@ -57,7 +57,7 @@ fn a_rigid_body_inside_a_soft_one_is_found() {
     assert!((pair.surface().area() - area).abs() <= SAME * area);
 }
 
-/// The work is that of the polygons, not of the triangles of a large surface.
+/// The cost depends on the number of polygons, not on the number of triangles of a large surface.
 #[test]
 fn a_large_rigid_surface_costs_what_is_touched() {
     let ball = Shape::new(shapes::icosphere(0.1, 2).unwrap());
@@ -69,7 +69,7 @@ fn a_large_rigid_surface_costs_what_is_touched() {
     assert!(work.candidate_pairs <= 8 * work.polygons, "{work:?}");
 }
 
-/// So it is where triangles are large: no other pairs are looked at than those at its rim and inside of it.
+/// The same holds for large triangles: the search examines only pairs at the rim of a triangle and inside it.
 #[test]
 fn a_large_rigid_triangle_costs_what_is_touched() {
     let ball = Shape::new(shapes::icosphere(0.1, 3).unwrap());
@@ -88,7 +88,7 @@ fn a_large_rigid_triangle_costs_what_is_touched() {
     }
 }
 
-/// A cube of edge 1.5 about the origin, with pressure at the vertices where x < 0 alone.
+/// Returns a cube of edge 1.5 about the origin, with pressure only at the vertices with x < 0.
 fn half_inert_cube() -> Shape {
     let field = grid(&[3, 3, 3], 0.5, |_| true).unwrap();
     let mesh = field.mesh().clone();
@@ -104,7 +104,7 @@ fn half_inert_cube() -> Shape {
     Shape::new(PressureField::with_inert_tets(mesh.clone(), extents).unwrap())
 }
 
-/// Also one of which most is in tetrahedra without pressure.
+/// The search also finds a rigid body that lies mostly in tetrahedra without pressure.
 #[test]
 fn a_rigid_body_inside_is_found_from_tetrahedra_without_pressure() {
     let half = half_inert_cube();
@@ -120,7 +120,7 @@ fn a_rigid_body_inside_is_found_from_tetrahedra_without_pressure() {
     }
 }
 
-/// Tetrahedra without pressure press on nothing, and are no part of the contact surface, whichever search goes through them.
+/// Tetrahedra without pressure exert no force and are no part of the contact surface, no matter which search visits them.
 #[test]
 fn tetrahedra_without_pressure_are_not_touched() {
     let half = half_inert_cube();
@@ -140,7 +140,8 @@ fn tetrahedra_without_pressure_are_not_touched() {
     }
 }
 
-/// Of a rigid body all inside a compliant one, one side may be in tetrahedra without pressure, and the other not.
+/// If a rigid body is wholly inside a compliant body, one of its sides may lie in tetrahedra without pressure and another side in
+/// tetrahedra with pressure.
 #[test]
 fn a_rigid_body_half_inside_tetrahedra_without_pressure_is_found() {
     let half = half_inert_cube();

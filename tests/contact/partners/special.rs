@@ -1,5 +1,5 @@
-//! Bodies in motion on rigid ones and half-spaces against differences: at generic poses, and flush, aligned, nested, in one
-//! plane or with vertices in common, exactly or missed by a little.
+//! Bodies moving on rigid bodies and half-spaces against differences: at generic poses, and flush, aligned, nested, coplanar or with common
+//! vertices, exactly or nearly.
 
 use crate::coincidence::{
     TWO_WAYS, Tallies, error_of_differences, error_of_pipeline, merge, ranked, report,
@@ -15,28 +15,28 @@ use crate::support::scenes::Random;
 use crate::support::sweep::{in_batches, range_from_environment};
 use std::ops::Range;
 
-/// Poses that share a set of shapes.
+/// Number of poses that share a set of shapes.
 const BATCH: usize = 512;
 
-/// Poses of the short form.
+/// Number of poses in the short form.
 const SHORT: usize = BATCH;
 
-/// Poses of the long form.
+/// Number of poses in the long form.
 const LONG: usize = 100_000;
 
-/// Generic poses of the short form, and of the long one.
+/// Numbers of generic poses in the short form and in the long form.
 const GENERIC: [usize; 2] = [150, 100_000];
 
-/// Elastic derivatives against the best of differences: worst.
+/// Largest error of elastic derivatives against the best differences.
 const ELASTIC: f64 = 1e-6;
 
-/// In motion: of 99 in 100, and worst.
+/// Errors of derivatives in motion: 99th percentile and maximum.
 const IN_MOTION: [f64; 2] = [1e-6, 1e-5];
 
-/// Tries until bodies touch, before another pose is taken.
+/// Number of attempts to place touching bodies before another pose is chosen.
 const TRIES: usize = 8;
 
-/// The scene with a number, with a partner of that kind in the place of B.
+/// Returns the scene with a number, with a partner of this kind in place of B.
 fn scene_with<'a>(
     bodies: &'a Bodies,
     partners: &'a StandIns<'a>,
@@ -85,7 +85,7 @@ fn derivatives_at_special_positions_are_those_of_differences() {
     report(&swept(0, SHORT));
 }
 
-/// The distances to coincidence are spread over many octaves, with narrow gaps.
+/// The distances from coincidence spread over many octaves, with narrow gaps.
 #[test]
 fn poses_that_once_failed_are_those_of_differences() {
     let mut tallies = Tallies::default();
@@ -95,8 +95,8 @@ fn poses_that_once_failed_are_those_of_differences() {
     report(&tallies);
 }
 
-/// Layers so stiff that the contact surface lies in them by 3.8e-9 and 1.3e-8 of the size, all below faces inside A. That is further
-/// than what counts as coincident, so that derivatives are those on this side of the faces.
+/// The layers are so stiff that the contact surface lies 3.8e-9 and 1.3e-8 of the size inside them, always below faces inside A. This depth
+/// exceeds the coincidence margin, so derivatives are those on this side of the faces.
 #[test]
 fn derivatives_near_stiff_layers_are_those_through_the_clips() {
     for number in [68_018, 94_853] {
@@ -121,8 +121,8 @@ fn derivatives_at_many_special_positions_are_those_of_differences() {
     report(&swept(first, count));
 }
 
-/// Errors of the elastic derivatives, and of those in motion, but where surfaces part just so fast that there is no pressure
-/// over a whole polygon: a kink.
+/// Errors of the elastic derivatives and of those in motion. Kinks are excluded, where surfaces separate at the speed at which the pressure
+/// is zero over a whole polygon.
 type Errors = [Vec<(f64, usize)>; 2];
 
 fn generic_errors(range: (usize, usize)) -> Errors {
@@ -142,7 +142,7 @@ fn generic_errors(range: (usize, usize)) -> Errors {
             };
             for (errors, scene) in errors.iter_mut().zip([&elastic, &scene]) {
                 let error = error_of_differences(scene);
-                // Where slip is as slow as the slip tolerance, only differences of higher order resolve it.
+                // If the slip is as slow as the slip tolerance, only higher-order differences resolve it.
                 if error <= IN_MOTION[1] || !checked(scene).is_empty() {
                     errors.push((error, number));
                 }

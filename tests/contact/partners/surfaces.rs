@@ -7,13 +7,13 @@ use hydroelastic::mesh::{TriangleSurface, shapes};
 use hydroelastic::spatial::{Pose, Wrench};
 use nalgebra::{Vector3, vector};
 
-/// Round-off of sums of some hundred polygons.
+/// Rounding error of sums of some hundred polygons.
 const SAME: f64 = 1e-11;
 
-/// Forces and energies count as no less than this part of modulus times volume.
+/// Smallest scale of forces and energies, as a fraction of modulus times volume.
 const LEAST: f64 = 1e-3;
 
-/// Triangles of surfaces side by side, each moved, or turned inside out.
+/// Combines the triangles of surfaces, each translated and optionally inside out.
 fn together(parts: &[(&Shape, Vector3<f64>, bool)]) -> RigidShape {
     let (mut vertices, mut triangles) = (Vec::new(), Vec::new());
     for (shape, place, is_inside_out) in parts {
@@ -54,10 +54,10 @@ fn scenes(count: usize, seed: u8) -> impl Iterator<Item = Scene> {
     })
 }
 
-/// Wrench and energy are sums over parts of one sign or the other.
+/// Checks that wrench and energy are signed sums over parts.
 fn assert_sum(scene: &Scene, whole: &RigidShape, parts: &[(&RigidShape, Vector3<f64>, f64)]) {
     let (found, energy) = scene.on(whole, Vector3::zeros());
-    // What is beside them all has round-off alone.
+    // If the body touches no part, only round-off remains.
     let least = LEAST * 1e5 * scene.soft.field().mesh().volume();
     let (mut expected, mut sum, mut size) = (Wrench::zero().to_vector(), 0.0, least);
     for (surface, place, sign) in parts {
@@ -86,7 +86,7 @@ fn components_and_cavities_add_up() {
     }
 }
 
-/// Triangles of an L and of its three boxes; the sides that boxes share cancel.
+/// Triangles of an L against those of its three boxes. The shared sides of the boxes cancel.
 #[test]
 fn a_solid_that_is_not_convex_is_the_sum_of_its_boxes() {
     let all = |_: [usize; 3]| true;
@@ -100,7 +100,7 @@ fn a_solid_that_is_not_convex_is_the_sum_of_its_boxes() {
     }
 }
 
-/// Where a surface intersects itself, each layer of it presses by itself: what is twice inside is pressed out twice.
+/// If a surface intersects itself, each layer has its own pressure, so a point inside twice is pushed out twice.
 #[test]
 fn parts_that_overlap_press_each_by_itself() {
     let cube = Shape::new(shapes::cuboid([0.8; 3]).unwrap());
@@ -112,7 +112,7 @@ fn parts_that_overlap_press_each_by_itself() {
     }
 }
 
-/// Bodies that do not touch have not gone through each other, wherever the frame of the surface has its origin.
+/// Bodies that do not touch are not submerged in each other, wherever the origin of the surface's frame is.
 #[test]
 fn bodies_beside_each_other_have_not_sunk_through() {
     let small = Shape::new(shapes::icosphere(0.1, 1).unwrap());
@@ -122,7 +122,7 @@ fn bodies_beside_each_other_have_not_sunk_through() {
     let l = rigid(&Shape::new(l));
     let mut random = Random::new(74);
     for _ in 0..200 {
-        // In the notch of the L, and between a cube and the far origin of its frame.
+        // Positions in the notch of the L, and between a cube and the far origin of its frame.
         let notch = vector![0.25, 0.25, 0.0] + random.vector() * 0.3;
         let between = vector![2.0, 0.13, 0.07] + random.vector() * 0.3;
         for (surface, place) in [(&l, notch), (&away, between)] {
@@ -135,7 +135,7 @@ fn bodies_beside_each_other_have_not_sunk_through() {
     }
 }
 
-/// One that is inside has: with all of its energy, whatever the origin.
+/// A body inside another is submerged with all of its energy, wherever the origin is.
 #[test]
 fn bodies_inside_have_sunk_through_with_all_of_their_energy() {
     let small = Shape::new(shapes::icosphere(0.1, 1).unwrap());

@@ -1,4 +1,5 @@
-//! Contact wrenches by the dimensions of ready-made shapes, and by the meshes that fields were made of by distances.
+//! Derivatives of contact wrenches with respect to the dimensions of built-in shapes, and with respect to the meshes from which distance
+//! fields were computed.
 
 use crate::support::moved_meshes::{moved_mesh, moved_vertices};
 use crate::support::scenes::Random;
@@ -7,15 +8,15 @@ use hydroelastic::mesh::{MeshError, PressureField, ShapeRates, TetMesh, Triangle
 use hydroelastic::spatial::Pose;
 use nalgebra::{SVector, Vector3, vector};
 
-/// Central differences with the best of three steps, relative to the larger of the derivative and the number over the dimension:
-/// where a step straddles a polygon's change of topology, or the wrench is rounded, another does not.
+/// Error of central differences with the best of three steps, relative to the larger of the derivative and the value divided by the
+/// dimension. If one step straddles a change of a polygon's topology or suffers from rounding, another step does not.
 const DIFFERENCES: f64 = 1e-7;
 const STEPS: [f64; 3] = [1e-4, 1e-5, 1e-6];
 
-/// Round-off of sums over polygons and vertices.
+/// Rounding error of sums over polygons and vertices.
 const SAME: f64 = 1e-12;
 
-/// A shape by its dimensions, and its rates.
+/// A shape as a function of its dimensions, and its rates.
 struct Family {
     dimensions: Vec<f64>,
     shape: fn(&[f64]) -> Result<PressureField, MeshError>,
@@ -66,7 +67,7 @@ fn families(scale: f64) -> Vec<Family> {
     ]
 }
 
-/// A number made of both wrenches, forces weighted over torques by a length.
+/// Returns weights for a scalar from both wrenches. A length scales forces relative to torques.
 fn weights(random: &mut Random, length: f64) -> SVector<f64, 12> {
     SVector::from_fn(|row, _| random.between(-1.0, 1.0) * if row % 6 < 3 { 1.0 } else { length })
 }
@@ -90,7 +91,7 @@ fn numbers<'a>(a: &'a Shape, b: impl Into<Partner<'a>>, pose: &Pose) -> SVector<
     crate::support::moving::numbers(&ContactPair::new(a, b).wrench())
 }
 
-/// Two bodies at random poses that overlap, by all their dimensions.
+/// The test differentiates two overlapping bodies at random poses with respect to all their dimensions.
 #[test]
 fn wrenches_by_dimensions_equal_differences_at_every_scale() {
     let mut worst = 0.0_f64;
@@ -132,7 +133,7 @@ fn wrenches_by_dimensions_equal_differences_at_every_scale() {
     println!("worst: {worst:.1e}");
 }
 
-/// A rigid box by its edges, in a ball.
+/// The test differentiates a rigid box in a ball with respect to its edges.
 #[test]
 fn a_rigid_box_by_its_edges() {
     let (edges, mut random) = ([0.3, 0.4, 0.5], Random::new(82));
@@ -163,14 +164,14 @@ fn a_rigid_box_by_its_edges() {
             };
             let error = compare(found, edges[axis], value);
             assert!(error <= DIFFERENCES, "{axis}: {error:e}");
-            // The core's vertex is none of the surface's.
+            // The vertex of the core is not a vertex of the surface.
             assert!(by_box.along(rates).is_err());
         }
     }
 }
 
-/// A cube by its edges, flush on a rigid plane: F = κ(a²x − 2ax² + 4x³/3) with κ = 2E/a at the depth x, where a is all edges.
-/// The plane is fixed, so that the depth grows by half of what the upright edge does.
+/// The test differentiates a cube, flush on a rigid plane, with respect to its edges: F = κ(a²x − 2ax² + 4x³/3) with κ = 2E/a at the depth
+/// x, where a is the length of all edges. The plane is fixed, so the depth grows by half the growth of the upright edge.
 #[test]
 fn a_cube_flush_on_a_plane_by_its_size() {
     for a in [0.2, 0.2e-6, 0.2e6] {
@@ -184,7 +185,7 @@ fn a_cube_flush_on_a_plane_by_its_size() {
         let [by_cube, _] = pair.shape_gradients(&super::row(5));
         let parts = shapes::cuboid_rates([a; 3]).unwrap();
         let found: f64 = parts.iter().map(|it| by_cube.along(it).unwrap()).sum();
-        // F/2E = ax − 2x² + 4x³/(3a): by a it is x − 4x³/(3a²), by x it is a − 4x + 4x²/a.
+        // F/2E = ax − 2x² + 4x³/(3a): ∂/∂a is x − 4x³/(3a²), and ∂/∂x is a − 4x + 4x²/a.
         let by_a = 2.0 * modulus * (x - 4.0 * x.powi(3) / (3.0 * a * a));
         let by_x = 2.0 * modulus * (a - 4.0 * x + 4.0 * x * x / a);
         let expected = by_a + by_x / 2.0;
@@ -195,7 +196,7 @@ fn a_cube_flush_on_a_plane_by_its_size() {
     }
 }
 
-/// A field made of the distances of a mesh without symmetries, by the vertices of that mesh.
+/// The field is computed from the distances of a mesh without symmetries, and differentiated with respect to the vertices of that mesh.
 #[test]
 fn wrenches_by_the_mesh_below_a_field_of_distances_equal_differences() {
     let mut random = Random::new(83);

@@ -1,4 +1,4 @@
-//! What holds without differences: rigid motions, sizes and pressures are changes of shape too.
+//! Identities without differences: rigid motions, scaling and pressure changes are also changes of shape.
 
 use super::{for_pairs, motion, row, vertices};
 use crate::support::octahedra::octahedron;
@@ -11,11 +11,11 @@ use hydroelastic::mesh::{TriangleSurface, shapes};
 use hydroelastic::spatial::{Pose, Twist};
 use nalgebra::{SMatrix, SVector, Vector3, Vector6};
 
-/// Round-off of sums over polygons and vertices, of the largest entry.
+/// Rounding error of sums over polygons and vertices, relative to the largest entry.
 const SAME: f64 = 1e-12;
 
-/// Pairs as of [`for_pairs`], boxes of which sides are flush, grids in layers, of both of which inner faces or edges lie in the
-/// contact surface, and an octahedron of which inner faces lie there: of polygons on either side of them one half counts.
+/// Visits the pairs of [`for_pairs`] and pairs with coincident faces: boxes with flush sides, layered grids with inner faces or edges of
+/// both in the contact surface, and an octahedron with inner faces there. Of polygons on either side of these faces, one half counts.
 fn for_pairs_and_flush_ones(
     count: usize,
     seed: u8,
@@ -52,13 +52,13 @@ fn for_pairs_and_flush_ones(
     check(&ContactPair::new(halfway, block), &mut random);
 }
 
-/// Asserts that an error is round-off, which NaN is not, and keeps the largest.
+/// Asserts that an error is at most round-off and not NaN, and keeps the largest error.
 fn note(worst: &mut f64, error: f64) {
     assert!(error <= SAME, "{error:e}");
     *worst = worst.max(error);
 }
 
-/// By the shapes, of contact by a law or, without one, at rest.
+/// Returns derivatives with respect to the shapes, of contact with a law or, without a law, at rest.
 fn gradients(
     pair: &ContactPair,
     law: Option<&SurfaceLaw>,
@@ -71,12 +71,12 @@ fn gradients(
     }
 }
 
-/// The law of elastic contact.
+/// Returns the law of elastic contact.
 fn elastic() -> SurfaceLaw {
     SurfaceLaw::new(0.0, 0.0, 1.0).unwrap()
 }
 
-/// Turns about, and shifts along, the axes of the world, of points of a body: their velocities in its frame.
+/// Returns the velocities of points of a body, in the body's frame, under a rotation about or a translation along an axis of the world.
 fn rigid_motion(pose: &Pose, points: &[Vector3<f64>], column: usize) -> Vec<Vector3<f64>> {
     let unit = Vector6::from_fn(|i, _| if i == column { 1.0 } else { 0.0 });
     let twist = Twist::from_vector(&unit);
@@ -88,7 +88,7 @@ fn rigid_motion(pose: &Pose, points: &[Vector3<f64>], column: usize) -> Vec<Vect
     points.iter().map(velocity).collect()
 }
 
-/// The wrench on one body by a rigid motion of the vertices of the other.
+/// Returns the derivative of the wrench on one body with respect to a rigid motion of the vertices of the other.
 fn by_motion_of_vertices(
     pair: &ContactPair,
     (law, twists): (Option<&SurfaceLaw>, [Twist; 2]),
@@ -114,7 +114,7 @@ fn moving_all_vertices_moves_the_body() {
                 if vertices(pair)[moved].is_empty() {
                     continue;
                 }
-                // Else the velocity of a point would change as the body's origin moves away from it.
+                // Otherwise the velocity of a point would change as the body's origin moves away from the point.
                 twists[moved] = Twist::zero();
                 let found = by_motion_of_vertices(pair, (law.as_ref(), twists), moved);
                 let LinearizedContact { by_poses, .. } = pair
@@ -128,7 +128,7 @@ fn moving_all_vertices_moves_the_body() {
     println!("worst: {worst:.1e}");
 }
 
-/// Everything twice as large at the same pressures, and velocities: four times the force, eight times the torque.
+/// If the size doubles at the same pressures and velocities, forces grow by a factor of four, and torques by a factor of eight.
 #[test]
 fn forces_grow_with_the_square_of_the_size() {
     let mut worst = 0.0_f64;

@@ -1,4 +1,4 @@
-//! Against differences, elastic and with friction and dissipation.
+//! Derivatives against differences, elastic and with friction and dissipation.
 
 use super::{for_pairs, motion, reshaped, rigid_reshaped, vertices};
 use crate::support::moving::numbers;
@@ -8,8 +8,8 @@ use hydroelastic::mesh::ShapeRates;
 use hydroelastic::spatial::Twist;
 use nalgebra::{SVector, Vector3};
 
-/// Differences with the best of three steps: where a step straddles a polygon's change of topology,
-/// or its wrench is rounded, another does not.
+/// Error of differences with the best of three steps. If one step straddles a change of a polygon's topology or suffers from rounding,
+/// another step does not.
 const DIFFERENCES: f64 = 1e-6;
 const STEPS: [f64; 3] = [1e-5, 1e-6, 1e-7];
 
@@ -24,7 +24,7 @@ impl Change {
         let velocities = vertices(pair).map(|of| of.iter().map(|_| random.vector()).collect());
         let mut rates_of = |shape: &Shape| -> Vec<f64> {
             let extents = shape.field().extents().iter();
-            // On the surface the extent stays 0.
+            // On the surface, the extent remains 0.
             extents
                 .map(|&extent| extent * random.between(-1.0, 1.0))
                 .collect()
@@ -37,7 +37,7 @@ impl Change {
         }
     }
 
-    /// The wrenches after it has gone on for some time.
+    /// Returns the wrenches after the change has continued for some time.
     fn wrenches(
         &self,
         pair: &ContactPair,
@@ -76,7 +76,7 @@ impl Change {
         }
     }
 
-    /// The derivative by closed forms.
+    /// Returns the derivative in closed form.
     fn rate(
         &self,
         pair: &ContactPair,

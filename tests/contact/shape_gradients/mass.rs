@@ -1,4 +1,4 @@
-//! Mass properties by vertices.
+//! Derivatives of mass properties with respect to vertices.
 
 use super::rigid_reshaped;
 use crate::partners::Shapes;
@@ -16,11 +16,11 @@ const NONE: MassGradient = MassGradient {
 
 const EXACT: f64 = 1e-15;
 
-/// Round-off of central differences with a step of 1e-5 of numbers of the size 1, and their curvature.
+/// Error of central differences with a step of 1e-5 for numbers of order 1: rounding and curvature.
 const DIFFERENCES: f64 = 1e-8;
 const STEP: f64 = 1e-5;
 
-/// A symmetric matrix for one entry of the inertia.
+/// Returns a symmetric matrix for one entry of the inertia.
 fn entry(i: usize, j: usize) -> Matrix3<f64> {
     let mut matrix = Matrix3::zeros();
     matrix[(i, j)] += 0.5;
@@ -89,7 +89,7 @@ fn value(gradient: &MassGradient, properties: &MassProperties) -> f64 {
         + gradient.by_inertia.dot(&properties.inertia)
 }
 
-/// The derivative along velocities against a central difference.
+/// Compares the derivative along velocities with a central difference.
 fn check(by_vertices: &[Vector3<f64>], velocities: &[Vector3<f64>], value: impl Fn(f64) -> f64) {
     let pairs = by_vertices.iter().zip(velocities);
     let found: f64 = pairs.map(|(by, velocity)| by.dot(velocity)).sum();

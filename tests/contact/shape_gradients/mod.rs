@@ -1,4 +1,5 @@
-//! Derivatives of contact wrenches by vertices and extents and what these are made of, and of mass properties by vertices.
+//! Derivatives of contact wrenches with respect to vertices, extents and the parameters of these, and derivatives of mass properties with
+//! respect to vertices.
 
 mod dimensions;
 mod identities;
@@ -14,12 +15,12 @@ use hydroelastic::mesh::{PressureField, TetMesh, TriangleSurface};
 use hydroelastic::spatial::Twist;
 use nalgebra::{SVector, Vector3};
 
-/// A number that is one row of the wrenches.
+/// Returns weights that select one row of the wrenches.
 fn row(row: usize) -> SVector<f64, 12> {
     SVector::from_fn(|i, _| if i == row { 1.0 } else { 0.0 })
 }
 
-/// The shape with its vertices moved, and its extents changed.
+/// Returns the shape with moved vertices and changed extents.
 fn reshaped(shape: &Shape, moves: &[Vector3<f64>], changes: &[f64]) -> Shape {
     let field = shape.field();
     let pairs = field.mesh().vertices().iter().zip(moves);
@@ -30,7 +31,7 @@ fn reshaped(shape: &Shape, moves: &[Vector3<f64>], changes: &[f64]) -> Shape {
     Shape::new(PressureField::with_inert_tets(mesh, extents).unwrap())
 }
 
-/// The surface with its vertices moved.
+/// Returns the surface with moved vertices.
 fn rigid_reshaped(shape: &RigidShape, moves: &[Vector3<f64>]) -> RigidShape {
     let surface = shape.surface();
     let pairs = surface.vertices().iter().zip(moves);
@@ -38,7 +39,7 @@ fn rigid_reshaped(shape: &RigidShape, moves: &[Vector3<f64>]) -> RigidShape {
     RigidShape::new(TriangleSurface::new(vertices, surface.triangles().to_vec()).unwrap())
 }
 
-/// Pairs that touch: of compliant bodies, and of one with a rigid body or a half-space.
+/// Visits touching pairs: two compliant bodies, and a compliant body with a rigid body or a half-space.
 fn for_pairs(count: usize, seed: u8, mut check: impl FnMut(&ContactPair, &mut Random)) {
     let shapes = Shapes::mixed();
     shapes.for_pairs(count / 2, seed, &mut check);
@@ -53,7 +54,7 @@ fn for_pairs(count: usize, seed: u8, mut check: impl FnMut(&ContactPair, &mut Ra
     }
 }
 
-/// Where the vertices of A and of B are, in the frames of their bodies.
+/// Returns the vertices of A and of B in the frames of their bodies.
 fn vertices<'a>(pair: &ContactPair<'a>) -> [&'a [Vector3<f64>]; 2] {
     let of_mesh = |shape: &'a Shape| shape.field().mesh().vertices();
     let b = pair.b();
@@ -62,7 +63,7 @@ fn vertices<'a>(pair: &ContactPair<'a>) -> [&'a [Vector3<f64>]; 2] {
     [of_mesh(pair.a().shape()), of_b]
 }
 
-/// A law and velocities.
+/// Returns a random law and velocities.
 fn motion(random: &mut Random) -> (SurfaceLaw, [Twist; 2]) {
     let mut number = || random.between(-0.5, 0.5);
     let twists = [0, 1].map(|_| Twist::from_vector(&SVector::from_fn(|_, _| number())));

@@ -1,13 +1,13 @@
-//! Against the numbers of an independent program (`tests/data/reference/partners.json`).
+//! Shape gradients against the numbers of an independent program (`tests/data/reference/partners.json`).
 
 use crate::support::reference::{ByVertices, PartnerCases, by_wrenches, partner_cases};
 use hydroelastic::contact::{RigidShape, Shape, ShapeGradient};
 use nalgebra::Vector3;
 
-/// The program's numbers are exact to 2e-13 of the largest entry; poses are printed with 17 digits.
+/// Tolerance. The program's numbers are exact to 2e-13 of the largest entry, and poses are printed with 17 digits.
 const EXACT: f64 = 1e-11;
 
-/// The largest difference, relative to the largest entry.
+/// Returns the largest difference, relative to the largest entry.
 fn error(found: &[Vector3<f64>], expected: &ByVertices) -> f64 {
     let largest = found.iter().map(Vector3::amax).fold(0.0, f64::max);
     assert!(largest > 0.0);
@@ -63,8 +63,7 @@ fn two_compliant_bodies() {
     }
 }
 
-/// The derivatives by a rigid surface, one for each vertex of the mesh that it is around, as the program counts them: 0 where a
-/// vertex lies inside.
+/// Returns the derivatives with respect to a rigid surface for each vertex of its mesh, as in the program: 0 for inner vertices.
 fn on_all_vertices(
     rigid: &RigidShape,
     mesh: &Shape,

@@ -1,4 +1,4 @@
-//! Cases that are known by hand.
+//! Shape gradients in closed form.
 
 use super::row;
 use crate::support::reference::shape;
@@ -10,7 +10,7 @@ use nalgebra::{Vector3, vector};
 
 const EXACT: f64 = 1e-12;
 
-/// A cube of edge 0.2 m, 1e6 Pa at its center, 0.01 m below a rigid plane: F = κ(a²x − 2ax² + 4x³/3), κ = 2E/a.
+/// The cube has edge 0.2 m and 1e6 Pa at its center, and is 0.01 m below a rigid plane: F = κ(a²x − 2ax² + 4x³/3), κ = 2E/a.
 #[test]
 fn a_cube_flat_on_a_rigid_plane() {
     let unit = shape("cube");

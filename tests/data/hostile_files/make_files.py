@@ -1,4 +1,4 @@
-"""Writes the hostile mesh files beside itself: python3 make_files.py"""
+"""Writes the hostile mesh files to its own folder: python3 make_files.py"""
 
 import base64
 import struct
@@ -6,7 +6,7 @@ from pathlib import Path
 
 HERE = Path(__file__).parent
 TRILLION = 10**12
-# As many as a u32 can hold, if barely.
+# Slightly less than the largest u32.
 BILLIONS = 4 * 10**9
 U64 = 2**64 - 1
 
@@ -86,7 +86,7 @@ POINTS = 'format="ascii">0 0 0 1 0 0 0 1 0 0 0 1<'
 
 
 def write(name, text, *changes):
-    """The text with each (from, to) replaced once."""
+    """Writes the text with each (from, to) replaced once."""
     for old, new in changes:
         assert old in text, (name, old)
         text = text.replace(old, str(new), 1)
@@ -95,7 +95,7 @@ def write(name, text, *changes):
 
 
 def binary_msh(vertex=0.0, nodes=4, elements=1):
-    """A binary file; one coordinate, and what two headers claim, can be changed."""
+    """Returns a binary file. One coordinate, and the counts of two headers, can be changed."""
     head = b"$MeshFormat\n4.1 1 8\n" + struct.pack("<i", 1) + b"\n$EndMeshFormat\n"
     points = [vertex, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1]
     node_block = struct.pack("<3iQ4Q12d", 3, 1, 0, nodes, 1, 2, 3, 4, *points)
@@ -118,7 +118,7 @@ def base64_of(layout, *numbers):
 
 
 def write_sound():
-    """What the others are made of, which can be read."""
+    """Writes the valid files, from which the other files are derived."""
     write("sound.msh", MSH)
     write("sound_binary.msh", binary_msh())
     write("sound.vtk", VTK)
@@ -226,7 +226,7 @@ def write_vtu():
 
 
 def stl(count, *numbers):
-    """A binary STL file that claims so many triangles and has these coordinates, nine for each."""
+    """Returns a binary STL file with a triangle count in its header and nine coordinates per triangle."""
     records = [numbers[k : k + 9] for k in range(0, len(numbers), 9)]
     bodies = [struct.pack("<12fH", 0, 0, 0, *record, 0) for record in records]
     return bytes(80) + struct.pack("<I", count) + b"".join(bodies)

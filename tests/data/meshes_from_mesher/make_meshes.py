@@ -6,7 +6,7 @@ import numpy as np
 
 
 def mesh_bracket():
-    """bracket.geo through Gmsh, as .msh and legacy .vtk, ASCII and binary."""
+    """Meshes bracket.geo with Gmsh, as .msh and legacy .vtk, ASCII and binary."""
     gmsh.initialize()
     gmsh.option.setNumber("General.Verbosity", 2)
     gmsh.option.setNumber("General.NumThreads", 1)
@@ -21,14 +21,14 @@ def mesh_bracket():
 
 
 def surface_of(tets):
-    """The faces that belong to one tetrahedron only."""
+    """Returns the faces that belong to one tetrahedron only."""
     faces = np.sort(np.concatenate([np.delete(tets, i, axis=1) for i in range(4)]))
     unique, count = np.unique(faces, axis=0, return_counts=True)
     return unique[count == 1]
 
 
 def with_inner_vertices(points, tets):
-    """Splits every tetrahedron that has all corners on the surface at its centroid."""
+    """Splits every tetrahedron with all corners on the surface at its centroid."""
     surface = np.unique(surface_of(tets))
     flat = np.isin(tets, surface).all(axis=1)
     new = len(points) + np.arange(flat.sum())
@@ -55,7 +55,7 @@ def distance_to_triangle(p, a, b, c):
 
 
 def distances(points, tets):
-    """Distance of each point to the surface (m)."""
+    """Returns the distance of each point to the surface (m)."""
     triangles = surface_of(tets)
     found = np.zeros(len(points))
     for vertex in np.setdiff1d(np.arange(len(points)), triangles):

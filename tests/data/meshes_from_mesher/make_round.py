@@ -1,4 +1,4 @@
-"""Meshes a ball, a cylinder and a torus of Gmsh with about so many tetrahedra each, as binary .msh files in a folder.
+"""Meshes a ball, a cylinder and a torus with Gmsh, with about the given number of tetrahedra each, as binary .msh files in a folder.
 
     python make_round.py 1000 .
     python make_round.py 20000 /tmp/meshes/20000
@@ -9,7 +9,7 @@ import sys
 
 import gmsh
 
-# Name: how it is made, and its volume (m³).
+# Constructor and volume (m³) by name.
 SHAPES = {
     "sphere": (lambda occ: occ.addSphere(0, 0, 0, 0.1), 4.19e-3),
     "cylinder": (lambda occ: occ.addCylinder(0, 0, -0.1, 0, 0, 0.2, 0.08), 4.02e-3),

@@ -3,7 +3,8 @@ use crate::scenes::{SKIN, asymmetric, box_shape};
 use hydroelastic::dynamics::{Body, Mass, World};
 use nalgebra::vector;
 
-/// Relative, after 10,000 steps of three stages, each of which adds the rates of those before: some five roundings each.
+/// Relative error after 10,000 steps of three stages. Each stage adds the rates of the previous stages, with about five rounding errors
+/// each.
 const MOMENTUM: f64 = 2e-11;
 
 #[test]

@@ -1,4 +1,4 @@
-//! Derivatives through implicit steps, against differences of the same steps.
+//! Derivatives through implicit steps against differences of these steps.
 
 use super::scenes::{IMPLICIT, ball, brick, grasp, ground, on_slope, stack, undivided};
 use hydroelastic::dynamics::{Integrator, Material, Plan, World};
@@ -7,12 +7,12 @@ use hydroelastic::spatial::Pose;
 use nalgebra::{DVector, vector};
 use std::fmt::Write;
 
-/// Of columns that count.
+/// Largest relative error of columns that count.
 const OFF: f64 = 1e-6;
 
-/// The best agreement of each column with differences of fourth order and sixteen step sizes, relative to the column; columns below
-/// a thousandth of the largest (of typical changes) do not count. Differences are noise of some 4e-9 of the largest, so that
-/// for the smallest columns that count one or two step sizes will do at best.
+/// Compares each column with fourth-order differences of sixteen step sizes, relative to the column, and uses the best. Columns below a
+/// thousandth of the largest (for typical changes) do not count. Differences have noise of about 4e-9 of the largest column, so for the
+/// smallest columns that count, only one or two step sizes are accurate.
 fn check((label, world, plan): (&str, &World, &Plan), body: &str, parameters: &[Parameter]) {
     let experiment = Experiment::new(world, &undivided(*plan));
     let outcome = FinalState::of_body(world, body).unwrap();

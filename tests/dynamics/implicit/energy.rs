@@ -1,4 +1,4 @@
-//! Energy of elastic falls: none is made.
+//! Elastic falls create no energy.
 
 use super::scenes::{IMPLICIT, Numbers, ball, brick, energy, ground, on_slope, rollout, steps};
 use crate::scenes::GRAVITY;
@@ -53,7 +53,7 @@ fn check_gain(seed: u64, count: usize) {
     assert!(worst[0] < GAIN && worst[1] < ROUND_OFF);
 }
 
-/// What is made by impacts (of m g h).
+/// Energy gain of impacts, relative to m g h.
 const GAIN: f64 = 1e-3;
 const ROUND_OFF: f64 = 1e-12;
 

@@ -1,4 +1,4 @@
-//! How high balls rebound, against short explicit steps.
+//! Rebound heights of balls against short explicit steps.
 
 use super::scenes::{Numbers, ball, ground, on_slope, rollout};
 use crate::scenes::GRAVITY;
@@ -6,7 +6,7 @@ use hydroelastic::dynamics::{Integrator, Material, Work, World};
 use hydroelastic::spatial::Pose;
 use nalgebra::vector;
 
-/// A fall, and what its ground is.
+/// A fall, and the type of its ground.
 struct Fall {
     world: World,
     height: f64,
@@ -15,7 +15,7 @@ struct Fall {
 
 const RADIUS: f64 = 0.05;
 
-/// Explicit steps of 1e-5 s are stable with it.
+/// Slip tolerance (m/s), for which explicit steps of 1e-5 s are stable.
 const SLIP_TOLERANCE: f64 = 0.1;
 
 fn random_fall(numbers: &mut Numbers) -> Fall {
@@ -43,7 +43,7 @@ fn random_fall(numbers: &mut Numbers) -> Fall {
     }
 }
 
-/// The height (m) of the top of the flight after the first impact, by the velocity with which the ball leaves the ground.
+/// Returns the height (m) of the apex after the first impact, computed from the velocity with which the ball leaves the ground.
 fn rebound(fall: &Fall, integrator: Integrator, time_step: f64) -> (f64, Work, usize) {
     let mut rollout = rollout(&fall.world, integrator, time_step);
     let (mut work, mut taken, mut has_hit) = (Work::default(), 0, false);
@@ -68,7 +68,7 @@ fn rebound(fall: &Fall, integrator: Integrator, time_step: f64) -> (f64, Work, u
     (top, work, taken)
 }
 
-/// Of the height of the fall.
+/// Largest error, relative to the height of the fall.
 const WORST: f64 = 0.03;
 const MEAN: f64 = 0.003;
 

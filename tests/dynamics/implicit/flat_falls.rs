@@ -1,4 +1,4 @@
-//! Rebounds of bodies whose whole face meets a half-space at once, in steps far longer than the impact.
+//! Rebounds of bodies whose whole face hits a half-space at once, in steps much longer than the impact.
 
 use super::scenes::brick;
 use crate::scenes::at;
@@ -7,7 +7,7 @@ use hydroelastic::contact::HalfSpace;
 use hydroelastic::dynamics::{Body, Integrator, Material, Plan, World};
 use nalgebra::vector;
 
-/// Largest error of a rebound, relative to the speed before it.
+/// Largest error of a rebound speed, relative to the speed before the impact.
 const OFF: f64 = 0.02;
 
 /// Largest relative gain of speed in an elastic rebound.

@@ -12,7 +12,7 @@ use hydroelastic::spatial::{Pose, Twist, Wrench};
 use nalgebra::{DMatrix, DVector, vector};
 use std::sync::Arc;
 
-/// A force that leans against contact: along x, by a part of the net contact force along z.
+/// A force that depends on contact: along x, a fraction of the net contact force along z.
 struct Leaning;
 
 impl Force for Leaning {
@@ -23,8 +23,8 @@ impl Force for Leaning {
     }
 }
 
-/// A body with its center of mass off its origin that slides on the ground, bound to another by a damped spring, with drag,
-/// a thruster, a force that knows of contact, and a control.
+/// Returns a body with an offset center of mass that slides on the ground. A damped spring connects it to another body. The world also has
+/// drag, a thruster, a force that depends on contact, and a control.
 fn everything() -> World<f64, ((Spring, Drag, Thruster), Leaning)> {
     let skin = Material::elastic(1e6)
         .with_dissipation(0.3)
@@ -69,7 +69,7 @@ fn everything() -> World<f64, ((Spring, Drag, Thruster), Leaning)> {
         .unwrap()
 }
 
-/// The states after 40 ms.
+/// Returns the states after 40 ms.
 fn ends<F: Force>(world: &World<f64, F>, integrator: Integrator, time_step: f64) -> Vec<BodyState> {
     let plan = Plan::new(time_step, 0).unwrap().with_integrator(integrator);
     let mut rollout = world.rollout(&undivided(plan));
@@ -90,7 +90,7 @@ fn steps_converge_to_those_of_short_explicit_steps() {
     let world = everything();
     let expected = ends(&world, Integrator::Leapfrog, 2e-6);
     for (integrator, order, least) in [
-        // Errors fall by 4 and by 16 from step to step here; the bound is that of second order.
+        // The errors decrease by factors of 4 and 16 from step to step here; the bound is that of second order.
         (Integrator::Sdirk3, 2, 1e-6),
         (Integrator::ImplicitEuler, 1, 3e-4),
     ] {
@@ -102,7 +102,7 @@ fn steps_converge_to_those_of_short_explicit_steps() {
     }
 }
 
-/// What differences of these steps leave, relative to the largest entry.
+/// Error of differences of these steps, relative to the largest entry.
 const A_AND_B: f64 = 1e-8;
 
 #[test]
@@ -135,7 +135,7 @@ fn linearized_steps_agree_with_differences() {
                 .difference(&middle, &end(&world.perturbed(&control, &change).unwrap()))
                 .unwrap()
         };
-        // The best of several steps: a brick that leaves the ground does so edge by edge.
+        // The best of several steps counts, because a brick leaves the ground edge by edge.
         let off = |by: &dyn Fn(usize, f64) -> DVector<f64>, found: &DMatrix<f64>, step: f64| {
             let column = |place: usize| {
                 let best = [1.0, 0.1, 0.01, 1e-3].map(|part| {
@@ -158,7 +158,7 @@ fn linearized_steps_agree_with_differences() {
     }
 }
 
-/// A force of contact on the body that it acts on, by which it may be said that it depends on no state.
+/// A fraction of the contact force on the body. With `is_coupled` false, the force declares no coupling, although it depends on contact.
 struct Boosting {
     is_coupled: bool,
 }
@@ -174,7 +174,7 @@ impl Force for Boosting {
     }
 }
 
-/// Of the largest entry: iterations end at other round-off.
+/// Tolerance, relative to the largest entry. The iterations end with different rounding errors.
 const SAME_SOLUTION: f64 = 1e-9;
 
 #[test]

@@ -1,7 +1,7 @@
 use super::scenes::{grasp, per_solve, rollout, run};
 use hydroelastic::dynamics::Integrator;
 
-/// Of the slip tolerance, between steps of 1 ms and of 5 ms.
+/// Difference between steps of 1 ms and of 5 ms, relative to the slip tolerance.
 const SAME_CREEP: f64 = 0.03;
 
 #[test]

@@ -1,4 +1,4 @@
-//! What once went wrong in implicit steps, and what might.
+//! Previous and possible failures of implicit steps.
 
 use super::scenes::{IMPLICIT, ball, brick, finger, ground, on_slope, rollout, run, undivided};
 use crate::scenes::at;
@@ -17,7 +17,7 @@ fn skin(modulus: f64) -> Material {
         .with_friction(0.4)
 }
 
-/// Solutions that run away would meet a tolerance that is relative to them.
+/// Diverging solutions would satisfy a tolerance that is relative to them.
 #[test]
 fn fast_hits_by_long_steps_gain_no_speed() {
     for (place, turn) in (0..24).map(|index| (index, f64::from(index))) {
@@ -43,7 +43,7 @@ fn fast_hits_by_long_steps_gain_no_speed() {
     }
 }
 
-/// Relative: what a difference leaves.
+/// Relative error of differences.
 const DIFFERENCE: f64 = 1e-6;
 
 #[test]
@@ -105,7 +105,7 @@ fn a_spring_to_a_body_on_a_path_pulls_to_where_that_is() {
     assert!(off[0] < 2e-3 && off[1] < off[0] / 2.0);
 }
 
-/// Drag in proportion to the square of the velocity: its norm has no derivative at rest.
+/// Drag proportional to the square of the velocity, whose norm has no derivative at rest.
 struct Air;
 
 impl Force for Air {

@@ -1,4 +1,4 @@
-//! Bodies that touch are solved together, others by themselves, with the same bits on any number of threads.
+//! Bodies that touch are solved together, and other bodies separately, with the same bits on any number of threads.
 
 use super::scenes::{IMPLICIT, brick, ground, on_slope, rollout, run, stack};
 use crate::scenes::{at, bits};
@@ -12,7 +12,7 @@ fn skin() -> Material {
         .with_friction(0.5)
 }
 
-/// Bricks at rest side by side, a tenth of a meter apart, and two on each other.
+/// Returns bricks at rest side by side, a tenth of a meter apart, and two bricks on top of each other.
 fn apart(count: usize) -> World {
     let place = |index: usize| {
         at(
@@ -62,7 +62,7 @@ fn an_island_moves_as_it_does_alone() {
     }
 }
 
-/// Twenty bodies in a chain: a matrix that is sparse.
+/// Twenty bodies in a chain have a sparse matrix.
 #[test]
 fn threads_change_no_bit() {
     for world in [apart(20), stack(18, 1e7, 1e-3)] {
@@ -81,7 +81,7 @@ fn threads_change_no_bit() {
     }
 }
 
-/// A brick at 10 m/s is 5 cm from one at rest, and half a step away from it.
+/// A brick at 10 m/s is 5 cm from a brick at rest, which is half a step.
 #[test]
 fn a_fast_body_meets_another_within_a_step() {
     let elastic = Material::elastic(1e7);

@@ -1,5 +1,5 @@
-//! Implicit steps. The tables in docs/measurements.md are printed by
-//! `cargo test --test dynamics implicit:: -- --nocapture`, in longer forms with `--include-ignored`.
+//! Implicit steps. To print the tables in docs/measurements.md, run `cargo test --test dynamics implicit:: -- --nocapture`, and for longer
+//! forms add `--include-ignored`.
 
 mod conservation;
 mod derivatives;

@@ -1,4 +1,4 @@
-//! How much the motion depends on the order in which bodies are listed.
+//! Effect of the order of bodies on the motion.
 
 use super::scenes::IMPLICIT;
 use crate::support::scenes::Random;
@@ -9,19 +9,19 @@ use hydroelastic::spatial::Pose;
 use nalgebra::{Vector3, vector};
 use std::sync::Arc;
 
-/// Ends that differ by more (m) are ends of another motion. Rounding errors of sums in another order grow to less in such short
-/// motions.
+/// Distance (m) between final positions above which the motions differ. In these short motions, rounding errors from another order of
+/// summation grow to less than this distance.
 const ANOTHER_MOTION: f64 = 1e-6;
 
-/// The same for steps with error control (m). Where a body touches another, a substep ends at the touch, and its duration depends on
-/// rounding errors: ends differ by a fraction of the tolerance.
+/// Distance (m) for steps with error control. A substep ends when a body touches another, and its duration depends on rounding errors.
+/// Final positions therefore differ by a fraction of the tolerance.
 const ANOTHER_DIVISION: f64 = 1e-4;
 
-/// Steps of implicit Euler that are as long as an impact have several solutions. Another order of bodies selects another solution in
-/// at most this fraction of the scenes; the observed fraction is about a third.
+/// Largest fraction of scenes with a different motion. Steps of implicit Euler that are as long as an impact have several solutions, and
+/// the order of bodies selects one of them. The observed fraction is about a third.
 const MOST: f64 = 0.5;
 
-/// Three or four bodies that fall onto a floor and each other.
+/// Returns three or four bodies that fall onto a floor and each other.
 fn bodies(random: &mut Random) -> Vec<Body> {
     let shapes = [
         shapes::icosphere(0.1, 1).unwrap(),
@@ -47,7 +47,7 @@ fn bodies(random: &mut Random) -> Vec<Body> {
     bodies
 }
 
-/// Final positions of the bodies, sorted by their names.
+/// Returns the final positions of the bodies, sorted by their names.
 fn ends(bodies: &[Body], integrator: Integrator) -> Vec<Vector3<f64>> {
     let world = World::new(bodies.to_vec()).unwrap();
     let world = world.with_gravity(vector![0.0, 0.0, -9.81]).unwrap();
@@ -58,7 +58,7 @@ fn ends(bodies: &[Body], integrator: Integrator) -> Vec<Vector3<f64>> {
     ends.iter().map(|(_, state)| *state.position()).collect()
 }
 
-/// Number of scenes whose ends differ, for each integrator, and the largest distance (m) between the ends.
+/// Returns, for each integrator, the number of scenes with different final positions, and the largest distance (m) between final positions.
 fn differing(scenes: usize) -> [(usize, f64); 2] {
     let mut random = Random::numbered(150);
     let mut found = [(0, 0.0_f64); 2];
@@ -79,7 +79,7 @@ fn differing(scenes: usize) -> [(usize, f64); 2] {
     }
     for ((count, farthest), integrator) in found.iter().zip(IMPLICIT) {
         println!(
-            "{integrator:?}: {count} of {scenes} scenes end elsewhere, by up to {farthest:.1e} m"
+            "{integrator:?}: {count} of {scenes} scenes have other final positions, by up to {farthest:.1e} m"
         );
     }
     found

@@ -1,4 +1,4 @@
-//! Bodies of 1 kg with stiff skins, and what their steps take.
+//! Bodies of 1 kg with stiff skins, and the work of their steps.
 
 use crate::scenes::{GRAVITY, at, box_shape};
 use hydroelastic::contact::Shape;
@@ -23,18 +23,18 @@ pub fn brick(name: &str, edges: [f64; 3], skin: Material) -> Body {
     Body::dynamic(name, box_shape(edges), skin, Mass::Total(1.0)).unwrap()
 }
 
-/// A fixed box with its top at z = 0.
+/// Returns a fixed box with its top at z = 0.
 pub fn ground(edges: [f64; 3], skin: Material) -> Body {
     let ground = Body::fixed("ground", box_shape(edges), skin).unwrap();
     ground.with_pose(at(0.0, 0.0, -edges[2] / 2.0))
 }
 
-/// A box on a path.
+/// Returns a box on a path.
 pub fn finger(name: &str, edges: [f64; 3], skin: Material, path: Arc<KinematicPath>) -> Body {
     Body::kinematic(name, box_shape(edges), skin, path).unwrap()
 }
 
-/// With gravity down a slope of an angle (rad) along x.
+/// Returns a world with gravity down a slope of an angle (rad) along x.
 pub fn on_slope(bodies: Vec<Body>, angle: f64, slip_tolerance: f64) -> World {
     let gravity = vector![angle.sin(), 0.0, -angle.cos()] * GRAVITY;
     World::new(bodies)
@@ -43,7 +43,7 @@ pub fn on_slope(bodies: Vec<Body>, angle: f64, slip_tolerance: f64) -> World {
         .unwrap()
 }
 
-/// The plan without error control. Steps are still divided if a body might pass through another. Finite differences then take the
+/// Returns the plan without error control. Steps are still divided if a body might pass through another. Finite differences then take the
 /// same substeps as derivatives.
 pub fn undivided(plan: Plan) -> Plan {
     plan.with_accuracy(Accuracy::new(1e9, 1e9).unwrap())
@@ -54,7 +54,7 @@ pub fn rollout(world: &World, integrator: Integrator, time_step: f64) -> Rollout
     world.rollout(&plan.with_integrator(integrator))
 }
 
-/// Takes steps for a time (s), and counts what they take.
+/// Takes steps for a time (s) and counts their work.
 pub fn run(rollout: &mut Rollout, time_step: f64, time: f64) -> Work {
     let mut work = Work::default();
     for _ in 0..steps(time, time_step) {
@@ -84,7 +84,7 @@ pub fn energy(world: &World, rollout: &Rollout) -> f64 {
     world.diagnostics(rollout.state()).unwrap().total_energy()
 }
 
-/// Numbers between 0 and 1 without a pattern, from a seed \[Marsaglia 2003\].
+/// Pseudorandom numbers between 0 and 1 from a seed \[Marsaglia 2003\].
 pub struct Numbers(pub u64);
 
 impl Numbers {
@@ -99,7 +99,7 @@ impl Numbers {
         low + (high - low) * self.next()
     }
 
-    /// One of a few, each as likely.
+    /// Returns one of the choices with equal probability.
     pub fn one_of<'c, C>(&mut self, choices: &'c [C]) -> &'c C {
         let part = self.next() * choices.len() as f64;
         let place = (1..choices.len())
@@ -113,7 +113,7 @@ impl Numbers {
     }
 }
 
-/// A ball of radius 0.1 m on a table, squeezed by two boxes within 50 ms, and lifted by 0.1 m between 0.1 s and 0.6 s.
+/// Returns a ball of radius 0.1 m on a table, squeezed by two boxes within 50 ms, and lifted by 0.1 m between 0.1 s and 0.6 s.
 pub fn grasp(modulus: f64, slip_tolerance: f64) -> World {
     let skin = |modulus| {
         Material::elastic(modulus)
@@ -152,7 +152,7 @@ fn gripping(side: f64, time: f64) -> BodyState {
     }
 }
 
-/// From 0 at 0 to 1 at 1 with a velocity that starts and ends at 0, and that velocity.
+/// Returns value and velocity of a transition from 0 at 0 to 1 at 1, with zero velocity at both ends.
 fn smooth(part: f64) -> [f64; 2] {
     if (0.0..1.0).contains(&part) {
         return [
@@ -163,7 +163,7 @@ fn smooth(part: f64) -> [f64; 2] {
     [f64::from(u8::from(part > 0.0)), 0.0]
 }
 
-/// Cubes of 0.1 m on each other, each a little turned, shifted and let fall by 0.1 mm.
+/// Returns cubes of 0.1 m on top of each other, each slightly rotated, displaced and raised by 0.1 mm.
 pub fn stack(count: usize, modulus: f64, slip_tolerance: f64) -> World {
     let skin = |modulus| {
         Material::elastic(modulus)

@@ -6,7 +6,7 @@ use hydroelastic::dynamics::{Body, Integrator, Material, Plan, RolloutError, Wor
 use hydroelastic::spatial::Pose;
 use nalgebra::{Vector3, vector};
 
-/// A brick on a slope of 20°, as deep in the ground as its weight presses it.
+/// Returns a brick on a slope of 20°, pressed into the ground by its weight.
 fn brick_at_rest(modulus: f64, slip_tolerance: f64) -> World {
     let angle = 20_f64.to_radians();
     let skin = |modulus| {
@@ -25,13 +25,14 @@ fn brick_at_rest(modulus: f64, slip_tolerance: f64) -> World {
     on_slope(bodies, angle, slip_tolerance)
 }
 
-/// With r = tan α/μ, friction μ·v/√(v² + v_s²) balances gravity at v = v_s·r/√(1 − r²).
+/// Returns the ratio of creep to slip tolerance. With r = tan α/μ, friction μ·v/√(v² + v_s²) balances gravity at v = v_s·r/√(1 − r²).
 fn creep_over_slip_tolerance() -> f64 {
     let ratio = 20_f64.to_radians().tan() / 0.5;
     ratio / (1.0 - ratio * ratio).sqrt()
 }
 
-/// The brick sinks in, so that its sides press too, and has not yet come to rest after half a second.
+/// Relative tolerance of the creep. The brick is pressed into the ground, so its sides have contact too, and after half a second it is not
+/// quite at rest.
 const CREEP: f64 = 1e-4;
 
 const EVALUATIONS_AT_REST: f64 = 1.5;
@@ -69,7 +70,7 @@ fn a_brick_on_a_slope_creeps_at_the_speed_of_the_law() {
     }
 }
 
-/// A brick that is put down rattles by the law of contact: short steps follow it, long ones let the brick rest.
+/// A brick that is put down rattles according to the contact law. Short steps resolve the rattling, and long steps damp it.
 #[test]
 fn a_brick_that_is_put_down_rattles_in_short_steps_and_rests_in_long_ones() {
     let (angle, slip_tolerance) = (20_f64.to_radians(), 1e-3);

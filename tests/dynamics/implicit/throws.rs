@@ -1,4 +1,4 @@
-//! Random throws: every step is solved.
+//! Random throws: the solver converges in every step.
 
 use super::scenes::{Numbers, ball, brick, ground, on_slope, rollout};
 use hydroelastic::dynamics::{Integrator, Material, Work};

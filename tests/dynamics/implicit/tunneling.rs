@@ -1,4 +1,4 @@
-//! Bodies that would pass through each other within one step: sliding, spinning, falling from rest, pushed or hit by a path.
+//! Bodies that would pass through each other within one step: sliding, spinning, falling from rest, pushed or hit by a body on a path.
 
 use super::scenes::{brick, finger, steps};
 use crate::scenes::{GRAVITY, at, box_shape};
@@ -13,7 +13,7 @@ use std::sync::Arc;
 
 const STIFF: f64 = 1e9;
 
-/// The last state after steps with error control.
+/// Returns the final state after steps with error control.
 fn end(world: &World, time_step: f64, steps: usize) -> State {
     let plan = Plan::new(time_step, steps).unwrap();
     let plan = plan
@@ -76,10 +76,10 @@ fn a_rod_that_spins_meets_a_small_ball() {
             let shape = Shape::new(shapes::icosphere(0.005, 1).unwrap());
             let peg = Body::fixed("peg", shape, skin).unwrap();
             let world = World::new(vec![rod, peg.with_pose(at(place, 0.0, 0.001))]).unwrap();
-            // Until well after it reaches the peg, and before its other end does.
+            // The rollout ends well after the rod reaches the peg, and before the rod's other end does.
             let end = end(&world, 5e-3, if spin > 100.0 { 2 } else { 6 });
             let speed = end.bodies[0].velocity().norm();
-            // Without contact, it stays where it is.
+            // Without contact, the center does not move.
             assert!(speed > 0.01, "{spin} {phase}: its center moves at {speed}");
         }
     }
@@ -116,7 +116,7 @@ fn fast_balls_rebound_however_many_substeps_that_takes() {
 fn bodies_that_start_to_move_within_a_step_collide() {
     let shape = [0.01, 0.5, 0.5];
     let skin = Material::elastic(STIFF).with_dissipation(0.1);
-    // A paddle that sweeps by 1 m within one step of 0.1 s, from rest to rest; the shorter sweep ends before the first stage.
+    // A paddle that sweeps by 1 m within one step of 0.1 s, from rest to rest. The shorter sweep ends before the first stage.
     for duration in [0.1, 0.03] {
         let sweep: Arc<KinematicPath> = Arc::new(move |time| {
             let part = (time / duration).clamp(0.0, 1.0);
@@ -134,7 +134,7 @@ fn bodies_that_start_to_move_within_a_step_collide() {
         let x = end(&world, 0.1, 2).bodies[0].position().x;
         assert!(x > 0.5, "{duration}: {x}");
     }
-    // A push of 10 N on 10 g, toward a wall.
+    // A force of 10 N on 10 g, toward a wall.
     let force = vector![10.0, 0.0, 0.0];
     let push = Wrench {
         force,
@@ -149,15 +149,15 @@ fn bodies_that_start_to_move_within_a_step_collide() {
     assert!(x < 1.0, "{x}");
 }
 
-/// A step of thirty bodies has four trials, too few for the tolerances. Substeps that are accepted with a larger error must not carry
-/// bodies through what they have touched before.
+/// A step of thirty bodies has four trials, too few for the tolerances. Substeps that are accepted with a larger error must not move bodies
+/// through bodies that they already touched.
 #[test]
 fn a_swarm_whose_budget_is_used_up_stays_above_a_plate() {
     let skin = Material::elastic(STIFF).with_dissipation(0.3);
     let plate = Body::fixed("plate", box_shape([1.0, 1.0, 0.005]), skin).unwrap();
     let mut bodies = vec![plate.with_pose(at(0.0, 0.0, -0.0025))];
     for number in 0..30 {
-        // Neighbors overlap a little, so all are one island.
+        // Neighbors overlap slightly, so all bodies are one island.
         let place = [number % 6, number / 6].map(|place| 0.01999 * f64::from(place));
         let cube = brick(&format!("cube {number}"), [0.02; 3], skin)
             .with_pose(at(place[0], place[1], 0.05));

@@ -10,24 +10,24 @@ use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::Pose;
 use nalgebra::{Rotation3, Vector3, vector};
 
-/// Resolution of a limit found by blow-ups: 4,000 steps at 1.0005 of the limit multiply a disturbance
-/// by exp(4,000·√(8·0.0005)) if it is elastic and by exp(4,000·0.001) = 55 if damping rules; at 0.9995 an elastic
-/// one is multiplied by up to 1/√(1 − 0.9995²) = 32. Both are to be told apart by a factor of 50.
+/// Resolution of a limit determined by blow-ups. At 1.0005 of the limit, 4,000 steps multiply an elastic disturbance by
+/// exp(4,000·√(8·0.0005)), and a disturbance dominated by damping by exp(4,000·0.001) = 55. At 0.9995 of the limit, they multiply an
+/// elastic disturbance by up to 1/√(1 − 0.9995²) = 32. A factor of 50 distinguishes both cases.
 const RESOLUTION: f64 = 1e-3;
 const STEPS: usize = 4_000;
 const GROWTH: f64 = 50.0;
 
-/// Disturbance (m/s, and rad/s by the size of a body): far below the slip tolerance and the
-/// reciprocal of any dissipation here, so that the response is linear until it has grown.
+/// Disturbance (m/s, and rad/s times the size of a body). It is far below the slip tolerance and the reciprocal of any dissipation here, so
+/// the response is linear until it has grown.
 const DISTURBANCE: f64 = 1e-8;
 
-/// The largest speed of a body (m/s, spin by 0.1 m).
+/// Returns the largest speed of a body (m/s, angular velocity times 0.1 m).
 fn speed(state: &State) -> f64 {
     let of_body = |body: &BodyState| body.twist.linear.norm() + 0.1 * body.twist.angular.norm();
     state.bodies.iter().map(of_body).fold(0.0, f64::max)
 }
 
-/// Whether a slight disturbance of a state at rest has grown after many steps.
+/// Returns whether a slight disturbance of a state at rest has grown after many steps.
 fn blows_up(world: &World, time_step: f64) -> bool {
     let mut state = world.initial_state();
     for (body, number) in world.bodies().iter().zip(&mut state.bodies) {
@@ -51,7 +51,7 @@ fn assert_blows_up_at_the_limit(world: &World) {
     assert_close(found, blown, RESOLUTION);
 }
 
-/// Checks that a rollout ends with an error above the stability limit, and not below it.
+/// Asserts that a rollout ends with an error above the stability limit, and not below it.
 fn assert_checked_at_the_limit(world: &World) {
     let found = limit(world);
     for (part, is_stopped) in [(0.98, false), (1.02, true)] {
@@ -91,11 +91,11 @@ fn a_cube_ruled_by_nothing_alone_blows_up_at_the_limit() {
     assert_blows_up_at_the_limit(&cube_on_slab(skin.with_friction(0.01), REST));
 }
 
-/// Steps in which bodies of much dissipation come to rest to round-off. Not more: a stack without friction slides apart, 34 times as
-/// fast every 5,000 steps.
+/// Number of steps until bodies with high dissipation come to rest to round-off. More steps are worse, because a stack without friction
+/// slides apart, 34 times as fast every 5,000 steps.
 const SETTLING: usize = 10_000;
 
-/// A world of bodies where they come to rest.
+/// Returns a world with bodies at rest.
 fn at_rest(bodies: impl Fn(Material) -> Vec<Body>, skin: Material) -> World {
     let damped = Material::elastic(skin.modulus.unwrap()).with_dissipation(10.0);
     let world = with_gravity(World::new(bodies(damped)).unwrap());
@@ -107,11 +107,10 @@ fn at_rest(bodies: impl Fn(Material) -> Vec<Body>, skin: Material) -> World {
     with_gravity(World::new(placed.collect()).unwrap())
 }
 
-/// A coarse ball that stands on a face, and a slab. It is so light that the face's stiffness keeps it
-/// upright.
+/// Returns a coarse ball that stands on a face, and a slab. The ball is so light that the face's stiffness keeps it upright.
 fn ball_on_slab(skin: Material) -> Vec<Body> {
     let field = shapes::icosphere(EDGE / 2.0, 1).unwrap();
-    // A face in the middle of an icosahedron's: its normal goes through its centroid.
+    // The face in the middle of an icosahedron's face: its normal passes through its centroid.
     let faces = field.mesh().surface_triangles().iter();
     let corners = faces.map(|face| face.map(|vertex| field.mesh().vertices()[vertex]));
     let (normal, distance) = corners
@@ -145,7 +144,7 @@ fn a_ball_on_a_slab_blows_up_at_the_limit() {
     }
 }
 
-/// A cube on a larger one on a slab.
+/// Returns a cube on a larger cube on a slab.
 fn two_on_slab(skin: Material) -> Vec<Body> {
     let lower = cube("lower", EDGE, skin).with_pose(at(0.03, 0.05, EDGE / 2.0 - 1e-4));
     let above = EDGE + 0.08 - 2e-4;
@@ -178,7 +177,7 @@ fn friction_beyond_its_limit_chatters_and_does_not_blow_up() {
     let fastest = states
         .map(|state| speed(&state.unwrap()))
         .fold(0.0, f64::max);
-    // What the largest friction changes of the velocity in a step.
+    // Change of the velocity in a step by the largest friction.
     let kick = 0.5 * GRAVITY * time_step;
     println!("{} of a kick", fastest / kick);
     assert!(fastest > 0.1 * kick && fastest < 3.0 * kick);

@@ -7,7 +7,7 @@ use hydroelastic::dynamics::{Body, Mass, Material, World};
 use nalgebra::DMatrix;
 use std::sync::Arc;
 
-/// κ(a − 2δ)² for a cube of edge a pressed x = 0.01 m deep: see the closed forms of the wrench.
+/// κ(a − 2δ)² for a cube of edge a pressed in by x = 0.01 m, as in the closed forms of the wrench.
 const STIFFNESS_AT_A_CENTIMETRE: f64 = 138_960.937_5;
 
 #[test]
@@ -40,7 +40,7 @@ fn two_free_bodies_of_equal_mass_have_half_the_effective_mass() {
     );
 }
 
-/// At the rim the cube's sides press too, on a bevel as wide as its depth, 7e-4 of its edge.
+/// Relative tolerance, because the cube's sides also have contact at the rim, on a bevel as wide as the depth, 7e-4 of the cube's edge.
 const BEVEL: f64 = 1e-3;
 
 #[test]
@@ -53,8 +53,8 @@ fn dissipation_enters_with_the_force_and_beside_the_stiffness() {
     }
 }
 
-/// By hand the pressure of a ball and its moments are taken at one point: off by the depth over the
-/// radius, a few parts in a hundred.
+/// Relative error of the estimate, which evaluates the pressure of a ball and its moments at one point. The error is the depth over the
+/// radius, a few percent.
 const BY_HAND: f64 = 3e-2;
 
 #[test]
@@ -68,27 +68,27 @@ fn friction_of_a_ball_at_rest_enters_with_its_force_over_the_slip_tolerance() {
         let world = world.with_slip_tolerance(slip_tolerance).unwrap();
         let state = world.initial_state();
         let pair = world.contact_between(&state, "ball", "slab").unwrap();
-        // A ball's surface gives way by its turning too: 1/m + r²/(0.4 m r²).
+        // The compliance of a ball's surface includes its rotation: 1/m + r²/(0.4 m r²).
         let rate = 0.5 * pair.wrench().on_a.force.z / slip_tolerance * 3.5;
         assert_close(limit(&world), 2.0 / rate, BY_HAND);
     }
 }
 
-/// Blocks of falling width on a slab, each at rest under those above it.
+/// Returns blocks of decreasing width on a slab, each at rest under the blocks above.
 fn stack(count: usize) -> World {
     let skin = Material::elastic(1e6);
     let (mut top, mut bodies) = (0.0, vec![slab(skin)]);
     for index in 0..count {
         let edge = EDGE - 0.02 * index as f64;
         let name = format!("block {index}");
-        // Between equal moduli each gives way by half the overlap.
+        // With equal moduli, each body is pressed in by half the overlap.
         top += edge - 1e-4;
         bodies.push(cube(&name, edge, skin).with_pose(at(0.03, 0.05, top - edge / 2.0)));
     }
     World::new(bodies).unwrap()
 }
 
-/// The limit of a chain of unit masses on springs, of which the first is fixed to the ground.
+/// Returns the limit of a chain of unit masses on springs, the first of which is fixed to the ground.
 fn limit_of_chain(springs: &[f64]) -> f64 {
     let mut stiffness = DMatrix::<f64>::zeros(springs.len(), springs.len());
     for (index, &spring) in springs.iter().enumerate() {

@@ -9,16 +9,16 @@ use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::Pose;
 use nalgebra::{DMatrix, Matrix3, vector};
 
-/// The limit against where the eigenvalues of one step leave the unit circle by −1. What sliding friction
-/// adds to the stiffness, which is no part of the limit, is what differs.
+/// Relative difference between the limit and the step at which an eigenvalue of one step leaves the unit circle at −1. The cause is the
+/// stiffness due to sliding friction, which is not part of the limit.
 const EIGENVALUES: f64 = 2e-2;
 
-/// The same without friction and at rest, of bodies that nothing keeps in balance: their torque turns
-/// with them, which is no stiffness.
+/// Relative difference without friction and at rest, for bodies that are not in equilibrium. Their torque rotates with them, which is not a
+/// stiffness.
 const EIGENVALUES_AT_REST: f64 = 2e-3;
 
-/// The derivative of a body's state after one step by its state before: position, rotation vector,
-/// velocity, spin.
+/// Returns the derivative of a body's state after one step with respect to the state before: position, rotation vector, velocity, angular
+/// velocity.
 fn step_matrix(world: &World, body: &str, time_step: f64, integrator: Integrator) -> DMatrix<f64> {
     let by = [
         Parameter::initial_position(body),
@@ -46,8 +46,8 @@ fn step_matrix(world: &World, body: &str, time_step: f64, integrator: Integrator
     })
 }
 
-/// The time step at which the first mode of one step begins to change sign and grow: where an
-/// eigenvalue μ of its matrix passes −1, the product of all 1 + μ changes sign.
+/// Returns the time step at which the first mode of one step begins to alternate and grow. When an eigenvalue μ of the step's matrix passes
+/// −1, the product of all 1 + μ changes sign.
 fn flipping_step(world: &World, body: &str, guess: f64, integrator: Integrator) -> f64 {
     let has_flipped = |step: f64| {
         let matrix = step_matrix(world, body, step, integrator);
@@ -59,8 +59,8 @@ fn flipping_step(world: &World, body: &str, guess: f64, integrator: Integrator) 
     bisected([beyond - 0.005 * guess, beyond], 1e-6, has_flipped)
 }
 
-/// An ellipsoid or a brick pressed askew into a slab: no two of its modes are alike, which would take the
-/// sign of the product through zero twice at once.
+/// Returns an ellipsoid or a brick pressed into a slab at an angle. No two of its modes are equal, because the sign of the product would
+/// then change twice at once.
 fn askew(random: &mut Random, skin: Material) -> World {
     let fields = [
         shapes::ellipsoid([0.1, 0.15, 0.2], 2),
@@ -73,7 +73,7 @@ fn askew(random: &mut Random, skin: Material) -> World {
     World::new(vec![body.with_pose(pose), slab(skin)]).unwrap()
 }
 
-/// The largest of the relative differences of limits from where eigenvalues cross, of worlds that touch.
+/// Returns the largest relative differences between limits and eigenvalue crossings, over worlds with contact.
 fn worst_of_eigenvalues(skin: Material, speed: f64, integrator: Integrator) -> [f64; 2] {
     let mut random = Random::new(7);
     let mut range = [f64::INFINITY, f64::NEG_INFINITY];
@@ -114,7 +114,7 @@ fn eigenvalues_of_a_step_that_rubs_cross_near_the_limit() {
         let skin = Material::elastic(1e6)
             .with_dissipation(dissipation)
             .with_friction(friction);
-        // Within the slip tolerance and far beyond.
+        // Speeds within and far above the slip tolerance.
         for speed in [0.0, 1e-4, 0.3] {
             let [low, high] = worst_of_eigenvalues(skin, speed, Integrator::SymplecticEuler);
             assert!(low >= -EIGENVALUES && high <= EIGENVALUES, "{low} {high}");

@@ -1,4 +1,4 @@
-//! Contact that creates energy ends a rollout, whatever else is in the world and however the world moves.
+//! Contact that creates energy ends a rollout, independent of other bodies and of the motion of the frame.
 
 use hydroelastic::contact::{HalfSpace, Shape};
 use hydroelastic::dynamics::{Body, BodyState, Mass, Material, Plan, RolloutError, World};
@@ -19,7 +19,7 @@ fn rigid_floor() -> Body {
     Body::fixed("floor", HalfSpace::rigid(), Material::rigid()).unwrap()
 }
 
-/// A path at a constant velocity.
+/// Returns a path at constant velocity.
 fn steady(start: Pose, twist: Twist) -> Arc<dyn Fn(f64) -> BodyState + Send + Sync> {
     Arc::new(move |time| BodyState {
         pose: start.with_translation(start.translation() + twist.linear * time),
@@ -27,7 +27,7 @@ fn steady(start: Pose, twist: Twist) -> Arc<dyn Fn(f64) -> BodyState + Send + Sy
     })
 }
 
-/// A light ball that a step of 20 ms leads deep into the floor.
+/// Returns a light ball that a step of 20 ms moves deep into the floor.
 fn thrown_ball() -> Body {
     let ball = Shape::new(shapes::icosphere(0.05, 2).unwrap());
     let ball = Body::dynamic("ball", ball, Material::elastic(1e5), Mass::Total(0.01)).unwrap();
@@ -39,7 +39,7 @@ fn thrown_ball() -> Body {
     .with_velocity(vector![0.0, 0.0, -3.0])
 }
 
-/// Bodies that move beside the ball and never touch it.
+/// Returns bodies that move beside the ball and never touch it.
 fn companions() -> Vec<(&'static str, Vec<Body>)> {
     let ball = || Shape::new(shapes::icosphere(0.05, 0).unwrap());
     let heavy =
@@ -83,7 +83,7 @@ fn companions() -> Vec<(&'static str, Vec<Body>)> {
     ]
 }
 
-/// Checks that a rollout ended because its time step is too long.
+/// Asserts that a rollout ended because its time step is too long.
 fn assert_step_is_too_long(error: &RolloutError) {
     assert!(
         matches!(
@@ -122,8 +122,8 @@ fn created_energy_ends_a_rollout_whatever_other_bodies_do() {
     assert!(steps.iter().all(|step| *step == steps[0]), "{steps:?}");
 }
 
-/// Flat elastic impacts on a block of the same skin or on a rigid floor, below the stability limit: single bounces may return more
-/// than they absorbed, and bounces add up.
+/// The scenes are flat elastic impacts on a block of the same material or on a rigid floor, below the stability limit. Single bounces may
+/// return more energy than they absorbed, and the gains accumulate.
 #[test]
 fn bounces_do_not_add_energy_up_in_silence() {
     let cube = Arc::new(Shape::new(shapes::cuboid([0.1; 3]).unwrap()));
@@ -169,7 +169,7 @@ fn bounces_do_not_add_energy_up_in_silence() {
     assert!(ended > 5 && right > 5, "{ended} {right}");
 }
 
-/// Coins and dice with friction, thrown: friction at fast spins may create energy below the limit of the normal contact.
+/// The scenes are thrown coins and dice with friction. At fast rotation, friction may create energy below the limit of the normal contact.
 #[test]
 fn thrown_coins_and_dice_gain_no_energy_in_silence() {
     let coin = Arc::new(Shape::new(shapes::cylinder(0.0125, 0.002, 24).unwrap()));
@@ -219,7 +219,7 @@ fn thrown_coins_and_dice_gain_no_energy_in_silence() {
     assert!(ended > 0 && right > 0, "{ended} {right}");
 }
 
-/// The check refuses the same plans in a lift as at rest. Rounding differs, so steps may.
+/// The check rejects the same plans in a moving elevator as at rest. Rounding errors differ, so the steps may differ.
 #[test]
 fn the_check_does_not_depend_on_the_frame() {
     let ball = Arc::new(Shape::new(shapes::icosphere(0.1, 2).unwrap()));

@@ -1,5 +1,5 @@
-//! The largest stable time step: against closed forms, against the eigenvalues of a step, and against
-//! rollouts that blow up just above it and not just below.
+//! The largest stable time step against closed forms, against the eigenvalues of a step, and against rollouts that blow up just above it
+//! and not just below.
 
 mod blow_ups;
 mod closed_forms;

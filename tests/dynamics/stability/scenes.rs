@@ -1,10 +1,10 @@
-//! Cubes on a slab, their largest stable time steps, and where a claim about a step becomes true.
+//! Cubes on a slab, their largest stable time steps, and a bisection over the time step.
 
 use crate::scenes::{GRAVITY, at, box_shape};
 use hydroelastic::dynamics::{Body, Mass, Material, World};
 use nalgebra::vector;
 
-/// What the search for the stiffest motion leaves of a limit.
+/// Relative error of a limit from the search for the stiffest motion.
 pub const FOUND: f64 = 1e-5;
 
 pub const EDGE: f64 = 0.2;
@@ -20,13 +20,13 @@ pub fn slab_skin(skin: Material) -> Material {
     }
 }
 
-/// A slab whose top is z = 0, of the closed forms: modulus 3e6, half depth 0.5.
+/// Returns the slab of the closed forms, whose top is z = 0: modulus 3e6, half depth 0.5.
 pub fn slab(skin: Material) -> Body {
     let slab = Body::fixed("slab", box_shape([2.0, 2.0, 1.0]), slab_skin(skin)).unwrap();
     slab.with_pose(at(0.0, 0.0, -0.5))
 }
 
-/// A cube of 1 kg, pressed so deep (m) into a slab.
+/// Returns a cube of 1 kg, pressed into a slab by a depth (m).
 pub fn cube_on_slab(skin: Material, depth: f64) -> World {
     let cube = cube("cube", EDGE, skin).with_pose(at(0.03, 0.05, EDGE / 2.0 - depth));
     with_gravity(World::new(vec![cube, slab(skin)]).unwrap())
@@ -51,7 +51,7 @@ pub fn assert_close(found: f64, expected: f64, tolerance: f64) {
 /// Depth (m) of a cube of 1 kg at rest.
 pub const REST: f64 = 6.541_604_590_930e-5;
 
-/// Where a claim about the time step becomes true, between two steps.
+/// Returns the time step between two steps at which a predicate becomes true.
 pub fn bisected(
     [mut low, mut high]: [f64; 2],
     resolution: f64,
@@ -69,7 +69,7 @@ pub fn bisected(
     (low * high).sqrt()
 }
 
-/// A cube that falls 5 mm on a slab, to touch it after 32 ms.
+/// Returns a cube that falls 5 mm on a slab, which it touches after 32 ms.
 pub fn falling() -> World {
     cube_on_slab(Material::elastic(1e6), -5e-3)
 }

@@ -1,4 +1,4 @@
-//! The check of the time step along a rollout: where it ends one, and what it leaves as it is.
+//! The check of the time step during a rollout: which rollouts it ends, and which it does not affect.
 
 use super::scenes::falling;
 use hydroelastic::contact::{HalfSpace, Shape};
@@ -15,7 +15,7 @@ use std::sync::Arc;
 const TOO_LONG: f64 = 6e-3;
 const SHORT_ENOUGH: f64 = 3e-3;
 
-/// The step, the time and the limit at which a rollout was ended.
+/// Returns the step, time and limit at which a rollout ended.
 fn ended(error: &RolloutError) -> (usize, f64, f64) {
     let RolloutError::TimeStepTooLong {
         step,
@@ -39,7 +39,7 @@ fn a_rollout_whose_step_is_too_long_ends_before_the_first_kick_that_shows_it() {
     let mut rollout = world.rollout(&plan);
     let states: Vec<State> = rollout.by_ref().map_while(Result::ok).collect();
     let (step, time, limit) = ended(&rollout.advance().unwrap_err());
-    // 5 mm take 31.9 ms: the middle of the sixth step is the first place in the slab where a kick acts.
+    // A fall of 5 mm takes 31.9 ms. The middle of the sixth step is the first point in the slab at which a kick acts.
     assert_eq!((states.len(), step), (5, 6));
     assert_eq!(time.to_bits(), rollout.state().time.to_bits());
     let mut there = rollout.state().clone();
@@ -58,10 +58,10 @@ fn a_rollout_whose_step_is_too_long_ends_before_the_first_kick_that_shows_it() {
     assert!(message.contains("\"cube\" and \"slab\""), "{message}");
 }
 
-/// A light ball that hits the floor at 3 m/s in steps of 1 ms: the impact lasts two steps, one, or a part of one.
+/// A light ball hits the floor at 3 m/s in steps of 1 ms. The impact lasts two steps, one step, or a fraction of a step.
 #[test]
 fn impacts_that_would_make_energy_are_stopped() {
-    /// At half the limit an undamped oscillation swings by a third of its energy, at the limit by any amount.
+    /// At half the limit, the energy of an undamped oscillation varies by a third; at the limit, by any amount.
     const MOST: f64 = 1.5;
     let ball = Arc::new(Shape::new(shapes::icosphere(0.1, 1).unwrap()));
     let slab = Arc::new(Shape::new(shapes::cuboid([4.0, 4.0, 0.4]).unwrap()));
@@ -153,7 +153,7 @@ fn batches_and_experiments_check_too_and_so_do_dual_numbers() {
     }
 }
 
-/// A light, stiff ball with the time steps of robot simulators. Before the check, a default plan threw it to 845 m.
+/// The scene is a light, stiff ball with the time steps of robot simulators. Without the check, a default plan threw the ball to 845 m.
 #[test]
 fn default_plans_end_with_an_error_that_names_the_remedy_or_give_a_correct_motion() {
     let ball = Arc::new(Shape::new(shapes::icosphere(0.1, 2).unwrap()));
@@ -218,7 +218,7 @@ fn default_plans_end_with_an_error_that_names_the_remedy_or_give_a_correct_motio
     assert!(ended > 5 && right > 5);
 }
 
-/// A small fast ball and a thin plate: a step leads into the plate, or through it.
+/// A small, fast ball hits a thin plate. A step moves it into the plate or through the plate.
 #[test]
 fn steps_that_lead_through_a_plate_make_no_energy() {
     let ball = Arc::new(Shape::new(shapes::icosphere(0.01, 2).unwrap()));
@@ -239,7 +239,7 @@ fn steps_that_lead_through_a_plate_make_no_energy() {
             match world.unwrap().rollout(&plan).run() {
                 Ok(trajectory) => {
                     let speed = trajectory.last().bodies[0].twist.linear.norm();
-                    // Twice the energy, and what a fall for a step has.
+                    // Twice the energy, and the energy of a fall during a step.
                     assert!(speed < 5.1 * 2_f64.sqrt(), "{speed}");
                     reasons[0] += 1;
                 }

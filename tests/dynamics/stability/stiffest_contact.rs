@@ -1,4 +1,4 @@
-//! What counts for the largest stable time step: the stiffest contact, not the origins of frames.
+//! The largest stable time step depends on the stiffest contact, and not on the origins of frames.
 
 use super::scenes::{EDGE, FOUND, assert_close, cube_on_slab, falling, limit, slab};
 use crate::scenes::{at, box_shape};
@@ -25,7 +25,7 @@ fn nothing_that_touches_is_no_limit() {
             .unwrap()
             .is_none()
     );
-    // Two bodies that forces do not move.
+    // Forces move neither of the two bodies.
     let skin = Material::elastic(1e6);
     let fixed = Body::fixed("cube", box_shape([EDGE; 3]), skin).unwrap();
     let still = World::new(vec![fixed.with_pose(at(0.0, 0.0, 0.09)), slab(skin)]).unwrap();
@@ -44,7 +44,7 @@ fn the_limit_of_many_is_that_of_the_stiffest_contact_and_names_it() {
         let body = Body::dynamic(name, box_shape([EDGE; 3]), skin, Mass::Total(mass)).unwrap();
         body.with_pose(at(x, 0.05, EDGE / 2.0 - depth))
     };
-    // The lightest is the stiffest; the one in the air is none.
+    // The lightest contact is the stiffest. The body in the air has no contact.
     let bodies = vec![
         beside("heavy", -0.5, 0.001, 2.0),
         slab(skin),

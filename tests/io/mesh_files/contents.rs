@@ -1,4 +1,4 @@
-//! Sound mesh files in all formats: the mesh and the point data that are read from them.
+//! Valid mesh files in all formats: their meshes and point data.
 
 use super::sample_files::{
     ONE_TET, ONE_TET_VTK, PLAIN, WITH_EXTENTS, bracket, read_bytes, replaced,
@@ -7,7 +7,7 @@ use hydroelastic::io::{FileError, MeshFile};
 use hydroelastic::mesh::{MeshError, PressureField};
 use nalgebra::Vector3;
 
-/// Numbers in the ASCII files have 12 (meshio's .vtu) to 17 digits.
+/// Rounding error of numbers in ASCII files, which have 12 digits (meshio's .vtu) to 17 digits.
 const ASCII_DIGITS: f64 = 1e-11;
 
 fn assert_same_mesh(one: &MeshFile, other: &MeshFile) {
@@ -34,7 +34,7 @@ fn all_files_of_gmsh_hold_the_same_mesh() {
 
 #[test]
 fn the_volume_is_that_of_the_bracket() {
-    // Foot and arm; the hole is a polygon inside its circle.
+    // Foot and arm. The hole is a polygon inscribed in its circle.
     let solid = 0.2 * 0.1 * 0.07 + 0.07 * 0.1 * 0.13;
     let hole = std::f64::consts::PI * 0.02_f64.powi(2) * 0.07;
     let volume = bracket("bracket.msh").mesh.volume();
@@ -57,7 +57,7 @@ fn all_files_with_extents_hold_the_same_mesh_and_field() {
     for name in WITH_EXTENTS {
         let file = bracket(name);
         assert_same_mesh(&file, &first);
-        // The vectors that are also in the file are no extents.
+        // The vectors in the file are not extents.
         assert_eq!(file.point_data.keys().collect::<Vec<_>>(), ["extent"]);
         for (a, b) in file.point_data["extent"]
             .iter()
@@ -113,7 +113,7 @@ fn node_tags_count_whatever_their_order_and_gaps() {
         ONE_TET.replace('\n', "\r\n"),
     ] {
         let mesh = read_bytes("tags.msh", text.as_bytes()).unwrap().mesh;
-        // The node with the tag 3 belongs to no tetrahedron.
+        // The node with tag 3 belongs to no tetrahedron.
         assert_eq!(mesh.vertices(), corners.map(Vector3::from));
         assert_eq!(mesh.tetrahedron(0).corners, corners.map(Vector3::from));
     }

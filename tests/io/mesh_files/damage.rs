@@ -2,7 +2,7 @@
 
 use super::sample_files::{PLAIN, WITH_EXTENTS, bracket, path_of, read_bytes};
 
-/// The first bytes, those from the end, and some between.
+/// Yields the first positions, positions from the end, and some between.
 fn places(count: usize, at_ends: usize) -> impl Iterator<Item = usize> {
     let inner = (at_ends..count - at_ends).step_by(count / 97);
     (0..at_ends).chain(inner).chain(count - at_ends..count)
@@ -13,7 +13,7 @@ fn truncated_files_are_refused_or_lack_only_what_is_not_the_mesh() {
     for name in PLAIN.iter().chain(&WITH_EXTENTS) {
         let whole = bracket(name).mesh;
         let bytes = std::fs::read(path_of(name)).unwrap();
-        // Not the last two bytes: the last 10 of an ASCII file would become a 1.
+        // The last two bytes are excluded, because the final 10 of an ASCII file would become a 1.
         for length in places(bytes.len() - 2, 100) {
             if let Ok(file) = read_bytes(&format!("truncated_{name}"), &bytes[..length]) {
                 let same = file.mesh.tets() == whole.tets();
@@ -34,7 +34,7 @@ fn files_with_wrong_bytes_never_panic() {
             for wrong in [b'0', b'<', 0xff, bytes[place] ^ 1] {
                 let mut damaged = bytes.clone();
                 damaged[place] = wrong;
-                // Some still hold a mesh, if another one; none is empty.
+                // Some damaged files still contain a mesh, although a different one. No mesh is empty.
                 let file = read_bytes(&format!("damaged_{name}"), &damaged);
                 assert!(file.is_err() || file.unwrap().mesh.tet_count() > 0);
             }

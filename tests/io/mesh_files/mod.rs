@@ -1,4 +1,4 @@
-//! Mesh files in all formats, sound and damaged.
+//! Mesh files in all formats, valid and damaged.
 
 mod contents;
 mod damage;

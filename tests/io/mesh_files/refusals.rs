@@ -1,4 +1,4 @@
-//! Mesh files that are refused: each with the error that names what is wrong or not supported.
+//! Mesh files that are rejected, each with an error that names the invalid or unsupported part.
 
 use super::sample_files::{ONE_TET, ONE_TET_VTK, read_bytes, replaced};
 use hydroelastic::io::{FileError, read_mesh};
@@ -254,13 +254,13 @@ fn lengths_that_cannot_be_are_refused_before_anything_is_allocated() {
             "version=\"0.1\" compressor=\"vtkZLibDataCompressor\"",
         )
     };
-    // Blocks, length of a block and of the last one, compressed length; then no data.
+    // The number of blocks, the lengths of a block and of the last block, and the compressed length, without any data.
     let huge = with_points("AgAAAP///////////////w==");
     assert!(matches!(
         error_of("lengths.vtu", &huge),
         FileError::TooShort { .. }
     ));
-    // A million bytes from the one that is there.
+    // The header claims a million bytes from one existing byte.
     let bomb = with_points("AQAAAEBCDwBAQg8AAQAAAA==AA==");
     let error = error_of("lengths.vtu", &bomb);
     assert!(

@@ -1,9 +1,9 @@
-//! Mesh files and texts of mesh files that the tests read, whole or changed.
+//! Sample mesh files and texts of mesh files, complete or modified.
 
 use hydroelastic::io::{FileError, MeshFile, read_mesh};
 use std::path::{Path, PathBuf};
 
-/// Meshes of the bracket as Gmsh wrote them.
+/// Meshes of the bracket, written by Gmsh.
 pub const PLAIN: [&str; 4] = [
     "bracket.msh",
     "bracket_binary.msh",
@@ -11,7 +11,7 @@ pub const PLAIN: [&str; 4] = [
     "bracket_binary.vtk",
 ];
 
-/// Meshes of the bracket with extents, as meshio wrote them; the first one has all digits.
+/// Meshes of the bracket with extents, written by meshio. The first file has all digits.
 pub const WITH_EXTENTS: [&str; 5] = [
     "bracket_extents_binary.vtk",
     "bracket_extents.vtk",
@@ -20,7 +20,7 @@ pub const WITH_EXTENTS: [&str; 5] = [
     "bracket_extents.vtu",
 ];
 
-/// One tetrahedron and a node that it does not use, in tags that are dense but out of order.
+/// One tetrahedron and an unused node, with tags that are dense but not in order.
 pub const ONE_TET: &str = "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n\
     $Nodes\n2 5 1 5\n2 1 0 2\n5\n3\n0 0 0\n9 9 9\n3 1 0 3\n1\n4\n2\n1 0 0\n0 1 0\n0 0 1\n$EndNodes\n\
     $Elements\n2 2 1 2\n2 1 2 1\n1 5 1 4\n3 1 4 1\n2 5 1 4 2\n$EndElements\n";
@@ -39,7 +39,7 @@ pub fn bracket(name: &str) -> MeshFile {
     read_mesh(path_of(name)).unwrap_or_else(|error| panic!("{error}: {error:?}"))
 }
 
-/// Reads the bytes as a file of that name; each test uses names of its own.
+/// Reads the bytes as a file with a name. Each test uses its own names.
 pub fn read_bytes(name: &str, bytes: &[u8]) -> Result<MeshFile, FileError> {
     let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     std::fs::write(&path, bytes).unwrap();

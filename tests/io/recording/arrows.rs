@@ -1,4 +1,4 @@
-//! Arrows for contact forces and contact torques: place, direction, length and shape.
+//! Arrows for contact forces and contact torques: position, direction, length and shape.
 
 use super::recorded_worlds::{
     ELASTIC, NAMED, SINGLE, SINGLE_TURN, SLOWDOWN, assert_near, named, read_back, resting, rollout,
@@ -10,7 +10,7 @@ use hydroelastic::contact::ContactPolygon;
 use hydroelastic::io::Recording;
 use nalgebra::{Vector3, vector};
 
-/// A node of a force or a torque, with where it points (times its length, m) at a time.
+/// Returns position and direction (times its length, m) of a force or torque node at a time.
 fn arrow_at(glb: &Glb, node: Index<Node>, time: f32) -> (Vector3<f64>, Vector3<f64>) {
     let shown = glb.placement(node, time);
     let length = shown.scale.x;
@@ -18,8 +18,8 @@ fn arrow_at(glb: &Glb, node: Index<Node>, time: f32) -> (Vector3<f64>, Vector3<f
     (shown.translation, shown.rotation * Vector3::z() * length)
 }
 
-/// Holds all arrows for one load, of frames with a time each, against the load: a point and a vector. The
-/// longest vector of all loads is told.
+/// Compares all arrows of one load, in frames with a time each, with the load: a point and a vector. The longest vector of all loads is
+/// given.
 fn assert_arrows(
     glb: &Glb,
     (beginning, unit): (&str, &str),
@@ -42,7 +42,7 @@ fn assert_arrows(
             continue;
         };
         assert_near(&point, at, SINGLE * at.amax());
-        // The direction of an arrow is rounded, and the length in the name.
+        // The direction of an arrow is rounded, and so is the length in its name.
         let tolerance = SINGLE_TURN * vector.norm() + NAMED * vector.norm();
         assert_near(&(arrow * largest / length), vector, tolerance);
     }
@@ -70,7 +70,7 @@ fn an_arrow_is_the_force_on_the_first_body_that_moves() {
         let contact = contacts
             .into_iter()
             .find(|contact| contact.bodies == bodies)?;
-        // The floor is body 0, and does not move.
+        // The floor is body 0, which does not move.
         let wrench = if bodies[0] == 0 {
             contact.wrench.on_b
         } else {
@@ -97,7 +97,7 @@ fn an_arrow_is_the_force_on_the_first_body_that_moves() {
 
 #[test]
 fn an_arrow_is_the_torque_of_contacts_about_the_center_of_mass() {
-    // Elastic, so that the torque is the sum over polygons of arm × pressure, whatever the wrench says.
+    // The contact is elastic, so the torque is the sum over polygons of arm × pressure, independent of the wrench.
     let world = tumbling(ELASTIC);
     let trajectory = rollout(&world);
     let glb = read_back(
@@ -152,9 +152,9 @@ fn an_arrow_is_a_closed_surface_of_length_one_along_z() {
             .sum();
         assert!(
             outwards.norm() < SINGLE_TURN * arrow.area(),
-            "it has a hole"
+            "the arrow has a hole"
         );
-        assert!(arrow.volume() > 0.0, "it is inside out");
+        assert!(arrow.volume() > 0.0, "the arrow is inside out");
     }
 }
 
@@ -166,6 +166,6 @@ fn a_central_blow_has_no_torque() {
     assert_eq!(
         glb.nodes("contact torque").len(),
         0,
-        "an arrow for round-off"
+        "round-off has an arrow"
     );
 }

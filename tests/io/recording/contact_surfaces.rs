@@ -1,4 +1,4 @@
-//! Contact surfaces: when they show, their area and colors, how many there are and how many bytes they take.
+//! Contact surfaces: their visibility, area, colors, number and size in bytes.
 
 use super::recorded_worlds::{
     ELASTIC, NAMED, RATE, SLOWDOWN, SURFACE, assert_near, named, read_back, resting, resting_on,
@@ -14,13 +14,13 @@ use hydroelastic::spatial::{Pose, Twist};
 use nalgebra::{Vector3, vector};
 use std::sync::Arc;
 
-/// Corners of a contact surface are moved to one nearby, in a grid of 1e-6 of the largest coordinate,
-/// which is √3 of that away at most, and rounded to single precision.
+/// Rounding error of corners. Corners are moved to nearby corners on a grid of 1e-6 of the largest coordinate, at most √3 grid steps away,
+/// and rounded to single precision.
 const WELDED: f64 = 1.8e-6;
-/// Contact surfaces in a recording.
+/// Largest number of contact surfaces in a recording.
 const MOST_SURFACES: usize = 240;
 
-/// The surface that is visible at a time, if there is one; there may not be two.
+/// Returns the visible surface at a time, if any. At most one surface may be visible.
 fn visible_surface(glb: &Glb, time: f32) -> Option<Index<Node>> {
     let mut visible = glb.nodes(SURFACE);
     visible.retain(|&node| glb.is_visible(node, time));
@@ -33,7 +33,7 @@ fn polygons(contacts: &[Contact]) -> Vec<&ContactPolygon> {
     surfaces.flat_map(|surface| &surface.polygons).collect()
 }
 
-/// Corners of polygons with their pressures.
+/// Returns the corners of polygons with their pressures.
 fn corners(contacts: &[Contact]) -> Vec<(Vector3<f64>, f64)> {
     let of_polygon = |polygon: &ContactPolygon| -> Vec<_> {
         let corners = polygon.outline.corners().iter();
@@ -74,7 +74,7 @@ fn a_contact_surface_shows_while_bodies_touch() {
             .iter()
             .all(|&time| visible_surface(&glb, time).is_none())
     );
-    // No two frames have the same surface here, so each has its own.
+    // No two frames have the same surface here, so each frame has its own.
     assert_eq!(glb.nodes(SURFACE).len(), touching.len());
 }
 
@@ -110,7 +110,7 @@ fn a_contact_surface_has_the_area_and_the_centroid_of_its_polygons() {
                 .map(|(a, b)| (a - b).norm())
                 .sum::<f64>()
         });
-        // A polygon whose corners are moved by so much changes its area by no more than its rim times that.
+        // If the corners of a polygon move by at most this distance, its area changes by at most the distance times its perimeter.
         let moved = WELDED * reach;
         let tolerance = moved * rims.sum::<f64>();
 
@@ -131,10 +131,10 @@ fn a_contact_surface_has_the_area_and_the_centroid_of_its_polygons() {
             tolerance,
         );
     }
-    assert!(largest_count > 1, "never two contacts at once");
+    assert!(largest_count > 1, "no frame has two contacts");
 }
 
-/// How bright a linear color is to the eye (CIE Y of sRGB primaries), from 0 to 255.
+/// Returns the brightness of a linear color (CIE Y of sRGB primaries), from 0 to 255.
 fn luminance(color: [u8; 4]) -> f64 {
     let [r, g, b, _] = color.map(f64::from);
     0.2126 * r + 0.7152 * g + 0.0722 * b
@@ -142,8 +142,8 @@ fn luminance(color: [u8; 4]) -> f64 {
 
 #[test]
 fn colors_brighten_with_pressure_up_to_the_peak() {
-    /// Each part of a color is rounded on the screen's scale, whose steps are up to 2.3 of the linear
-    /// ones, and once more on that.
+    /// Rounding error of a color component. It is rounded once on the screen's scale, whose steps are up to 2.3 linear steps, and once on
+    /// the linear scale.
     const ROUNDED: f64 = 2.3 + 1.0;
 
     let world = tumbling(rubbing());
@@ -190,7 +190,7 @@ fn colors_brighten_with_pressure_up_to_the_peak() {
     );
 }
 
-/// A hammer that touches a heavy block in every other frame.
+/// Returns a hammer that touches a heavy block in every other frame.
 fn hammering() -> World {
     let cube = || Shape::new(shapes::cuboid([0.1; 3]).unwrap());
     let path = |time: f64| {
@@ -208,8 +208,8 @@ fn hammering() -> World {
     .unwrap()
 }
 
-/// How many contact surfaces there are in a recording of many frames with contact, in which the given
-/// body moves; each such frame shows one, no other does.
+/// Returns the number of contact surfaces in a recording with many contact frames, in which the given body moves. Each contact frame shows
+/// one surface, and no other frame shows a surface.
 fn surfaces_of_a_long_recording(body: &str, world: &World, rollout: &Trajectory) -> usize {
     let glb = read_back(&format!("long_{body}"), &Recording::new(world, rollout));
     let mut touching = 0;
@@ -249,7 +249,7 @@ fn many_short_contacts_have_no_more_surfaces_than_a_recording_may() {
     );
 }
 
-/// Bytes of what only the contact surfaces need, in the JSON and in the buffer.
+/// Returns the size in bytes, in the JSON and in the buffer, of the data used only by contact surfaces.
 fn bytes_of_surfaces(glb: &Glb) -> usize {
     let root = &glb.root;
     let surfaces = glb.nodes(SURFACE);
@@ -286,7 +286,7 @@ fn bytes_of_surfaces(glb: &Glb) -> usize {
     json + 9 * surfaces.len() + numbers.sum::<usize>()
 }
 
-/// Bytes of its JSON.
+/// Returns the number of bytes of its JSON.
 fn length(part: &impl serde::Serialize) -> usize {
     serde_json::to_vec(part).unwrap().len()
 }
@@ -303,8 +303,8 @@ fn contact_surfaces_are_as_long_as_the_documentation_says() {
     }
 }
 
-/// What each polygon needs, and each surface beside that: from recordings with few polygons and with many,
-/// in as many surfaces, of a ball on something of some fineness.
+/// Returns the bytes per polygon, and the additional bytes per surface. The recordings have few and many polygons in equally many surfaces,
+/// of a ball on a body of some resolution.
 fn bytes_of_polygons_and_surfaces(name: &str, below: impl Fn(usize) -> Shape) -> [f64; 2] {
     let sizes = [1, 3].map(|order| {
         let world = resting_on(below(order), order);
@@ -327,7 +327,7 @@ fn bytes_of_polygons_and_surfaces(name: &str, below: impl Fn(usize) -> Shape) ->
     [of_polygon, of_surface]
 }
 
-/// Two cubes whose corners overlap by a little (m).
+/// Returns two cubes whose corners overlap by a small depth (m).
 fn barely_touching(depth: f64) -> World {
     let cube = || Shape::new(shapes::cuboid([0.1; 3]).unwrap());
     let axis = vector![1.0, -1.0, 0.0].normalize();

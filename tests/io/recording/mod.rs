@@ -1,4 +1,4 @@
-//! Recordings, read back: what the file shows is what the states and contacts say.
+//! Recordings: the files agree with the states and contacts.
 
 mod arrows;
 mod contact_surfaces;

@@ -1,4 +1,4 @@
-//! Poses and times of frames: bodies move as in the states, and frames are at the right times.
+//! Poses and times of frames: bodies move as in the states, and frames have the correct times.
 
 use super::recorded_worlds::{
     DOWN, ELASTIC, RATE, SINGLE, SINGLE_TURN, SLOWDOWN, SURFACE, TIME_STEP, assert_near, read_back,
@@ -48,7 +48,7 @@ fn bodies_turn_the_short_way_from_key_to_key() {
                 .iter()
                 .all(|turn| (turn.norm() - 1.0).abs() <= 2.0 * SINGLE)
         );
-        // All the way round in 0.31 s: a quaternion comes back with the other sign.
+        // The block makes a full turn in 0.31 s, so a quaternion returns with the opposite sign.
         assert!(body == "block" || turns.iter().any(|turn| turn.dot(&turns[0]) < -0.9));
     }
 }
@@ -64,14 +64,14 @@ fn a_body_that_stays_has_no_animation() {
     assert_eq!(animated.collect::<Vec<_>>(), [false, true, true, true]);
 }
 
-/// Every state that comes at least a frame after the one shown before is shown, from the first; then the
-/// last, instead of one less than a frame before it.
+/// Asserts the shown states: the first state, and every state at least a frame after the previously shown state. The last state is also
+/// shown, and replaces a state less than a frame before it.
 fn assert_times(trajectory: &Trajectory, times: &[f32], slowdown: f64) {
     let start = trajectory.states()[0].time;
     let mut expected: Vec<f64> = Vec::new();
     for state in trajectory.states() {
         let time = (state.time - start) * slowdown;
-        // Rounded, so that states exactly a frame apart are both shown.
+        // Times are rounded, so that states exactly a frame apart are both shown.
         if expected
             .last()
             .is_none_or(|last| (time - last) * RATE > 1.0 - 1e-9)
@@ -105,7 +105,7 @@ fn frames_are_as_many_as_60_in_a_second() {
         ("slow", &whole, SLOWDOWN),
         ("slower_than_the_states", &whole, 100.0),
         ("faster", &whole, 0.25),
-        // Within a frame.
+        // The whole motion is within one frame.
         ("in_a_moment", &whole, 0.01),
         ("from_0_5_s", &later, 1.0),
     ] {
@@ -114,7 +114,7 @@ fn frames_are_as_many_as_60_in_a_second() {
     }
 }
 
-/// Where the last key of a body that moves has it.
+/// Returns the position at the last key of a moving body.
 fn last_position(glb: &Glb, body: &str) -> Vector3<f64> {
     let keys = glb.keys::<3>(glb.node(body), Property::Translation);
     crate::support::glb::vector(*keys.unwrap().values.last().unwrap())
@@ -133,7 +133,7 @@ fn a_recording_ends_with_the_last_state() {
     }
 }
 
-/// Of the keys of all animations, if there are any.
+/// Asserts that the times of the keys of all animations increase.
 fn assert_times_increase(glb: &Glb) {
     for animation in &glb.root.animations {
         for sampler in &animation.samplers {
@@ -147,7 +147,7 @@ fn assert_times_increase(glb: &Glb) {
 #[test]
 fn states_that_are_at_once_in_single_precision_have_one_frame() {
     let world = tumbling(rubbing());
-    // 0.5 s become a time that single precision does not tell from 0.
+    // 0.5 s become a time that single precision cannot distinguish from 0.
     let trajectory = rollout(&world);
     let recording = Recording::new(&world, &trajectory).slowed(1e-60);
     let glb = read_back("at_once", &recording);
@@ -161,7 +161,7 @@ fn times_increase_in_single_precision_after_a_long_time() {
     let world = tumbling(rubbing());
     let rollout = world.rollout(&Plan::new(TIME_STEP, 5).unwrap());
     let mut saved = serde_json::to_value(rollout.run().unwrap()).unwrap();
-    // Single precision has every quarter of a second there.
+    // At these times, the resolution of single precision is a quarter of a second.
     let times = [0.0, 3e6, 3e6 + 0.05, 3e6 + 0.15, 3e6 + 0.25, 3e6 + 0.3];
     for (place, time) in times.into_iter().enumerate() {
         saved["states"][place]["time"] = time.into();
@@ -211,6 +211,6 @@ fn a_world_where_nothing_moves_has_no_animation() {
     assert!(glb.root.animations.is_empty());
     assert!(
         glb.mesh(glb.node("way")).area() > 1e-3,
-        "a path without width"
+        "the path has no width"
     );
 }

@@ -1,4 +1,4 @@
-//! Worlds whose motion the tests record, and how they read the recordings back.
+//! Worlds whose motion the tests record, and functions that read the recordings.
 
 use crate::support::glb::Glb;
 use gltf_json::animation::Property;
@@ -12,13 +12,13 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Half a unit in the last place of single precision, relative: what each number in a file is off by.
+/// Relative rounding error of each number in a file: half a unit in the last place of single precision.
 pub const SINGLE: f64 = 6e-8;
-/// Of a direction or a rotation matrix made from four rounded numbers: each entry sums four products of two.
+/// Rounding error of a direction or a rotation matrix made from four rounded numbers. Each entry sums four products of two numbers.
 pub const SINGLE_TURN: f64 = 8.0 * SINGLE;
-/// Numbers in names have four digits.
+/// Rounding error of numbers in names, which have four digits.
 pub const NAMED: f64 = 5e-4;
-/// Frames for each second of a recording.
+/// Frames per second of a recording.
 pub const RATE: f64 = 60.0;
 
 pub const SLOWDOWN: f64 = 4.0;
@@ -35,8 +35,8 @@ pub fn rubbing() -> Material {
     ELASTIC.with_dissipation(0.2).with_friction(0.5)
 }
 
-/// A floor, a block with its weight off center that tumbles over it, a ball that hits the block, and one
-/// of the same shape that flies past.
+/// Returns a floor, a block with its weight off center that tumbles over the floor, a ball that hits the block, and a ball of the same
+/// shape that flies past.
 pub fn tumbling(skin: Material) -> World {
     let floor = Shape::new(shapes::cuboid([2.0, 2.0, 0.2]).unwrap());
     let block = Shape::new(shapes::cuboid([0.3, 0.2, 0.1]).unwrap());
@@ -67,13 +67,13 @@ pub fn tumbling(skin: Material) -> World {
     .unwrap()
 }
 
-/// A second of a world's motion.
+/// Returns one second of a world's motion.
 pub fn rollout(world: &World) -> Trajectory {
     let rollout = world.rollout(&Plan::new(TIME_STEP, 1000).unwrap());
     rollout.run().unwrap()
 }
 
-/// The initial state alone.
+/// Returns the initial state only.
 pub fn standing(world: &World) -> Trajectory {
     let rollout = world.rollout(&Plan::new(TIME_STEP, 0).unwrap());
     rollout.run().unwrap()
@@ -83,7 +83,7 @@ pub fn file(name: &str) -> PathBuf {
     Path::new(env!("CARGO_TARGET_TMPDIR")).join(name)
 }
 
-/// A recording written and read back; its container and its JSON are found to be right.
+/// Writes and reads a recording, and checks its container and its JSON.
 pub fn read_back(name: &str, recording: &Recording) -> Glb {
     let path = file(&format!("{name}.glb"));
     recording.write(&path).unwrap();
@@ -92,7 +92,7 @@ pub fn read_back(name: &str, recording: &Recording) -> Glb {
     glb
 }
 
-/// The state shown at a time of a recording.
+/// Returns the state shown at a time of a recording.
 pub fn state_at(trajectory: &Trajectory, time: f32, slowdown: f64) -> &State {
     let states = trajectory.states();
     let of_rollout = states[0].time + f64::from(time) / slowdown;
@@ -106,7 +106,7 @@ pub fn state_at(trajectory: &Trajectory, time: f32, slowdown: f64) -> &State {
     nearest
 }
 
-/// The times of all frames: those of the keys of a body that moves.
+/// Returns the times of all frames, which are those of the keys of a moving body.
 pub fn times(glb: &Glb, body: &str) -> Vec<f32> {
     let keys = glb.keys::<3>(glb.node(body), Property::Translation);
     keys.unwrap().times
@@ -122,20 +122,20 @@ pub fn assert_near(found: &Vector3<f64>, expected: &Vector3<f64>, tolerance: f64
 
 pub const SURFACE: &str = "contact surface";
 
-/// A number in a name, after some words and before a unit.
+/// Returns the number in a name after some words and before a unit.
 pub fn named(name: &str, words: &str, unit: &str) -> f64 {
     let (_, after) = name.split_once(words).unwrap();
     let (number, _) = after.split_once(unit).unwrap();
     number.trim().parse().unwrap()
 }
 
-/// A ball that comes to rest on a floor.
+/// Returns a ball that comes to rest on a floor.
 pub fn resting() -> World {
     let floor = Shape::new(shapes::cuboid([1.0, 1.0, 0.2]).unwrap());
     resting_on(floor, 1)
 }
 
-/// A ball on something that reaches up to 0.1 m.
+/// Returns a ball on a body whose top is at 0.1 m.
 pub fn resting_on(floor: Shape, subdivisions: usize) -> World {
     let ball = Shape::new(shapes::icosphere(0.1, subdivisions).unwrap());
     let skin = ELASTIC.with_dissipation(1.0).with_friction(0.5);

@@ -1,4 +1,4 @@
-//! Recordings that are refused: each with its error, and without a file.
+//! Recordings that are rejected, each with its error and without a file.
 
 use super::recorded_worlds::{ELASTIC, TIME_STEP, file, resting, rollout, standing, tumbling};
 use hydroelastic::dynamics::Plan;
@@ -6,7 +6,7 @@ use hydroelastic::io::{FileError, Recording};
 use hydroelastic::spatial::Pose;
 use nalgebra::{Vector3, vector};
 
-/// The error of a recording; nothing is written.
+/// Returns the error of a recording, and checks that no file is written.
 fn refused(name: &str, recording: &Recording) -> FileError {
     let path = file(name);
     let error = recording.write(&path).unwrap_err();
@@ -108,7 +108,7 @@ fn a_state_that_is_not_finite_in_single_precision_is_refused() {
     let trajectory = rollout.clone().with_state(lost).unwrap().run();
     let error = refused("lost.glb", &Recording::new(&world, &trajectory.unwrap()));
     assert_not_finite(&error, "body \"block\"");
-    // No trajectory has a time that is not finite: the state is refused.
+    // No trajectory accepts a time that is not finite: the state is rejected.
     let mut timeless = world.initial_state();
     timeless.time = f64::NAN;
     assert!(rollout.with_state(timeless).is_err());

@@ -1,4 +1,4 @@
-//! The scene around the motion: upward direction, camera, shared meshes, an empty world, the same bytes each time.
+//! The scene around the motion: up axis, camera, shared meshes, an empty world, and reproducible bytes.
 
 use super::recorded_worlds::{
     ELASTIC, SINGLE, SINGLE_TURN, SLOWDOWN, assert_near, file, read_back, rollout, rubbing,
@@ -33,7 +33,7 @@ fn up_is_against_gravity() {
         let world = tumbling(ELASTIC).with_gravity(gravity).unwrap();
         let glb = read_back(name, &Recording::new(&world, &standing(&world)));
         let [top] = glb.root.scenes[0].nodes[..] else {
-            panic!("one node holds all")
+            panic!("expected one root node")
         };
         let shown = glb.placement(top, 0.0).rotation * up;
         assert_near(&shown, &Vector3::y(), SINGLE_TURN);
@@ -57,12 +57,12 @@ fn bodies_of_one_shape_share_its_numbers() {
     assert_eq!(numbers("ball"), numbers("twin"));
     assert_ne!(numbers("ball"), numbers("block"));
     let [skin, edges] = &numbers("block")[..] else {
-        panic!("a block has a skin and edges")
+        panic!("expected a surface and edges")
     };
     assert_eq!(skin.0, edges.0);
     let block = glb.mesh(glb.node("block"));
     assert!((block.volume() / 6e-3 - 1.0).abs() < 1e-6);
-    // Two indices for each of the twelve edges: no diagonal shows.
+    // The twelve edges have two indices each, so no diagonal is visible.
     assert_eq!(glb.root.get(edges.1).unwrap().count.0, 24);
 }
 
@@ -83,10 +83,10 @@ fn a_camera_looks_at_its_point_upright() {
         let looks = shown.rotation * -Vector3::z();
         assert_near(&looks, &(point - eye).normalize(), SINGLE_TURN);
         let right = shown.rotation * Vector3::x();
-        assert!(right.z.abs() < SINGLE_TURN, "it leans");
+        assert!(right.z.abs() < SINGLE_TURN, "the camera is tilted");
         assert!(
             (shown.rotation * Vector3::y()).z > -SINGLE_TURN,
-            "it is upside down"
+            "the camera is upside down"
         );
     }
 }
@@ -144,7 +144,7 @@ fn half_spaces_are_drawn_below_the_bodies_that_move_and_as_wide_as_they_reach() 
         let shown: Vec<Vector3<f64>> = shown.collect();
         let middle = shown.iter().sum::<Vector3<f64>>() / 4.0;
         assert_near(&middle, &center, 8.0 * SINGLE * 7.0);
-        // The diagonal of the box around the ball.
+        // The diagonal of the bounding box of the ball.
         let edge = (shown[1] - shown[0]).norm();
         assert!((edge - 0.3).abs() <= 8.0 * SINGLE * 7.0, "{name}: {edge}");
     }

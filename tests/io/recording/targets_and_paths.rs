@@ -1,4 +1,4 @@
-//! Targets and paths: the balls and tubes that show them.
+//! Targets and paths, shown as balls and tubes.
 
 use super::recorded_worlds::{ELASTIC, SINGLE, assert_near, read_back, standing, tumbling};
 use crate::support::glb::Mesh;
@@ -23,7 +23,7 @@ fn a_target_is_a_ball_around_its_point() {
     assert!(ball.volume() > 0.8 * 4.0 / 3.0 * std::f64::consts::PI);
 }
 
-/// The mesh of a path through points.
+/// Returns the mesh of a path through points.
 fn tube(name: &str, points: &[Vector3<f64>]) -> Option<Mesh> {
     let world = tumbling(ELASTIC);
     let trajectory = standing(&world);
@@ -52,7 +52,7 @@ fn a_path_is_a_tube_around_its_line() {
                 .iter()
                 .all(|p| (across(p) - radius).abs() < tolerance)
         );
-        // Square, so each side is √2 of the radius.
+        // The section is a square, so each side is √2 times the radius.
         let sides = 4.0 * SQRT_2 * radius * 2.0;
         assert!(
             (tube.area() / sides - 1.0).abs() < 1e-5,

@@ -5,7 +5,7 @@ use hydroelastic::mesh::shapes;
 use nalgebra::Vector3;
 use std::f64::consts::PI;
 
-/// A rounding or two, relative.
+/// Relative error of one or two rounding errors.
 const ROUND_OFF: f64 = 1e-15;
 
 fn ball_volume(radius: f64) -> f64 {
@@ -18,7 +18,7 @@ fn icospheres_have_twenty_times_four_to_the_k_tetrahedra() {
         let field = shapes::icosphere(0.3, subdivisions).unwrap();
         assert_eq!(field.mesh().tet_count(), tets);
         assert_eq!(field.mesh().surface_triangles().len(), tets);
-        // Euler: V − E + F = 2 on the surface, and the center.
+        // Euler's formula V − E + F = 2 on the surface, and the center.
         assert_eq!(field.mesh().vertex_count(), tets / 2 + 2 + 1);
         assert_sound(&field);
     }
@@ -44,9 +44,8 @@ fn surface_vertices_of_an_icosphere_lie_on_the_sphere() {
 
 #[test]
 fn icospheres_are_projected_once_at_the_end() {
-    // Projecting after every subdivision would give other edge lengths from the second on. The
-    // first quarter point of an icosahedron's edge lies at a + (b − a)/4 before projection, so its
-    // angle from a is that of 3a + b.
+    // Projection after every subdivision would give other edge lengths from the second subdivision on. Before projection, the first quarter
+    // point of an icosahedron's edge is a + (b − a)/4, so its angle from a is that of 3a + b.
     let cosine = 1.0 / 5.0_f64.sqrt();
     let (sine_part, cosine_part) = ((1.0 - cosine * cosine).sqrt(), 3.0 + cosine);
     let expected = 2.0 * (sine_part.atan2(cosine_part) / 2.0).sin();
@@ -80,7 +79,7 @@ fn volumes_of_icospheres_grow_toward_the_ball_in_second_order() {
     for subdivisions in 1..6 {
         let ratio = missing(subdivisions - 1) / missing(subdivisions);
         assert!(missing(subdivisions) > 0.0);
-        // Toward 4: halved edges leave a quarter of the error.
+        // The ratio tends to 4, because half the edge length gives a quarter of the error.
         assert!((2.5..4.0).contains(&ratio), "{ratio}");
     }
 }

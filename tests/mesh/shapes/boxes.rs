@@ -1,4 +1,4 @@
-//! Cuboids: sizes, volumes, and fields that are the true distance to the surface.
+//! Cuboids: sizes, volumes, and fields that are the exact distance to the surface.
 
 use super::field_checks::{
     EXACT, NEARLY_DEGENERATE, SUM_ROUND_OFF, assert_relative, assert_sound, extent_at,
@@ -33,12 +33,12 @@ fn a_cuboid_has_twelve_tetrahedra_and_nine_vertices() {
     }
 }
 
-/// Distance (m) from a point in a box about the origin to its surface.
+/// Returns the distance (m) from a point in a box about the origin to its surface.
 fn distance_in_box(lengths: [f64; 3], point: &Vector3<f64>) -> f64 {
     (Vector3::from(lengths) / 2.0 - point.abs()).min()
 }
 
-/// Largest error of the field of a box, relative to the largest distance.
+/// Returns the largest error of the field of a box, relative to the largest distance.
 fn error_of_box(lengths: [f64; 3]) -> f64 {
     let field =
         shapes::distance_cuboid(lengths).unwrap_or_else(|error| panic!("{lengths:?}: {error}"));

@@ -1,4 +1,4 @@
-//! Cylinders: sizes, volumes, and fields that are the true distance to the surface.
+//! Cylinders: sizes, volumes, and fields that are the exact distance to the surface.
 
 use super::field_checks::{
     EXACT, NEARLY_DEGENERATE, SUM_ROUND_OFF, assert_relative, assert_sound, extent_at,
@@ -33,7 +33,7 @@ fn inscribed(radius: f64, segments: usize) -> f64 {
     radius * (PI / segments as f64).cos()
 }
 
-/// Distance (m) from a point in the prism to its surface.
+/// Returns the distance (m) from a point in the prism to its surface.
 fn distance_in_prism(radius: f64, length: f64, segments: usize, point: &Vector3<f64>) -> f64 {
     let to_side = |k: usize| {
         let (sine, cosine) = (TAU * (k as f64 + 0.5) / segments as f64).sin_cos();
@@ -44,7 +44,7 @@ fn distance_in_prism(radius: f64, length: f64, segments: usize, point: &Vector3<
         .fold(length / 2.0 - point.z.abs(), f64::min)
 }
 
-/// Largest error of the field of a cylinder, relative to the largest distance.
+/// Returns the largest error of the field of a cylinder, relative to the largest distance.
 fn error_of_cylinder(radius: f64, length: f64, segments: usize) -> f64 {
     let case = format!("{radius} × {length}, {segments} segments");
     let field = shapes::cylinder(radius, length, segments)
@@ -84,7 +84,7 @@ fn cylinders_as_long_as_wide_have_the_true_distance() {
         let error = error_of_cylinder(radius, length, segments);
         assert!(error <= EXACT, "{error:e} for {segments} segments");
         let field = shapes::cylinder(radius, length, segments).unwrap();
-        // The core is a point: the base fans, and two triangles a side.
+        // The core is a point. Each segment has one triangle in each base and two on the side.
         assert_eq!(field.mesh().tet_count(), 4 * segments);
         assert_eq!(field.mesh().vertex_count(), 2 * (segments + 1) + 1);
     }
@@ -125,7 +125,7 @@ fn cylinders_with_many_segments_approach_the_round_one() {
     let field = shapes::cylinder(0.5, 2.0, 2000).unwrap();
     assert_sound(&field);
     let round = PI * 0.25 * 2.0;
-    // An inscribed polygon misses (2π/n)²/6 of the circle.
+    // An inscribed polygon omits (2π/n)²/6 of the circle.
     assert_relative(
         field.mesh().volume(),
         round * (1.0 - (TAU / 2000.0).powi(2) / 6.0),

@@ -1,20 +1,20 @@
-//! What the tests of several shapes share: extents at points, the promises of every field, tolerances.
+//! Common parts of the tests of shapes: extents at points, invariants of every field, tolerances.
 
 use hydroelastic::mesh::{FieldTet, PressureField};
 use nalgebra::{Vector3, vector};
 use proptest::prelude::*;
 
-/// Sums over many tetrahedra, relative to the result.
+/// Relative rounding error of sums over many tetrahedra.
 pub const SUM_ROUND_OFF: f64 = 1e-13;
 
-/// A field evaluated at a point, relative to its largest value, in a mesh of ordinary proportions.
+/// Error of a field at a point, relative to its largest value, in a mesh of ordinary proportions.
 pub const EXACT: f64 = 1e-13;
 
-/// The same where edges of the core are so short beside the shape that gradients lose digits, or
-/// where they were left out for that reason.
+/// Error of a field at a point if edges of the core are so short relative to the shape that gradients lose digits. The same tolerance
+/// applies if these edges were omitted for that reason.
 pub const NEARLY_DEGENERATE: f64 = 1e-5;
 
-/// How far outside its tetrahedron (in barycentric coordinates) a point on a face may come out.
+/// Largest distance (in barycentric coordinates) of a point on a face outside its tetrahedron.
 const ON_FACE: f64 = 1e-9;
 
 pub fn assert_relative(found: f64, expected: f64, tolerance: f64) {
@@ -25,7 +25,7 @@ pub fn assert_relative(found: f64, expected: f64, tolerance: f64) {
     );
 }
 
-/// The extent at a point, from the tetrahedron the point lies deepest in.
+/// Returns the extent at a point, from the tetrahedron in which the point lies deepest.
 pub fn extent_at(field: &PressureField, point: &Vector3<f64>) -> f64 {
     let depth = |tet: &FieldTet| {
         let coordinates = tet.barycentric.iter().map(|field| field.at(point));
@@ -40,13 +40,13 @@ pub fn extent_at(field: &PressureField, point: &Vector3<f64>) -> f64 {
     tet.extent.at(point)
 }
 
-/// What every ready-made field promises.
+/// Asserts the invariants of every built-in field.
 pub fn assert_sound(field: &PressureField) {
     let mesh = field.mesh();
     for (index, tet) in field.tets().iter().enumerate() {
         assert!(mesh.tetrahedron(index).signed_volume() > 0.0);
         assert!(!tet.is_inert());
-        // The surface is where the extent is 0, and faces between three corners of it.
+        // The surface is the set of faces with extent 0 at all three corners.
         let faces = [[1, 2, 3], [0, 2, 3], [0, 1, 3], [0, 1, 2]];
         for (index, face) in faces.iter().enumerate() {
             let is_zero = face.iter().all(|&corner| tet.extents[corner] == 0.0);
@@ -63,7 +63,7 @@ pub fn assert_sound(field: &PressureField) {
     }
 }
 
-/// Failures are kept beside the source.
+/// Returns a configuration that stores failures beside the source.
 pub fn proptest_config() -> ProptestConfig {
     ProptestConfig {
         failure_persistence: Some(Box::new(
@@ -73,9 +73,9 @@ pub fn proptest_config() -> ProptestConfig {
     }
 }
 
-/// Low-discrepancy points in the unit cube.
+/// Yields low-discrepancy points in the unit cube.
 pub fn spread_points(count: usize) -> impl Iterator<Item = Vector3<f64>> {
-    // Powers of the reciprocal of the root of x⁴ = x + 1.
+    // The steps are powers of the reciprocal of the root of x⁴ = x + 1.
     let steps = vector![
         0.819_172_513_396_164_4,
         0.671_043_606_703_789_2,

@@ -1,4 +1,4 @@
-//! Ready-made shapes: sizes, volumes, and fields that are the true distance to the surface.
+//! Built-in shapes: sizes, volumes, and fields that are the exact distance to the surface.
 
 mod balls;
 mod boxes;

@@ -1,20 +1,20 @@
-//! How ready-made shapes change with their dimensions: against differences, and by what a change of size does.
+//! Derivatives of built-in shapes with respect to their dimensions, against differences and changes of size.
 
 use hydroelastic::mesh::{MeshError, PressureField, ShapeRates, TriangleSurface, shapes};
 use nalgebra::Vector3;
 
-/// Vertices are piecewise linear in the dimensions, so that differences are off by round-off alone: of coordinates, over steps
-/// of a thousandth of the dimension, with room for those of needles, whose dimensions are small beside coordinates.
+/// Error of differences. Vertices are piecewise linear in the dimensions, so the only error is the rounding error of coordinates divided by
+/// steps of a thousandth of the dimension. The tolerance includes needles, whose dimensions are small relative to coordinates.
 const DIFFERENCES: f64 = 1e-12;
 const STEP: f64 = 1e-3;
 
-/// Round-off of a few products, relative to the largest coordinate.
+/// Rounding error of a few products, relative to the largest coordinate.
 const EXACT: f64 = 4e-16;
 
 type Maker = fn(&[f64]) -> Result<PressureField, MeshError>;
 type RatesOf = fn(&[f64]) -> Result<Vec<ShapeRates>, MeshError>;
 
-/// A shape by its dimensions, and its rates.
+/// A shape as a function of its dimensions, and its rates.
 struct Family {
     name: &'static str,
     dimensions: Vec<f64>,
@@ -57,7 +57,7 @@ fn family(name: &'static str, dimensions: &[f64]) -> Family {
     }
 }
 
-/// Of generic dimensions, slender and flat ones among them.
+/// Returns shapes with generic dimensions, including slender and flat ones.
 fn generic() -> Vec<Family> {
     vec![
         family("ball", &[0.7]),
@@ -76,7 +76,7 @@ fn generic() -> Vec<Family> {
     ]
 }
 
-/// Where two faces are equally near.
+/// Returns shapes with two equally near faces.
 fn kinked() -> Vec<Family> {
     let inscribed = 0.2 * (std::f64::consts::PI / 9.0).cos();
     vec![
@@ -109,7 +109,7 @@ fn rates_are_what_differences_say_at_every_scale() {
                 assert_eq!(rates.extents, vec![0.0; ahead.extents().len()]);
                 let pairs = ahead.mesh().vertices().iter().zip(behind.mesh().vertices());
                 let differences = pairs.map(|(a, b)| (a - b) / (2.0 * step));
-                // Rounding of coordinates is that of the largest one.
+                // The rounding error of coordinates is that of the largest coordinate.
                 let allowed = DIFFERENCES * (1.0 + ahead.reach() / dimensions[place]);
                 assert_eq!(rates.vertices.len(), ahead.extents().len());
                 for (difference, rate) in differences.zip(&rates.vertices) {
@@ -156,13 +156,13 @@ fn kinks_of_the_core_are_told() {
             }
         }
     }
-    // The ends of the core are as far from the near faces on all four sides: each edge moves them by half.
+    // The ends of the core are equally far from the near faces on all four sides, so each edge moves them by half.
     let [by_x, by_y, by_z] = shapes::distance_cuboid_rates([0.3, 0.5, 0.3]).unwrap();
     let last = by_x.vertices.len() - 1;
     let ends = [by_x, by_y, by_z].map(|rates| rates.vertices[last]);
     let along_y = |rate: f64| Vector3::new(0.0, rate, 0.0);
     assert_eq!(ends, [-0.25, 0.5, -0.25].map(along_y));
-    // A core that was left out since the shape is slender stays.
+    // A core that was omitted because the shape is slender remains omitted.
     let slender = shapes::distance_cuboid_rates([1.0, 4e-6, 6e-6]).unwrap();
     assert!(slender.iter().all(|rates| rates.ambiguous.is_empty()));
 }
@@ -182,7 +182,7 @@ fn rates_refuse_what_shapes_refuse() {
     for family in families {
         let refused = (family.shape)(&family.dimensions).unwrap_err();
         let found = (family.rates)(&family.dimensions).unwrap_err();
-        // As text: a number that is none equals nothing.
+        // The comparison is as text, because NaN is not equal to NaN.
         assert_eq!(found.to_string(), refused.to_string());
     }
     assert!(shapes::cylinder_rates(1.0, 1.0, 2).is_err());

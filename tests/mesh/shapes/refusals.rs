@@ -1,4 +1,4 @@
-//! Dimensions and resolutions of shapes that are refused, each by its name.
+//! Invalid dimensions and resolutions of shapes are rejected, each by name.
 
 use hydroelastic::mesh::{MeshError, PressureField, shapes};
 

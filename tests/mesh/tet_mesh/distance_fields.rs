@@ -1,4 +1,4 @@
-//! Distance fields, against the distance to the surface in closed form.
+//! Distance fields against the distance to the surface in closed form.
 
 use super::sample_meshes::{
     ROUND_OFF, assert_relative, grid, l_shape, meshes, transformed, unit_tet,
@@ -39,7 +39,7 @@ fn grids_have_the_distance_to_the_box_as_extent() {
 
 #[test]
 fn stretched_grids_have_the_distance_to_the_box_as_extent() {
-    // Long thin triangles: the nearest one need not have the nearest center.
+    // For long, thin triangles, the nearest triangle need not have the nearest center.
     for stretch in [
         vector![1.0, 9.0, 1.0],
         vector![1.0, 0.2, 13.0],
@@ -49,7 +49,7 @@ fn stretched_grids_have_the_distance_to_the_box_as_extent() {
         let straight = transformed(&grid([5, 5, 5], 1.0, |_| true), |v| {
             v.component_mul(&stretch)
         });
-        // Bent inside, so that the vertices lie anywhere above the triangles.
+        // The inside is bent, so the vertices have arbitrary positions above the triangles.
         let mesh = transformed(&straight, |v| {
             let bubble = v
                 .component_mul(&(upper - v))
@@ -72,7 +72,7 @@ fn stretched_grids_have_the_distance_to_the_box_as_extent() {
 
 #[test]
 fn notched_cube_has_the_distance_to_its_inward_corner_as_extent() {
-    // A cube of edge 2 less one octant: the nearest point may lie on a wall, an edge or a corner.
+    // A cube of edge 2 without one octant: the nearest point can be on a wall, an edge or a corner.
     let keeps = |cell: [usize; 3]| cell.iter().any(|&step| step < 3);
     let field = PressureField::from_distance(&grid([6, 6, 6], 1.0 / 3.0, keeps)).unwrap();
     let distance = |p: &Vector3<f64>| {
@@ -86,10 +86,10 @@ fn notched_cube_has_the_distance_to_its_inward_corner_as_extent() {
     }
 }
 
-/// Distance (m) from a point in the L-shape to its surface.
+/// Returns the distance (m) from a point in the L-shape to its surface.
 fn distance_in_l_shape(p: &Vector3<f64>) -> f64 {
     let far = [p.x, p.y, 2.0 - p.x, 2.0 - p.y, p.z, 2.0 - p.z];
-    // The edge that points inwards, at x = y = 1, and the two walls that end there.
+    // The concave edge is at x = y = 1, and two walls end there.
     let (x, y) = ((1.0 - p.x).max(0.0), (1.0 - p.y).max(0.0));
     far.iter().copied().fold(x.hypot(y), f64::min)
 }
@@ -106,7 +106,7 @@ fn l_shape_has_the_distance_to_its_inward_edge_as_extent() {
             "{position}"
         );
     }
-    // (1/2, 1/2): both walls and the inward edge matter around here.
+    // Near (1/2, 1/2), both walls and the concave edge matter.
     let extent_at = |p: Vector3<f64>| {
         let vertex = vertices
             .iter()
@@ -137,6 +137,6 @@ fn distance_fields_reach_one_and_leave_no_tetrahedron_inert() {
 fn a_single_tetrahedron_has_extent_one_at_its_centroid() {
     let field = PressureField::from_distance(&unit_tet()).unwrap();
     assert_eq!(field.extents(), [0.0, 0.0, 0.0, 0.0, 1.0]);
-    // The oblique face is (1 − 3/4)/√3 away, the others 1/4.
+    // The distance of the oblique face is (1 − 3/4)/√3, and that of the other faces is 1/4.
     assert_relative(field.steepest(), 48.0_f64.sqrt(), ROUND_OFF);
 }

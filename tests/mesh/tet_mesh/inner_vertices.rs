@@ -1,4 +1,4 @@
-//! Inner vertices: no simplex inside a mesh has all its corners on the surface, and the shape stays.
+//! Inner vertices: no simplex inside a mesh has all its corners on the surface, and the shape does not change.
 
 use super::sample_meshes::{
     FIVE, KUHN, ROUND_OFF, assert_inertia, assert_relative, cube, enclosed_volume, meshes,
@@ -7,7 +7,7 @@ use super::sample_meshes::{
 use hydroelastic::mesh::TetMesh;
 use std::collections::BTreeSet;
 
-/// The edges, faces and tetrahedra with all corners on the surface that are no part of it.
+/// Returns the edges, faces and tetrahedra that have all corners on the surface but are not part of the surface.
 fn flat_simplices(mesh: &TetMesh) -> Vec<BTreeSet<usize>> {
     let surface: Vec<BTreeSet<usize>> = mesh
         .surface_triangles()
@@ -94,7 +94,7 @@ fn meshes_with_inner_vertices_are_conforming_in_any_order_of_vertices() {
             vertices.rotate_right(shift);
             let tets = mesh.tets().iter().map(|tet| tet.map(place)).collect();
             let turned = TetMesh::new(vertices, tets).unwrap();
-            // TetMesh::new within refuses faces that do not meet.
+            // TetMesh::new inside this call rejects faces that do not meet.
             let split = turned.with_inner_vertices().unwrap();
             assert_relative(split.volume(), mesh.volume(), ROUND_OFF);
             assert_relative(enclosed_volume(&split), mesh.volume(), ROUND_OFF);
@@ -123,9 +123,9 @@ fn counts_of_inner_vertices_are_known() {
     };
     // One vertex at the center.
     assert_eq!(counts(&unit_tet()), (5, 4));
-    // The diagonal that all six share is halved.
+    // The diagonal that all six tetrahedra share is halved.
     assert_eq!(counts(&cube(&KUHN)), (9, 12));
-    // No edge runs inside, but four faces do. Each corner tetrahedron falls into three, the inner
-    // one into three at its first face, and each of these into three at one of the others.
+    // No inner edge exists, but four inner faces do. Each corner tetrahedron is split into three. The inner tetrahedron is split into three
+    // at its first face, and each of these into three at one of the other faces.
     assert_eq!(counts(&cube(&FIVE)), (12, 4 * 3 + 9));
 }

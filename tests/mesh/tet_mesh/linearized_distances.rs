@@ -1,5 +1,5 @@
-//! How fields that are made of distances change with the mesh: against differences, by rigid motions and sizes, and where there
-//! is no derivative.
+//! Derivatives of distance fields with respect to the mesh: against differences, rigid motions and scaling, and at points without a
+//! derivative.
 
 use super::sample_meshes::{grid, l_shape, meshes, transformed};
 use crate::moved_meshes::moved_mesh;
@@ -8,19 +8,19 @@ use hydroelastic::mesh::{
 };
 use nalgebra::{Vector3, vector};
 
-/// Central differences with the best of three steps, of rates of the size 1: rounding over the step, and the square of the step.
+/// Error of central differences with the best of three steps, for rates of order 1: the rounding error divided by the step, and the squared
+/// step.
 const DIFFERENCES: f64 = 1e-8;
 const STEPS: [f64; 3] = [1e-4, 1e-5, 1e-6];
 
-/// Round-off of sums over a few dozen vertices, of numbers of the size 1 or their largest.
+/// Rounding error of sums over a few dozen vertices, for numbers of order 1 or relative to their largest.
 const SAME: f64 = 1e-13;
 
-/// A step so short that faces which bend and tilt are as good as flat: rates are off by some ten steps, and by round-off over
-/// the step.
+/// Step so short that curvature and tilt of faces are negligible. The error of rates is about ten steps, and round-off divided by the step.
 const SHORT_STEP: f64 = 1e-8;
 const FIRST_ORDER: f64 = 1e-6;
 
-/// Numbers in [−1, 1] that are in no order.
+/// Returns pseudorandom numbers in [−1, 1].
 fn scattered(number: usize) -> f64 {
     (1.0 + 7.3 * number as f64).sin()
 }
@@ -30,7 +30,7 @@ fn velocities(count: usize) -> Vec<Vector3<f64>> {
     (0..count).map(velocity).collect()
 }
 
-/// Meshes without symmetries: all vertices of the samples moved by a twentieth of the shortest edge or so.
+/// Returns meshes without symmetries. Every vertex of the samples is moved by about a twentieth of the shortest edge.
 fn generic_meshes() -> Vec<(&'static str, TetMesh)> {
     let samples = meshes().into_iter();
     let samples = samples.map(|(name, mesh)| {
@@ -49,7 +49,7 @@ fn generic_meshes() -> Vec<(&'static str, TetMesh)> {
 
 type Linearized = (PressureField, LinearizedDistances);
 
-/// Over the largest distance, and with skins of some depths; the depth comes along.
+/// Returns the linearized field relative to the largest distance, and with skins of several depths, each with its depth.
 fn linearized(mesh: &TetMesh) -> Vec<(Option<f64>, Linearized)> {
     let plain = PressureField::linearized_from_distance(mesh).unwrap();
     let deepest = 1.0 / plain.0.steepest();
@@ -68,7 +68,7 @@ fn field(mesh: &TetMesh, depth: Option<f64>) -> PressureField {
     .unwrap()
 }
 
-/// The largest error of rates beside a difference of two fields, relative to the largest rate.
+/// Returns the largest error of rates against a difference of two fields, relative to the largest rate.
 fn error(rates: &ShapeRates, fields: &[PressureField; 2], step: f64) -> f64 {
     let [ahead, behind] = fields;
     assert_eq!(ahead.mesh().tets(), behind.mesh().tets());
@@ -100,8 +100,8 @@ fn fields_change_as_differences_say() {
                 made.mesh().vertices(),
                 field(&mesh, depth).mesh().vertices()
             );
-            // Two centers of edges above the same triangle are equally far from it, however the mesh is moved; they may be
-            // the farthest.
+            // Two edge midpoints above the same triangle are equally far from it for every motion of the mesh. They may be the farthest
+            // points.
             if depth.is_some() {
                 assert_eq!(distances.ambiguous(), [0; 0], "{name} {depth:?}");
             }
@@ -158,7 +158,7 @@ fn the_pullback_is_the_transpose_of_the_rates() {
     }
 }
 
-/// Symmetric meshes and generic ones: the mean over equally near places moves as all of them do.
+/// The meshes are symmetric and generic. The mean over equally near points moves as each of these points does.
 #[test]
 fn rigid_motions_change_no_extent_and_a_change_of_size_changes_distances() {
     let turn = |x: &Vector3<f64>| vector![0.3, -0.4, 0.2].cross(x) + vector![0.5, 0.1, -0.7];
@@ -180,7 +180,7 @@ fn rigid_motions_change_no_extent_and_a_change_of_size_changes_distances() {
                     let error = rigid.extents[vertex].abs() * scale;
                     assert!(error <= SAME * steep, "{name} {depth:?}: {error:e}");
                 }
-                // With a skin the depth grows too.
+                // With a skin, the depth grows too.
                 let by_depth = distances.rates_by_depth();
                 let depth = depth.unwrap_or(0.0);
                 for (vertex, x) in vertices.iter().enumerate() {
@@ -195,14 +195,14 @@ fn rigid_motions_change_no_extent_and_a_change_of_size_changes_distances() {
     }
 }
 
-/// Of a box of 1 × 1.5 × 2: those with several nearest faces, and those 1/2 away, the most.
+/// The box is 1 × 1.5 × 2. The listed vertices have several nearest faces, or the largest distance of 1/2.
 #[test]
 fn the_medial_axis_of_a_box_is_told_and_two_faces_give_the_mean() {
     let (counts, spacing) = ([4, 6, 8], 0.25);
     let mesh = grid(counts, spacing, |_| true);
     let upper = Vector3::from(counts.map(|count| count as f64 * spacing));
     let (made, distances) = PressureField::linearized_from_distance(&mesh).unwrap();
-    // How many faces are nearest to a vertex, if it is none of the surface.
+    // Returns the number of nearest faces of an inner vertex.
     let near = |x: &Vector3<f64>| {
         let below = upper - x;
         let heights = x.iter().chain(&below).copied();
@@ -216,7 +216,7 @@ fn the_medial_axis_of_a_box_is_told_and_two_faces_give_the_mean() {
     let vertices = made.mesh().vertices();
     let expected = (0..vertices.len()).filter(|&it| near(&vertices[it]) > 1);
     assert_eq!(distances.ambiguous(), expected.collect::<Vec<_>>());
-    // With a skin extents do not depend on the farthest vertices.
+    // With a skin, extents do not depend on the farthest vertices.
     let depth = 0.3;
     let (skin, distances) = PressureField::linearized_from_distance_up_to(&mesh, depth).unwrap();
     let velocities = velocities(mesh.vertex_count());
@@ -248,7 +248,8 @@ fn the_medial_axis_of_a_box_is_told_and_two_faces_give_the_mean() {
 
 #[test]
 fn ends_of_skins_and_inward_edges() {
-    // Every second vertex of the grid is as deep as the skin, and counts as its end; so would be one 5e-4 of it deeper.
+    // Every second vertex of the grid is at the depth of the skin and counts as its boundary. A vertex deeper by 5e-4 of the depth would
+    // count too.
     let mesh = grid([8, 8, 8], 0.125, |_| true);
     for depth in [0.25, 0.250_1] {
         let (skin, distances) =
@@ -264,7 +265,7 @@ fn ends_of_skins_and_inward_edges() {
             }
         }
     }
-    // An inward edge is one place, though triangles on both sides of it are equally near.
+    // A concave edge is a single nearest point, although triangles on both sides of it are equally near.
     let mesh = l_shape(4);
     let (made, distances) = PressureField::linearized_from_distance(&mesh).unwrap();
     let vertex_at = |place: Vector3<f64>| {

@@ -1,4 +1,4 @@
-//! Mass, center of mass and inertia of meshes, against closed forms.
+//! Mass, center of mass and inertia of meshes against closed forms.
 
 use super::sample_meshes::{
     FIVE, KUHN, ROUND_OFF, assert_inertia, assert_relative, cube, meshes, transformed, unit_tet,
@@ -7,11 +7,11 @@ use hydroelastic::mesh::{DensityError, TetMesh, TriangleSurface};
 use hydroelastic::spatial::MassGradient;
 use nalgebra::{Matrix3, Rotation3, Vector3, vector};
 
-/// Moments of a shape ten times its size away from the origin: about a hundred roundings of
-/// the squared coordinates.
+/// Rounding error of moments of a shape whose distance from the origin is ten times its size: about a hundred rounding errors of the
+/// squared coordinates.
 const SHIFTED_ROUND_OFF: f64 = 1e-12;
 
-/// Inertia (kg m²) of a box about its center.
+/// Returns the inertia (kg m²) of a box about its center.
 fn box_inertia(mass: f64, lengths: &Vector3<f64>) -> Matrix3<f64> {
     let squares = lengths.component_mul(lengths);
     Matrix3::from_diagonal(&Vector3::from_fn(|axis, _| {
@@ -48,7 +48,7 @@ fn a_turned_box_has_the_turned_inertia() {
     let expected = rotation * box_inertia(density, &lengths) * rotation.transpose();
     let inertia = mesh.mass_properties(density).unwrap().inertia;
     assert_inertia(&inertia, &expected, ROUND_OFF);
-    // Exactly symmetric, so that its use as such loses nothing.
+    // The matrix is exactly symmetric, so algorithms for symmetric matrices lose nothing.
     assert_eq!(inertia, inertia.transpose());
 }
 
@@ -57,8 +57,8 @@ fn a_tetrahedron_has_its_mass_properties() {
     let properties = unit_tet().mass_properties(6.0).unwrap();
     assert_relative(properties.mass, 1.0, ROUND_OFF);
     assert!((properties.center_of_mass - Vector3::repeat(0.25)).amax() <= ROUND_OFF);
-    // Over the unit tetrahedron ∫ x² dV = 1/60 and ∫ x y dV = 1/120. With mass 1 about the
-    // centroid: ⟨x²⟩ = 1/10 − 1/16 and ⟨x y⟩ = 1/20 − 1/16.
+    // Over the unit tetrahedron ∫ x² dV = 1/60 and ∫ x y dV = 1/120. With mass 1 about the centroid: ⟨x²⟩ = 1/10 − 1/16 and ⟨x y⟩ = 1/20 −
+    // 1/16.
     let expected = Matrix3::from_fn(|i, j| if i == j { 2.0 * 0.0375 } else { 0.0125 });
     assert_inertia(&properties.inertia, &expected, ROUND_OFF);
 }
@@ -67,7 +67,7 @@ fn a_tetrahedron_has_its_mass_properties() {
 fn mass_properties_do_not_depend_on_the_order_of_vertices_and_tetrahedra() {
     for (name, mesh) in meshes() {
         let count = mesh.vertex_count();
-        // Seven has no factor in common with the counts here, so this permutes.
+        // Seven is coprime to the counts here, so this is a permutation.
         let place = |vertex: usize| (7 * vertex + 3) % count;
         assert!(count % 7 != 0, "{name}");
         let mut vertices = vec![Vector3::zeros(); count];
@@ -99,7 +99,7 @@ fn densities_that_give_no_mass_are_refused() {
         by_center_of_mass: Vector3::zeros(),
         by_inertia: Matrix3::zeros(),
     };
-    // The mass at 1e305 is finite, the inertia is not.
+    // At 1e305 the mass is finite, but the inertia is not.
     for density in [
         0.0,
         -1.0,

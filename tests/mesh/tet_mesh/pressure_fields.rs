@@ -84,7 +84,7 @@ fn tetrahedra_without_pressure_are_named_or_inert() {
 
 #[test]
 fn the_first_tetrahedron_without_pressure_is_the_one_named() {
-    // A tetrahedron outside, on a face of one that has a vertex inside.
+    // An additional tetrahedron shares a face with a tetrahedron that has an inner vertex.
     let mesh = tet_around_a_vertex();
     let vertices = [mesh.vertices(), &[vector![1.0, 1.0, 1.0]]].concat();
     let tets = [mesh.tets(), &[[1, 2, 3, 5]]].concat();

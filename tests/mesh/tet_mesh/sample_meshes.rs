@@ -1,13 +1,13 @@
-//! Meshes that the tests are about, and comparisons to round-off.
+//! Sample meshes of the tests, and comparisons to round-off.
 
 use hydroelastic::mesh::{TetMesh, shapes};
 use nalgebra::{Matrix3, Vector3, vector};
 use std::collections::BTreeMap;
 
-/// Sums over a few hundred tetrahedra, relative to the result.
+/// Relative rounding error of sums over a few hundred tetrahedra.
 pub const ROUND_OFF: f64 = 1e-14;
 
-/// The six tetrahedra of a cube about its diagonal (Kuhn), over corners numbered 4·x + 2·y + z.
+/// The six tetrahedra of a cube about its diagonal (Kuhn). Corners are numbered 4·x + 2·y + z.
 pub const KUHN: [[usize; 4]; 6] = [
     [0, 4, 6, 7],
     [0, 4, 5, 7],
@@ -39,7 +39,7 @@ pub fn unit_tet() -> TetMesh {
     TetMesh::new(unit_corners(), vec![[0, 1, 2, 3]]).unwrap()
 }
 
-/// The cells of a grid (those at whose lowest corner `keeps` holds), six tetrahedra each.
+/// Creates a mesh from the cells of a grid whose lowest corner satisfies `keeps`, with six tetrahedra per cell.
 pub fn grid(counts: [usize; 3], spacing: f64, keeps: impl Fn([usize; 3]) -> bool) -> TetMesh {
     let mut places = BTreeMap::new();
     let mut vertices = Vec::new();
@@ -67,7 +67,7 @@ pub fn cube(tets: &[[usize; 4]]) -> TetMesh {
     TetMesh::new((0..8).map(corner).collect(), tets.to_vec()).unwrap()
 }
 
-/// A cube of edge 2 less a quarter of it: an L of height 2, its inward edge at x = y = 1.
+/// Returns a cube of edge 2 without a quarter: an L of height 2 with its concave edge at x = y = 1.
 pub fn l_shape(cells: usize) -> TetMesh {
     let keeps = |[x, y, _]: [usize; 3]| x < cells || y < cells;
     grid([2 * cells, 2 * cells, 2 * cells], 1.0 / cells as f64, keeps)
@@ -99,7 +99,7 @@ pub fn transformed(mesh: &TetMesh, map: impl Fn(&Vector3<f64>) -> Vector3<f64>) 
     .unwrap()
 }
 
-/// Volume inside the surface by the divergence theorem: Σ a·(b × c)/6.
+/// Returns the volume inside the surface by the divergence theorem: Σ a·(b × c)/6.
 pub fn enclosed_volume(mesh: &TetMesh) -> f64 {
     let origin = mesh.vertices()[0];
     let sixth = |triangle: &[usize; 3]| {
@@ -117,7 +117,7 @@ pub fn assert_relative(found: f64, expected: f64, tolerance: f64) {
     );
 }
 
-/// Five vertices, the last one inside.
+/// Returns a mesh of five vertices, the last of which is inside.
 pub fn tet_around_a_vertex() -> TetMesh {
     let mut vertices = unit_corners();
     vertices.push(vector![0.2, 0.2, 0.2]);
@@ -125,7 +125,7 @@ pub fn tet_around_a_vertex() -> TetMesh {
     TetMesh::new(vertices, tets).unwrap()
 }
 
-/// Relative to the largest moment.
+/// Compares inertias relative to the largest moment.
 pub fn assert_inertia(found: &Matrix3<f64>, expected: &Matrix3<f64>, tolerance: f64) {
     let error = (found - expected).amax();
     assert!(

@@ -1,4 +1,4 @@
-//! Skins: fields that rise to a depth and stay, against min(distance/depth, 1).
+//! Skins: fields that rise up to a depth and are constant below, against min(distance/depth, 1).
 
 use super::sample_meshes::{
     ROUND_OFF, assert_relative, enclosed_volume, grid, meshes, transformed, unit_tet,
@@ -6,7 +6,7 @@ use super::sample_meshes::{
 use hydroelastic::mesh::{FieldTet, MeshError, PressureField, TetMesh, shapes};
 use nalgebra::{Vector3, vector};
 
-/// Coordinates of new vertices, over a few tetrahedra that are thin.
+/// Rounding error of coordinates of new vertices in a few thin tetrahedra.
 const INTERPOLATED: f64 = 1e-12;
 
 /// Barycentric coordinates of a few points in a tetrahedron.
@@ -17,7 +17,7 @@ const PLACES: [[f64; 4]; 4] = [
     [0.05, 0.05, 0.4, 0.5],
 ];
 
-/// A few points in a tetrahedron and the extents there.
+/// Returns a few points in a tetrahedron and the extents there.
 fn samples(tet: &FieldTet) -> [(Vector3<f64>, f64); 4] {
     PLACES.map(|weights| {
         let corners = tet.tetrahedron.corners.iter().zip(&tet.extents);
@@ -28,7 +28,7 @@ fn samples(tet: &FieldTet) -> [(Vector3<f64>, f64); 4] {
     })
 }
 
-/// The extent at a point inside of the mesh.
+/// Returns the extent at a point inside the mesh.
 fn extent_at(field: &PressureField, point: &Vector3<f64>) -> f64 {
     let depth_in = |tet: &&FieldTet| {
         let coordinates = tet.barycentric.iter().map(|field| field.at(point));
@@ -43,13 +43,13 @@ fn extent_at(field: &PressureField, point: &Vector3<f64>) -> f64 {
 fn a_box_has_a_skin_of_the_given_depth_and_is_flat_below() {
     let lengths = vector![1.0, 1.4, 2.0];
     let cuboid = shapes::distance_cuboid(lengths.into()).unwrap();
-    // Thin skins, one that is just as deep as the core, within round-off of it, and one that is deeper.
+    // The depths are thin, equal to the depth of the core, within round-off of it, and larger.
     for depth in [1e-4, 0.02, 0.37, 0.5 - 1e-15, 0.5, 0.7] {
         let field = PressureField::from_distance_up_to(cuboid.mesh(), depth).unwrap();
         for (point, extent) in field.tets().iter().flat_map(samples) {
             let distance = (lengths / 2.0 - point.abs()).min();
             let expected = (distance / depth).min(1.0);
-            // A coordinate's rounding is that of its size.
+            // The rounding error of a coordinate is proportional to its magnitude.
             let allowed = INTERPOLATED.max(ROUND_OFF / depth);
             assert!((extent - expected).abs() <= allowed, "{depth}: {point}");
         }
@@ -64,7 +64,7 @@ fn every_mesh_gets_its_interpolated_distance_cut_off_at_the_depth() {
     for (name, mesh) in meshes() {
         let by_distance = PressureField::from_distance(&mesh).unwrap();
         for share in [0.123_4, 0.371_8, 0.871_8] {
-            // All extents of `by_distance` are over the largest distance.
+            // All extents of `by_distance` are relative to the largest distance.
             let steepness = by_distance.steepest();
             let depth = share * largest_distance(&by_distance);
             let field = PressureField::from_distance_up_to(&mesh, depth).unwrap();
@@ -85,7 +85,7 @@ fn every_mesh_gets_its_interpolated_distance_cut_off_at_the_depth() {
     }
 }
 
-/// The distance (m) that the extent 1 of a distance field stands for.
+/// Returns the distance (m) at which a distance field has extent 1.
 fn largest_distance(field: &PressureField) -> f64 {
     let deep = PressureField::from_distance_up_to(field.mesh(), 1e6).unwrap();
     deep.extents().iter().copied().fold(0.0, f64::max) * 1e6
@@ -95,7 +95,7 @@ fn largest_distance(field: &PressureField) -> f64 {
 fn a_vertex_that_is_nearly_as_deep_ends_the_skin_and_leaves_no_sliver() {
     let (mesh, spacing) = (grid([6, 6, 6], 0.1, |_| true), 0.1);
     let expected = PressureField::from_distance_up_to(&mesh, spacing).unwrap();
-    // Nothing is cut: the skin is the outer layer of cells.
+    // No tetrahedron is cut, because the skin is the outer layer of cells.
     let split = mesh.with_inner_vertices().unwrap();
     assert_eq!(expected.mesh().tet_count(), split.tet_count());
     for off in [1e-16, 1e-12, 1e-6, 9e-4, -9e-4] {

@@ -1,4 +1,4 @@
-//! The surface of a mesh: it is closed, turns outwards, and has the right vertices.
+//! The surface of a mesh is closed, has outward orientation, and has the correct vertices.
 
 use super::sample_meshes::{ROUND_OFF, assert_relative, enclosed_volume, grid, meshes};
 use nalgebra::Vector3;

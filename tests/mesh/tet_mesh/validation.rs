@@ -1,4 +1,4 @@
-//! Validation of meshes: what is put right, and what is refused with the error that names it.
+//! Validation of meshes: corrected input, and rejected input with an error that names it.
 
 use super::sample_meshes::{ROUND_OFF, assert_relative, unit_corners};
 use hydroelastic::mesh::{MeshError, TetMesh};
@@ -39,7 +39,7 @@ fn a_mesh_without_tetrahedra_is_empty() {
     );
 }
 
-/// The message only: a mesh of this size would take 100 GB.
+/// The test creates only the message, because a mesh of this size would take 100 GB.
 #[test]
 fn the_message_of_too_large_a_mesh_names_count_and_limit() {
     let (count, limit) = (5_000_000_000, 4_294_967_295);
@@ -108,14 +108,14 @@ fn flat_tetrahedra_are_named() {
     assert!(
         message.starts_with("tetrahedron 1 has the volume 0e0 m³ over a longest edge of 1.414")
     );
-    // Two different vertices at one place.
+    // Two different vertices have the same position.
     let mut vertices = unit_corners();
     vertices[3] = vertices[0];
     let error = mesh_error(vertices, &[[0, 1, 2, 3]]);
     assert!(matches!(error, MeshError::ZeroVolume { tet: 0, .. }));
 }
 
-/// The unit tetrahedron with its top lowered to `height`.
+/// Returns the unit tetrahedron with its top lowered to `height`.
 fn flattened(height: f64) -> Vec<Vector3<f64>> {
     let mut vertices = unit_corners();
     vertices[3].z = height;
@@ -124,7 +124,7 @@ fn flattened(height: f64) -> Vec<Vector3<f64>> {
 
 #[test]
 fn flatness_is_judged_at_every_scale_alike() {
-    // Powers of two scale exactly, the others to round-off.
+    // Powers of two scale exactly; other factors scale to round-off.
     let scales = [
         1.0,
         1e-6,

@@ -1,4 +1,4 @@
-//! Closed surfaces of triangles: mass properties, neighbors, components, and what is refused.
+//! Closed triangle surfaces: mass properties, neighbors, components, and rejected input.
 
 mod neighbors;
 mod sample_surfaces;

@@ -1,4 +1,4 @@
-//! Which triangles meet in which edge.
+//! Triangles that share an edge.
 
 use super::sample_surfaces::{soup, surface, together, torus, unit_block};
 use crate::tet_mesh::sample_meshes::meshes;
@@ -6,10 +6,10 @@ use hydroelastic::mesh::TriangleSurface;
 use nalgebra::vector;
 use std::time::{Duration, Instant};
 
-/// For a million triangles; they took 0.93 s when last seen.
+/// Time limit for a million triangles, which took 0.93 s in the last measurement.
 const TIME: Duration = Duration::from_secs(20);
 
-/// The ends of the edge opposite to a corner, in the direction of the triangle.
+/// Returns the ends of the edge opposite to a corner, in the direction of the triangle.
 fn edge(surface: &TriangleSurface, triangle: usize, corner: usize) -> [usize; 2] {
     let corners = surface.triangles()[triangle];
     [corners[(corner + 1) % 3], corners[(corner + 2) % 3]]
@@ -36,7 +36,7 @@ fn a_soup_in_any_order_becomes_the_surface_it_was_made_of() {
     let ring = torus(1.0, 0.3, [11, 7]);
     let whole = surface(ring.clone());
     let corners = soup(&ring);
-    // Five has no factor in common with the count.
+    // Five is coprime to the count.
     let order: Vec<usize> = (0..corners.len())
         .map(|k| (5 * k + 2) % corners.len())
         .collect();
@@ -58,7 +58,7 @@ fn triangles_without_three_corners_are_left_out_of_a_soup() {
     let [a, b, _] = corners[3];
     corners.insert(2, [a, a, b]);
     corners.push([b, b, b]);
-    // The two zeros are one place.
+    // Zeros of either sign are the same position.
     let zero = corners[0]
         .iter()
         .position(|corner| corner.x == 0.0)

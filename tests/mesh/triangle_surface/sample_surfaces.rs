@@ -1,11 +1,11 @@
-//! Surfaces that the tests are about, as vertices and triangles.
+//! Sample surfaces of the tests, as vertices and triangles.
 
 use hydroelastic::mesh::TriangleSurface;
 use nalgebra::{Vector3, vector};
 
 pub type Triangulation = (Vec<Vector3<f64>>, Vec<[usize; 3]>);
 
-/// A box with a corner at `low`, its corners numbered 4·x + 2·y + z.
+/// Returns a box with a corner at `low` and corners numbered 4·x + 2·y + z.
 pub fn block(low: Vector3<f64>, lengths: Vector3<f64>) -> Triangulation {
     let corner = |c: usize| {
         let steps = Vector3::new((c >> 2 & 1) as f64, (c >> 1 & 1) as f64, (c & 1) as f64);
@@ -29,7 +29,7 @@ pub fn unit_block(low: Vector3<f64>) -> Triangulation {
     block(low, vector![1.0, 1.0, 1.0])
 }
 
-/// The same, turned inside out.
+/// Returns the surface turned inside out.
 pub fn reversed((vertices, triangles): Triangulation) -> Triangulation {
     let triangles = triangles.into_iter().map(|[a, b, c]| [a, c, b]);
     (vertices, triangles.collect())
@@ -54,7 +54,7 @@ pub fn surface((vertices, triangles): Triangulation) -> TriangleSurface {
     TriangleSurface::new(vertices, triangles).unwrap()
 }
 
-/// A ring of so many quads around and across, each cut in two.
+/// Returns a torus with these numbers of quads around and across, each quad cut into two triangles.
 pub fn torus(radius: f64, tube: f64, counts: [usize; 2]) -> Triangulation {
     let [around, across] = counts;
     let angle = |step: usize, count: usize| std::f64::consts::TAU * step as f64 / count as f64;

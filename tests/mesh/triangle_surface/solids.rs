@@ -1,4 +1,4 @@
-//! Volume, mass and inertia of the solid inside.
+//! Volume, mass and inertia of the enclosed solid.
 
 use super::sample_surfaces::{block, reversed, surface, together, torus, unit_block};
 use crate::tet_mesh::sample_meshes::{assert_inertia, assert_relative, meshes};
@@ -7,13 +7,14 @@ use hydroelastic::spatial::MassProperties;
 use nalgebra::{Matrix3, Rotation3, Vector3, vector};
 use std::f64::consts::PI;
 
-/// Sums over some hundred signed tetrahedra from the middle, relative to the result.
+/// Relative rounding error of sums over some hundred signed tetrahedra from the middle.
 const ROUND_OFF: f64 = 1e-13;
 
-/// Moments of a shape ten times its size away from the origin: about a hundred roundings of the squared coordinates.
+/// Rounding error of moments of a shape whose distance from the origin is ten times its size: about a hundred rounding errors of the
+/// squared coordinates.
 const SHIFTED_ROUND_OFF: f64 = 1e-12;
 
-/// How far the error of a polyhedron inscribed in a sphere may be from a quarter when its edges are halved.
+/// Tolerance of the factor of a quarter by which the error of an inscribed polyhedron decreases if its edges are halved.
 const SECOND_ORDER: f64 = 0.01;
 
 fn box_inertia(mass: f64, lengths: &Vector3<f64>) -> Matrix3<f64> {
@@ -119,14 +120,14 @@ fn finer_spheres_tend_to_the_ball_with_the_square_of_their_edges() {
 
 #[test]
 fn a_polygonal_ring_has_the_volume_of_pappus() {
-    // Prisms of an n-gon, around an m-gon: by Pappus's theorem for each wedge, its area times the way of its center in
-    // the direction across, 2·R·tan(π/m) shortened to the chord: the polygon's cut in the middle of a wedge is at
+    // The torus consists of prisms over an n-gon around an m-gon. By Pappus's theorem, the volume of a wedge is the section's area times
+    // the path of its centroid in the direction across, 2·R·tan(π/m), shortened to the chord. In the middle of a wedge, the section is at
     // R·cos(π/m), and lengths around are 2·(R + x)·sin(π/m).
     let (radius, tube, [around, across]) = (1.0, 0.25, [24, 15]);
     let solid = surface(torus(radius, tube, [around, across]));
     let (half, n) = (PI / around as f64, across as f64);
     let section = 0.5 * n * tube * tube * (2.0 * PI / n).sin();
-    // ∫ (R + x)² over the section is what wedges of pyramids sum up to; by symmetry ∫ x = 0.
+    // Wedges of pyramids sum up to ∫ (R + x)² over the section. By symmetry, ∫ x = 0.
     let volume = around as f64 * half.sin() * half.cos() * 2.0 * radius * section;
     assert_relative(solid.volume(), volume, 1e-12);
 }
@@ -142,7 +143,7 @@ fn a_cavity_is_taken_off() {
     assert_relative(found.mass, 52.0, ROUND_OFF);
     let center = (Vector3::repeat(1.5) * 27.0 - vector![1.0, 1.5, 1.5]) / 26.0;
     assert!((found.center_of_mass - center).amax() <= ROUND_OFF);
-    // A block in the cavity is a third component; it may touch at corners only.
+    // A block in the cavity is a third component. It may touch at corners only.
     let pebble = block(vector![0.75, 1.25, 1.25], vector![0.5, 0.5, 0.5]);
     let rattle = surface(together([reversed(inner), outer, pebble]));
     assert_eq!(rattle.component_count(), 3);

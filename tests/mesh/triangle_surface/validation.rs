@@ -1,4 +1,4 @@
-//! What is no closed surface is refused, and the culprit named.
+//! A surface that is not closed is rejected, and the error names the fault.
 
 use super::sample_surfaces::{Triangulation, block, reversed, soup, together, unit_block};
 use crate::tet_mesh::sample_meshes::grid;
@@ -80,7 +80,7 @@ fn holes_are_counted_and_one_is_shown() {
         panic!("a cube without a triangle is open");
     };
     assert_eq!(edge_count, 3);
-    // The hole's edge in the direction of the triangle beside it.
+    // The hole's edge, in the direction of the triangle beside it.
     let [from, to] = edge;
     assert!(removed.contains(&from) && removed.contains(&to));
     let beside = triangles[triangle];
@@ -113,11 +113,11 @@ fn an_edge_of_four_triangles_is_refused() {
         ),
         "{refused}"
     );
-    // With vertices of their own they are two components.
+    // With separate vertices, the cubes are two components.
     let (vertices, triangles) = together([cube(), unit_block(vector![1.0, 1.0, 0.0])]);
     let apart = TriangleSurface::new(vertices, triangles).unwrap();
     assert_eq!(apart.component_count(), 2);
-    // Two cells of a mesh that share an edge.
+    // Two cells of a mesh share an edge.
     let mesh = grid([2, 2, 1], 1.0, |[x, y, _]| x == y);
     let refused = TriangleSurface::around(&mesh).unwrap_err();
     assert!(
@@ -134,7 +134,7 @@ fn an_edge_of_four_triangles_is_refused() {
 
 #[test]
 fn triangles_are_thin_below_a_trillionth_and_no_sooner() {
-    // A tetrahedron over a triangle whose height is that fraction of its longest edge.
+    // A tetrahedron over a triangle whose height is this fraction of its longest edge.
     let over = |height: f64| {
         let base = [
             vector![0.0, 0.0, 0.0],
@@ -149,7 +149,7 @@ fn triangles_are_thin_below_a_trillionth_and_no_sooner() {
         matches!(refused, SurfaceError::ThinTriangle { triangle: 0, .. }),
         "{refused}"
     );
-    // So thin a triangle makes so flat a solid: 1e-12 of the diagonal cubed is above its volume.
+    // A solid over so thin a triangle is so flat that 1e-12 of the cubed diagonal exceeds its volume.
     let refused = refusal(over(1.1e-12));
     assert!(
         matches!(refused, SurfaceError::Flat { triangle: 0, .. }),
@@ -159,7 +159,7 @@ fn triangles_are_thin_below_a_trillionth_and_no_sooner() {
     assert!(TriangleSurface::new(vertices, triangles).is_ok());
 }
 
-/// A pyramid over a triangle in a plane z = const, counter-clockwise seen from above, with its apex below.
+/// Returns a pyramid over a triangle in a plane z = const, counter-clockwise seen from above, with its apex below.
 fn pyramid(base: [Vector3<f64>; 3], apex: Vector3<f64>) -> Triangulation {
     let vertices = base.into_iter().chain([apex]).collect();
     (vertices, vec![[0, 1, 2], [0, 3, 1], [1, 3, 2], [2, 3, 0]])
@@ -187,7 +187,8 @@ fn a_surface_turned_inwards_is_refused_unless_it_is_a_cavity() {
         matches!(refused, SurfaceError::Inward { triangle: 0, volume } if (volume + 1.0).abs() < 1e-14)
     );
 
-    // Beside another, in the box around a hollow of an L, and in a cavity: not in the solid.
+    // The inner surface is beside the solid, in the bounding box around the concave part of an L, or in a cavity, and never inside the
+    // solid.
     let beside = unit_block(vector![3.0, 0.0, 0.0]);
     let refused = refusal(together([beside, reversed(cube())]));
     assert!(
@@ -214,8 +215,8 @@ fn a_surface_turned_inwards_is_refused_unless_it_is_a_cavity() {
 
 #[test]
 fn cavities_larger_than_the_solid_are_refused() {
-    // It begins in the cube, sticks out far, and has 1.7 times its volume: surfaces that pass through each other are not
-    // looked for, but nothing is left of this solid.
+    // The solid begins in the cube, extends far outside, and has 1.7 times its volume. The validation does not search for intersecting
+    // surfaces, but this solid has no positive volume.
     let base = [
         vector![0.25, 0.25, 0.5],
         vector![0.75, 0.25, 0.5],

@@ -1,4 +1,4 @@
-//! Vertices at the same place are merged, and unused vertices are dropped.
+//! Coincident vertices are merged, and unused vertices are removed.
 
 use super::sample_surfaces::{Triangulation, soup, unit_block};
 use hydroelastic::mesh::{SurfaceError, TriangleSurface, shapes};
@@ -8,7 +8,7 @@ fn cube() -> Triangulation {
     unit_block(Vector3::zeros())
 }
 
-/// An unused vertex, then a cube with three vertices for each triangle.
+/// Returns an unused vertex, then a cube with three separate vertices per triangle.
 fn separate_cube() -> Triangulation {
     let corners = soup(&cube());
     let stray = Vector3::repeat(f64::NAN);
@@ -21,7 +21,7 @@ fn refusal((vertices, triangles): Triangulation) -> SurfaceError {
     TriangleSurface::welded(vertices, triangles).unwrap_err()
 }
 
-/// Index of the first vertex with the same coordinates.
+/// Returns the index of the first vertex with the same coordinates.
 fn first_there(vertices: &[Vector3<f64>], vertex: usize) -> usize {
     let there = vertices.iter().position(|place| *place == vertices[vertex]);
     there.unwrap()
@@ -30,7 +30,7 @@ fn first_there(vertices: &[Vector3<f64>], vertex: usize) -> usize {
 #[test]
 fn vertices_at_the_same_place_become_one() {
     let (mut vertices, triangles) = separate_cube();
-    // Zeros of either sign are the same place.
+    // Zeros of either sign are the same position.
     for vertex in vertices.iter_mut().step_by(2) {
         *vertex = vertex.map(|x| if x == 0.0 { -0.0 } else { x });
     }

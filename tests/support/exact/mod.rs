@@ -1,18 +1,18 @@
-//! The contact wrench in exact arithmetic: every decision is made on whole numbers.
+//! The contact wrench in exact arithmetic. All decisions use integers.
 //!
-//! Coordinates, extents, moduli and the entries of poses are `f64`, so each is a whole multiple of a power
-//! of two. Planes, sections and corners are polynomials in them, and no sign is ever rounded. Only when a
-//! corner is known is it rounded, to [`FINE`] bits below the unit of the coordinates.
+//! Coordinates, extents, moduli and the entries of poses are `f64`, so each is an integer multiple of a power of two. Planes, sections and
+//! corners are polynomials in them, and no sign is ever rounded. A corner is rounded only at the end, to [`FINE`] bits below the unit of
+//! the coordinates.
 //!
-//! Written from the definitions:
+//! The implementation follows the definitions:
 //!
-//! - B's vertices in A's frame are R_Aᵀ·(R_B·x + t_B − t_A), with the numbers of both poses as they are;
-//! - in each pair of tetrahedra the contact polygon is the common part of both and of the plane p_A = p_B;
-//!   where the gradients are equal there is none;
-//! - it counts as the mean of what the plane cuts just above and just below: by half where the tetrahedra
-//!   have only one side of it in common, so that what lies in a shared face counts once, and not at all
-//!   where they have neither;
-//! - the wrench on A is the sum of ∫ p n dA and ∫ x × p n dA, with n along ∇(p_A − p_B).
+//! - B's vertices in A's frame are R_Aᵀ·(R_B·x + t_B − t_A), with the unchanged numbers of both poses.
+//! - In each pair of tetrahedra, the contact polygon is the intersection of both and of the plane p_A = p_B. If the gradients are equal,
+//!   there is no polygon.
+//! - The weight of a polygon is the mean of the sections just above and just below the plane. The weight is a half if the tetrahedra have
+//!   only one side of the plane in common, so a polygon in a shared face counts once. The weight is zero if they have neither side in
+//!   common.
+//! - The wrench on A is the sum of ∫ p n dA and ∫ x × p n dA, with n along ∇(p_A − p_B).
 
 mod polygon;
 mod projective;
@@ -26,19 +26,19 @@ use polygon::ContactPolygon;
 use tet::exact_tets;
 use units::{Units, rounded};
 
-/// A corner of a polygon is rounded to so many bits below the unit of length. All coordinates are whole
-/// multiples of that unit, so the error is below 2⁻¹²⁸ of the smallest that is not zero.
+/// Number of bits below the unit of length to which a corner of a polygon is rounded. All coordinates are integer multiples of that unit,
+/// so the error is below 2⁻¹²⁸ of the smallest nonzero coordinate.
 const FINE: u32 = 128;
 
-/// What the twin finds.
+/// Result of the exact twin.
 pub struct ExactContact {
-    /// Torque about A's origin and force, on A, in the world's axes.
+    /// Torque about A's origin and force on A, in world axes.
     pub wrench: Vector6<f64>,
-    /// The number of contact polygons.
+    /// Number of contact polygons.
     pub polygons: usize,
 }
 
-/// The contact of a pair.
+/// Computes the contact of a pair.
 pub fn contact(pair: &ContactPair) -> ExactContact {
     let units = Units::of(pair);
     let [tets_a, tets_b] = [0, 1].map(|body| exact_tets(pair, body, &units));
@@ -71,7 +71,7 @@ impl Sum {
         self.polygons += 1;
     }
 
-    /// Turned into the world's axes, and rounded.
+    /// Rotates the sums into the world's axes and rounds them.
     fn in_world(self, pair: &ContactPair, units: &Units) -> ExactContact {
         let rotation = units.rotation(pair.a().pose());
         let bits = i32::try_from(FINE).unwrap();

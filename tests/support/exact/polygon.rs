@@ -1,4 +1,4 @@
-//! The contact polygon of two tetrahedra in whole numbers.
+//! The contact polygon of two tetrahedra in integers.
 
 use super::FINE;
 use super::projective::{Affine, Point};
@@ -9,17 +9,17 @@ use std::cmp::Ordering;
 
 /// A contact polygon, on the fine lattice.
 pub struct ContactPolygon {
-    /// In cyclic order, counter-clockwise about the normal.
+    /// Corners in cyclic order, counter-clockwise about the normal.
     corners: Vec<Vector3<BigInt>>,
     /// A's pressure times `volumes`, on the fine lattice.
     pressure: Affine,
     volumes: BigInt,
-    /// How many sides of its plane the tetrahedra have in common there: 1 or 2.
+    /// Number of common sides of the tetrahedra at the plane: 1 or 2.
     pub twice_weight: u32,
 }
 
 impl ContactPolygon {
-    /// The polygon of a tetrahedron of A and one of B, if there is one that counts.
+    /// Returns the polygon of a tetrahedron of A and a tetrahedron of B, if there is a polygon with nonzero weight.
     pub fn between(a: &ExactTet, b: &ExactTet) -> Option<Self> {
         // p_A − p_B, times both volumes.
         let minus = -&a.volumes;
@@ -43,10 +43,10 @@ impl ContactPolygon {
         })
     }
 
-    /// 24 times ∫ p n dA and ∫ x × p n dA.
+    /// Returns 24 times ∫ p n dA and ∫ x × p n dA.
     ///
-    /// The integral of a product of affine functions f and g over a triangle is its area times
-    /// (Σfᵢ·Σgᵢ + Σfᵢgᵢ)/12, and half of the cross product of two edges is its area times n.
+    /// The integral of a product of affine functions f and g over a triangle is its area times (Σfᵢ·Σgᵢ + Σfᵢgᵢ)/12. Half of the cross
+    /// product of two edges is the triangle's area times n.
     pub fn pressed(&self) -> [Vector3<BigInt>; 2] {
         let (mut force, mut torque) = (Vector3::zeros(), Vector3::zeros());
         for pair in self.corners[1..].windows(2) {
@@ -66,8 +66,8 @@ impl ContactPolygon {
     }
 }
 
-/// On how many sides of the plane two tetrahedra lie that both meet it: a tetrahedron that has a face in the
-/// plane lies on one, every other on both.
+/// Returns the number of sides of the plane that two tetrahedra at the plane have in common. A tetrahedron with a face in the plane lies on
+/// one side, and any other on both sides.
 fn common_sides(values: &[[BigInt; 4]; 2]) -> u32 {
     let lies = |side: Sign| {
         values
@@ -82,8 +82,8 @@ fn has_face_in_plane(values: &[BigInt; 4]) -> bool {
     zeros.count() == 3
 }
 
-/// The corners, in no order, of what the plane and both tetrahedra have in common: those of either
-/// section inside the other tetrahedron, and those where a face of one crosses a face of the other.
+/// Returns the corners, in no order, of the intersection of the plane and both tetrahedra. These are the corners of either section inside
+/// the other tetrahedron, and the points at which a face of one crosses a face of the other.
 fn common_corners(tets: [&ExactTet; 2], values: &[[BigInt; 4]; 2], excess: &Affine) -> Vec<Point> {
     let [a, b] = tets;
     let [section_a, section_b] = [a.section(&values[0]), b.section(&values[1])];
@@ -103,8 +103,7 @@ fn common_corners(tets: [&ExactTet; 2], values: &[[BigInt; 4]; 2], excess: &Affi
     corners
 }
 
-/// Corners of a convex polygon on the fine lattice, counter-clockwise about the normal; none if they lie in
-/// a line.
+/// Returns the corners of a convex polygon on the fine lattice, counter-clockwise about the normal, or no corners if they are collinear.
 fn in_cyclic_order(corners: &[Point], normal: &Vector3<BigInt>) -> Vec<Vector3<BigInt>> {
     let mut corners: Vec<_> = corners.iter().map(|point| point.fine(FINE)).collect();
     corners.sort_by(|a, b| a.iter().cmp(b.iter()));
@@ -116,7 +115,7 @@ fn in_cyclic_order(corners: &[Point], normal: &Vector3<BigInt>) -> Vec<Vector3<B
         return corners;
     };
     let turn = |u: &Vector3<BigInt>, v: &Vector3<BigInt>| normal.dot(&u.cross(v));
-    // The half-turn in which a direction lies, counted from `start`.
+    // The half-turn that contains a direction, counted from `start`.
     let half = |u: &Vector3<BigInt>| match turn(&start, u).sign() {
         Sign::Plus => 0,
         Sign::NoSign if start.dot(u).sign() == Sign::Plus => 0,

@@ -1,5 +1,4 @@
-//! Points and affine functions in whole numbers: a point that lies between lattice points is a lattice vector
-//! and the weight to divide it by.
+//! Points and affine functions in integers. A point between lattice points is a lattice vector with a weight as its divisor.
 
 use nalgebra::Vector3;
 use num_bigint::{BigInt, Sign};
@@ -8,7 +7,7 @@ use num_bigint::{BigInt, Sign};
 #[derive(Clone)]
 pub struct Point {
     position: Vector3<BigInt>,
-    /// Above zero.
+    /// Positive divisor.
     weight: BigInt,
 }
 
@@ -24,7 +23,7 @@ impl Point {
         Self { position, weight }
     }
 
-    /// The point position/weight for a weight of any sign; none at infinity.
+    /// Returns the point position/weight for a weight of any sign, or `None` at infinity.
     fn of_weight(position: Vector3<BigInt>, weight: BigInt) -> Option<Self> {
         match weight.sign() {
             Sign::Plus => Some(Self { position, weight }),
@@ -36,13 +35,13 @@ impl Point {
         }
     }
 
-    /// The zero, on the line through two points, of a function with these values there.
+    /// Returns the zero, on the line through two points, of a function with these values at the points.
     pub fn crossing(ends: [&Vector3<BigInt>; 2], values: [&BigInt; 2]) -> Option<Self> {
         let position = ends[0] * values[1].clone() - ends[1] * values[0].clone();
         Self::of_weight(position, values[1] - values[0])
     }
 
-    /// The common zero of three functions, if there is just one.
+    /// Returns the common zero of three functions, if it is unique.
     pub fn common_zero([a, b, c]: [&Affine; 3]) -> Option<Self> {
         let (bc, ca, ab) = (
             b.gradient.cross(&c.gradient),
@@ -54,26 +53,26 @@ impl Point {
         Self::of_weight(-position, weight)
     }
 
-    /// Rounded to so many bits below the lattice.
+    /// Rounds the point to a number of bits below the lattice.
     pub fn fine(&self, bits: u32) -> Vector3<BigInt> {
         self.position.map(|x| (x << bits) / &self.weight)
     }
 }
 
 impl Affine {
-    /// Zero on a plane through three points.
+    /// Returns a function that is zero on the plane through three points.
     pub fn vanishing_at([a, b, c]: [&Vector3<BigInt>; 3]) -> Self {
         let gradient = (b - a).cross(&(c - a));
         let offset = -gradient.dot(a);
         Self { gradient, offset }
     }
 
-    /// The value at a lattice point.
+    /// Returns the value at a lattice point.
     pub fn at(&self, point: &Vector3<BigInt>) -> BigInt {
         self.gradient.dot(point) + &self.offset
     }
 
-    /// The sign of the value.
+    /// Returns the sign of the value.
     pub fn sign_at(&self, point: &Point) -> Sign {
         (self.gradient.dot(&point.position) + &self.offset * &point.weight).sign()
     }
@@ -92,8 +91,7 @@ impl Affine {
         }
     }
 
-    /// The same function where coordinates are counted in units smaller by so many bits; values are then
-    /// larger by as many.
+    /// Returns the function for coordinates in units smaller by a number of bits. Values grow by the same number of bits.
     pub fn refined(&self, bits: u32) -> Self {
         Self {
             gradient: self.gradient.clone(),

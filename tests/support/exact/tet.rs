@@ -1,4 +1,4 @@
-//! Tetrahedra and their pressure fields in whole numbers, in A's frame.
+//! Tetrahedra and their pressure fields in integers, in A's frame.
 
 use super::projective::{Affine, Point};
 use super::units::Units;
@@ -6,10 +6,10 @@ use hydroelastic::contact::ContactPair;
 use nalgebra::Vector3;
 use num_bigint::{BigInt, Sign};
 
-/// A tetrahedron with pressure.
+/// A tetrahedron with a pressure field.
 pub struct ExactTet {
     pub corners: [Vector3<BigInt>; 4],
-    /// Zero on the face opposite to each corner, `volumes` at the corner itself.
+    /// For each corner, a function that is zero on the opposite face and `volumes` at the corner.
     pub faces: [Affine; 4],
     /// Six times the volume.
     pub volumes: BigInt,
@@ -18,13 +18,13 @@ pub struct ExactTet {
     pub bounds: Bounds,
 }
 
-/// A closed box along the axes.
+/// A closed axis-aligned box.
 pub struct Bounds {
     lower: Vector3<BigInt>,
     upper: Vector3<BigInt>,
 }
 
-/// The tetrahedra of a body of the pair: 0 for A, 1 for B.
+/// Returns the tetrahedra of a body of the pair: 0 for A, 1 for B.
 pub fn exact_tets(pair: &ContactPair, body: usize, units: &Units) -> Vec<ExactTet> {
     let own = [*pair.a(), pair.b().body().unwrap()][body];
     let field = own.shape().field();
@@ -72,14 +72,14 @@ impl ExactTet {
         }
     }
 
-    /// Whether the point lies in the closed tetrahedron.
+    /// Returns whether the point lies in the closed tetrahedron.
     pub fn contains(&self, point: &Point) -> bool {
         let mut faces = self.faces.iter();
         faces.all(|face| face.sign_at(point) != Sign::Minus)
     }
 
-    /// The corners, in no order, of what the zero plane of a function with these values at the tetrahedron's
-    /// corners has in common with it.
+    /// Returns the corners, in no order, of the intersection of the tetrahedron with the zero plane of a function that has these values at
+    /// the corners.
     pub fn section(&self, values: &[BigInt; 4]) -> Vec<Point> {
         let mut points = Vec::new();
         for i in 0..4 {
@@ -96,14 +96,14 @@ impl ExactTet {
         points
     }
 
-    /// Whether one of the faces has all the points strictly beyond it.
+    /// Returns whether all the points are strictly outside one of the faces.
     pub fn has_beyond(&self, points: &[Point]) -> bool {
         let beyond = |face: &Affine| points.iter().all(|p| face.sign_at(p) == Sign::Minus);
         self.faces.iter().any(beyond)
     }
 }
 
-/// Zero on the face opposite to a corner, positive at the corner.
+/// Returns a function that is zero on the face opposite to a corner and positive at the corner.
 fn inner_face(corners: &[Vector3<BigInt>; 4], corner: usize) -> Affine {
     let [a, b, c] = [1, 2, 3].map(|k| &corners[(corner + k) % 4]);
     let face = Affine::vanishing_at([a, b, c]);

@@ -1,4 +1,4 @@
-//! Powers of two of which all numbers of a pair are whole multiples.
+//! Powers of two of which all numbers of a pair are integer multiples.
 
 use hydroelastic::contact::ContactPair;
 use hydroelastic::spatial::Pose;
@@ -6,17 +6,17 @@ use nalgebra::{Matrix3, Vector3};
 use num_bigint::BigInt;
 use num_traits::Float;
 
-/// The binary exponents of the units that the numbers of a pair are counted in.
+/// Binary exponents of the units of a pair's numbers.
 pub struct Units {
-    /// Of coordinates as they are given (m).
+    /// Unit of given coordinates (m).
     coordinate: i32,
-    /// Of the entries of rotations.
+    /// Unit of the entries of rotations.
     pub rotation: i32,
-    /// Of coordinates in A's frame (m), where two rotations have come in.
+    /// Unit of coordinates in A's frame (m), which contain a product of two rotations.
     pub length: i32,
     modulus: i32,
     extent: i32,
-    /// Of pressures (Pa).
+    /// Unit of pressures (Pa).
     pub pressure: i32,
 }
 
@@ -50,12 +50,12 @@ impl Units {
         pose.rotation().map(|entry| whole(entry, self.rotation))
     }
 
-    /// A point in A's frame that is there already.
+    /// Converts a point that is given in A's frame.
     pub fn point_of_a(&self, point: &Vector3<f64>) -> Vector3<BigInt> {
         point.map(|x| whole(x, self.length))
     }
 
-    /// A point of B in A's frame: R_Aᵀ·(R_B·x + t_B − t_A).
+    /// Converts a point of B to A's frame: R_Aᵀ·(R_B·x + t_B − t_A).
     pub fn point_of_b(&self, pair: &ContactPair, point: &Vector3<f64>) -> Vector3<BigInt> {
         let [pose_a, pose_b] = [pair.a().pose(), pair.b().pose()];
         let turned = self.rotation(pose_b) * point.map(|x| whole(x, self.coordinate));
@@ -66,13 +66,13 @@ impl Units {
         self.rotation(pose_a).transpose() * (turned + to - from)
     }
 
-    /// Modulus times extent.
+    /// Returns modulus times extent.
     pub fn pressure_of(&self, modulus: f64, extent: f64) -> BigInt {
         whole(modulus, self.modulus) * whole(extent, self.extent)
     }
 }
 
-/// The exponent of the largest power of two of which all the numbers, and 1, are whole multiples.
+/// Returns the exponent of the largest power of two of which all the numbers, and 1, are integer multiples.
 fn finest(numbers: impl IntoIterator<Item = f64>) -> i32 {
     let exponent = |number: f64| {
         let (mantissa, exponent, _) = number.integer_decode();
@@ -84,7 +84,7 @@ fn finest(numbers: impl IntoIterator<Item = f64>) -> i32 {
     numbers.into_iter().map(exponent).fold(0, i32::min)
 }
 
-/// The number in units of 2^exponent, of which it must be a whole multiple.
+/// Returns the number in units of 2^exponent. The number must be an integer multiple of the unit.
 fn whole(number: f64, exponent: i32) -> BigInt {
     let (mantissa, own, sign) = number.integer_decode();
     if mantissa == 0 {
@@ -95,13 +95,13 @@ fn whole(number: f64, exponent: i32) -> BigInt {
     BigInt::from(i128::from(mantissa >> zeros) * i128::from(sign)) << shift
 }
 
-/// The nearest `f64` to so many times 2^exponent, or the one beside it.
+/// Returns the number times 2^exponent as the nearest `f64` or one of its neighbors.
 pub fn rounded(number: &BigInt, exponent: i32) -> f64 {
-    // More digits than an f64 has, and few enough to be one.
+    // More digits than an f64 has, but few enough to be in its range.
     let surplus = number.bits().saturating_sub(100);
     let digits = i128::try_from(number >> surplus).unwrap();
     let exponent = exponent + i32::try_from(surplus).unwrap();
-    // In two halves: one power alone may be out of range.
+    // The power is applied in two halves, because a single power may be out of range.
     let half = exponent / 2;
     digits as f64 * 2.0_f64.powi(half) * 2.0_f64.powi(exponent - half)
 }

@@ -1,4 +1,4 @@
-//! What must hold of every pair.
+//! Claims that hold for every pair.
 
 use super::kinks::{EQUAL_FIELDS, Kink, first_kink};
 use super::measures::{Evaluation, FASTEST, Measures, Motion, ROOM, SAME, SPECK};
@@ -9,35 +9,35 @@ use hydroelastic::contact::{
 use hydroelastic::spatial::{Pose, Twist};
 use nalgebra::{Vector3, Vector6};
 
-/// Rounding of a sum of pressures times areas.
+/// Bound of a force relative to pressures times areas, with the rounding error of their sum.
 const BOUND: f64 = 1.0 + 1e-9;
 
-/// Third law, relative to force and torque.
+/// Tolerance of Newton's third law, relative to force and torque.
 const BALANCE: f64 = 1e-13;
 
-/// How far a body is moved, relative to its size.
+/// Displacement of a body, relative to its size.
 const STEP: f64 = 1e-9;
 
-/// How many parts a step is looked at in if the Jacobians of its ends do not explain it: surfaces that lie within
-/// the step of each other come to touch and cease to within it.
+/// Number of parts into which a step is divided if the Jacobians at its ends do not explain the change. Surfaces closer to each other than
+/// the step may start and stop touching within the step.
 const PARTS: usize = 16;
 
-/// How far a body is moved for a difference of energies: half of the 16 digits.
+/// Displacement of a body for a difference of energies: half of the 16 digits.
 const ENERGY_STEP: f64 = 1e-5;
 
-/// A contact surface is no larger than so many discs around the smaller body.
+/// Largest area of a contact surface, in discs around the smaller body.
 const DISCS: f64 = 16.0;
 
-/// What the claims came to at one pair.
+/// Results of the claims for one pair.
 #[derive(Default)]
 pub struct Verdict {
     pub touches: bool,
     pub kink: Option<Kink>,
-    /// Claims that failed, and how many times what is allowed they came to.
+    /// Failed claims, each with its error divided by its tolerance.
     pub failures: Vec<(&'static str, f64)>,
 }
 
-/// Checks all claims at a pair; those by energies only if asked to, for they take long.
+/// Checks all claims for a pair. Claims about energies take long and are checked only if requested.
 pub fn verdict(pair: &ContactPair, with_energy: bool, random: &mut Random) -> Verdict {
     let mut verdict = Verdict::default();
     let measures = Measures::of(pair);
@@ -72,7 +72,7 @@ pub fn verdict(pair: &ContactPair, with_energy: bool, random: &mut Random) -> Ve
 }
 
 impl Verdict {
-    /// Notes a claim that holds if the number is at most 1.
+    /// Records a claim that holds if the ratio is at most 1.
     fn claim(&mut self, name: &'static str, ratio: f64) {
         // NaN must fail.
         if ratio.is_nan() || ratio > 1.0 {
@@ -80,9 +80,8 @@ impl Verdict {
         }
     }
 
-    /// Claims that A and B with their names changed have the same wrench. Faces in which the contact surface lies, up to an angle,
-    /// are sliced if they are of A, and clip if they are of B: the surface may graze a face in one order and lie in it in
-    /// the other.
+    /// Claims that the pair with exchanged names A and B has the same wrench. If the contact surface lies in a face up to an angle, a face
+    /// of A is sliced, and a face of B clips. The surface may therefore graze a face in one order and lie in it in the other.
     fn claim_exchange(
         &mut self,
         swapped: &ContactPair,
@@ -99,7 +98,7 @@ impl Verdict {
         }
     }
 
-    /// Claims that a small step changes the wrench as the Jacobian says, unless it leads to a kink.
+    /// Claims that a small step changes the wrench according to the Jacobian, unless the step leads to a kink.
     fn claim_continuity(
         &mut self,
         pair: &ContactPair,
@@ -123,7 +122,7 @@ impl Verdict {
     fn claim_bounds(&mut self, pair: &ContactPair, measures: &Measures, wrench: &ContactWrench) {
         let surface = pair.surface();
         let disc = std::f64::consts::PI * measures.size.powi(2);
-        // What flush polygons, on which there is no pressure, come to by round-off.
+        // Contribution of flush polygons without pressure, which is due to round-off.
         let noise = measures.noise(measures.error);
         let most = measures.pressure * surface.area() * BOUND + noise;
         self.claim(
@@ -144,7 +143,7 @@ fn is_finite(contact: &LinearizedContact) -> bool {
     numbers.all(|number| number.is_finite())
 }
 
-/// Forces opposite, and torques about the same point.
+/// Checks that forces are opposite, and torques about the same point too.
 fn third_law(pair: &ContactPair, wrench: &ContactWrench) -> f64 {
     let lever = pair.b().pose().translation() - pair.a().pose().translation();
     let (on_a, on_b) = (wrench.on_a, wrench.on_b);
@@ -161,9 +160,9 @@ fn third_law(pair: &ContactPair, wrench: &ContactWrench) -> f64 {
     ratio(force, on_a.force.norm()).max(ratio(torque, size))
 }
 
-/// Following and culling find the same wrench, up to polygons that are there or not by round-off: these are
-/// no wider than the lines in which planes meet are off. Each polygon may be off by its own force times the roundings of its
-/// corners; where forces cancel, of bodies that are nearly the same, that is more than their sum tells.
+/// Returns the difference between the wrenches by tracing and by culling. Polygons may exist in one search only because of round-off; these
+/// are at most as wide as the error of the lines in which planes meet. The error of each polygon may be its own force times the rounding
+/// errors of its corners. If the forces of nearly equal bodies cancel, this exceeds the error estimated from their sum.
 fn search_error(pair: &ContactPair, measures: &Measures) -> f64 {
     let everywhere = pair.with_search(Search::Culling(Culling::default()));
     let [followed, culled] = [pair, &everywhere].map(|pair| measures.scaled(&pair.wrench().on_a));
@@ -175,15 +174,15 @@ fn search_error(pair: &ContactPair, measures: &Measures) -> f64 {
     (followed - culled).norm() / (polygons.iter().map(rounding).sum::<f64>() + speck)
 }
 
-/// The roundings of a corner that two ways to compute it may differ by.
+/// Number of rounding errors by which two methods to compute a corner may differ.
 const ROUNDINGS: f64 = 16.0;
 
-/// Faces that meet at a smaller angle are so near to each other that they are special, or do not meet in the bodies.
+/// Sine of the angle below which faces are so close to each other that they are special or do not meet in the bodies.
 const PARALLEL: f64 = 1e-8;
 
-/// The sine of the least angle at which planes of a contact polygon meet: its own, and those of the faces of its tetrahedra.
-/// Following computes generic polygons in other coordinates than culling does, and the corner in which two planes meet
-/// is placed by both to round-off over this.
+/// Returns the sine of the smallest angle between the planes of a contact polygon: its own plane and those of the faces of its tetrahedra.
+/// Tracing computes generic polygons in other coordinates than culling. Both compute the corner in which two planes meet to round-off
+/// divided by this sine.
 fn least_angle(pair: &ContactPair, polygon: &ContactPolygon) -> f64 {
     let Some(b) = pair.b().body() else {
         return 1.0;
@@ -210,8 +209,8 @@ fn least_angle(pair: &ContactPair, polygon: &ContactPolygon) -> f64 {
     least
 }
 
-/// The closed form's wrench is a difference of two that grow as the fields become alike; it loses as many
-/// digits as the plane's normal has lost already.
+/// Returns the error of the closed form's wrench. The wrench is a difference of two terms that grow as the fields become equal. It loses as
+/// many digits as the plane's normal has already lost.
 fn closed_form_error(pair: &ContactPair, measures: &Measures, own: &Evaluation, kink: bool) -> f64 {
     let error = (measures.scaled(&pair.wrench().on_a) - own.wrench).norm();
     let alike = if kink { EQUAL_FIELDS } else { FASTEST.recip() };
@@ -219,7 +218,7 @@ fn closed_form_error(pair: &ContactPair, measures: &Measures, own: &Evaluation, 
     error / (rounding * (measures.force() + own.wrench.norm()))
 }
 
-/// Both bodies moved by the same random motion.
+/// Returns the error if both bodies move by the same random motion.
 fn frame_error(
     pair: &ContactPair,
     measures: &Measures,
@@ -236,7 +235,7 @@ fn frame_error(
     difference / measures.allowed(error, own, &there)
 }
 
-/// A and B have changed their names.
+/// Returns the error if A and B exchange their names.
 fn exchange_error(
     swapped: &ContactPair,
     measures: &Measures,
@@ -248,7 +247,7 @@ fn exchange_error(
     difference / measures.allowed(measures.error, own, own)
 }
 
-/// One body moved a little, in so many equal parts.
+/// Returns the error if one body moves slightly, in a number of equal parts.
 fn step_error(
     pair: &ContactPair,
     measures: &Measures,
@@ -269,7 +268,7 @@ fn step_error(
         let there = moved(pair, &part(number as f64 / parts as f64));
         let there = measures.evaluation(&there);
         let by_next = by_small(&there);
-        // J somewhere between those of both ends: off by no more than half of their difference, each.
+        // The Jacobian of a part is between those of both ends, so the error is at most half of their difference per part.
         predicted += 0.5 * (by_last + by_next);
         jumps += (by_next - by_last).norm();
         (by_last, last) = (by_next, Some(there));
@@ -281,7 +280,7 @@ fn step_error(
     error / (jumps + curvature + measures.allowed(measures.error, own, &there))
 }
 
-/// The force along a direction is the energy's slope.
+/// Returns the difference between the force along a direction and the derivative of the energy.
 fn energy_error(
     pair: &ContactPair,
     measures: &Measures,
@@ -307,7 +306,7 @@ fn energy_error(
             .dot(&direction)
     });
     let force = own.wrench.fixed_rows::<3>(3).dot(&direction);
-    // The mean force of the way is between those of its ends.
+    // The mean force over the displacement is between those at its ends.
     let spread = (forces[0] - force).abs().max((forces[1] - force).abs());
     let noise =
         measures.noise(measures.error) + measures.force() * (ROOM * measures.error / step).min(1.0);
@@ -315,7 +314,7 @@ fn energy_error(
     (slope - force).abs() / (spread + noise + curvature)
 }
 
-/// A motion of a body by a part of its size.
+/// Returns a motion of a body by a fraction of its size.
 fn random_motion(body: usize, measures: &Measures, part: f64, random: &mut Random) -> Motion {
     let linear = random.direction() * (part * measures.reach[body]);
     let angular = random.vector() * part;

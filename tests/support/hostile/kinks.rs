@@ -1,4 +1,4 @@
-//! Where the model has a kink, or round-off decides.
+//! Positions at which the model has a kink, or at which the result depends on round-off.
 
 use super::measures::{FASTEST, MARGIN, Measures, ROOM};
 use hydroelastic::contact::{ContactBody, ContactPair, ContactPolygon};
@@ -7,43 +7,42 @@ use hydroelastic::mesh::FieldTet;
 use hydroelastic::spatial::Pose;
 use nalgebra::Vector3;
 
-/// Gradients that differ by less, relative to the sensitivity of either field, count as equal.
+/// Difference of gradients, relative to the sensitivity of either field, below which they count as equal.
 pub const EQUAL_FIELDS: f64 = 1e-9;
 
-/// Ridges are the same that differ by no more, relative to reach and pressure.
+/// Difference of ridges, relative to reach and pressure, below which they count as equal.
 const RIDGE: f64 = 1e-8;
 
-/// A polygon and a face that graze are so nearly parallel.
+/// Largest angle between a polygon and a face that graze each other.
 const GRAZING_TILT: f64 = 1e-6;
 
-/// A corner of a polygon that grazes a face is so near to it, relative to the reach: the contact surface with a body
-/// 1e8 times as stiff lies no further below its faces, and tilted by no more.
+/// Largest distance of a corner of a grazing polygon from the face, relative to the reach. In contact with a body 1e8 times as stiff, the
+/// contact surface is this close to the faces, with an angle of at most the grazing tilt.
 const GRAZING_DISTANCE: f64 = 1e-8;
 
-/// Where the model has a kink, so that forces jump or change faster than a step resolves.
+/// A kink of the model, at which forces jump or change faster than a step resolves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kink {
-    /// The fields of two tetrahedra that overlap are nearly equal.
+    /// The fields of two overlapping tetrahedra are nearly equal.
     EqualFields,
-    /// They are not, but their difference is below what the kernel resolves: one is a plateau, or nearly.
+    /// The fields differ, but by less than the kernel resolves, because one is a plateau or nearly a plateau.
     Unresolved,
-    /// The highest pressures of both bodies are the same at the same place: as one ridge passes the other, the
-    /// contact surface between them turns over, and its force jumps to the opposite.
+    /// The highest pressures of both bodies are equal at the same point. As one ridge passes the other, the contact surface between them
+    /// reverses, and its force jumps to the opposite.
     Ridges,
-    /// Tetrahedra are so thin, or the bodies so unlike in size, that the lines where planes meet are placed
-    /// worse than one part in [`ROOM`] of the smaller body.
+    /// Tetrahedra are so thin, or the bodies so different in size, that lines in which planes meet have errors larger than one part in
+    /// [`ROOM`] of the smaller body.
     Blurred,
-    /// The contact surface nearly, but not quite, lies in a face, tilted by so little that the line where they meet is placed
-    /// by round-off.
+    /// The contact surface nearly lies in a face. The angle is so small that the line in which they meet depends on round-off.
     Grazing,
 }
 
-/// The kink a pair is at, if it is at one.
+/// Returns the kink of a pair, if any.
 pub fn kink_of(pair: &ContactPair) -> Option<Kink> {
     first_kink(pair, &Measures::of(pair))
 }
 
-/// The first of its kinks.
+/// Returns the first of the pair's kinks.
 pub fn first_kink(pair: &ContactPair, measures: &Measures) -> Option<Kink> {
     [
         blurred(measures),
@@ -56,9 +55,8 @@ pub fn first_kink(pair: &ContactPair, measures: &Measures) -> Option<Kink> {
     .next()
 }
 
-/// Whether the pair is at a kink of the model. Two tetrahedra whose boxes overlap have gradients so much
-/// alike that their plane moves [`FASTEST`] times as far as the bodies, or that the kernel takes them for
-/// equal.
+/// Returns whether the pair is at a kink of the model: two tetrahedra with overlapping boxes have nearly equal gradients. Either their
+/// plane moves [`FASTEST`] times as far as the bodies, or the kernel treats the gradients as equal.
 fn equal_fields(pair: &ContactPair, measures: &Measures) -> Option<Kink> {
     let pose_ab = pair.a().pose().inverse() * *pair.b().pose();
     let Some(body_b) = pair.b().body() else {
@@ -75,7 +73,7 @@ fn equal_fields(pair: &ContactPair, measures: &Measures) -> Option<Kink> {
             let difference = (gradient_a - gradient_b).norm();
             let alike = difference * FASTEST <= gradient_a.norm().min(gradient_b.norm());
             let sensitivity = (tet_a.sensitivity * a.1).max(tet_b.sensitivity * b.1);
-            // Twice: a pair at the limit may be on either side of it.
+            // The factor two covers pairs on either side of the limit.
             let kink = if alike {
                 Kink::EqualFields
             } else if difference <= 2.0 * EQUAL_FIELDS * sensitivity {
@@ -91,7 +89,7 @@ fn equal_fields(pair: &ContactPair, measures: &Measures) -> Option<Kink> {
     worst
 }
 
-/// The same of a soft layer, in all tetrahedra that may be below its surface.
+/// Returns the kink due to equal gradients in a compliant layer, for all tetrahedra that may be below its surface.
 fn equal_layer(pair: &ContactPair, pose_ab: &Pose) -> Option<Kink> {
     let thickness = pair.b().half_space_shape()?.thickness()?;
     let normal = pose_ab.rotation().column(2).into_owned();
@@ -120,14 +118,14 @@ fn equal_layer(pair: &ContactPair, pose_ab: &Pose) -> Option<Kink> {
     worst
 }
 
-/// Planes that meet at the flattest angle there is, the least height over the reach, meet in a line that is
-/// off by the error of a coordinate over that angle.
+/// Returns whether lines in which planes meet are blurred. At the smallest possible angle, the least height divided by the reach, the error
+/// of the line is the error of a coordinate divided by the angle.
 fn blurred(measures: &Measures) -> Option<Kink> {
     let blur = measures.blur(measures.error);
     (ROOM * blur > 1.0).then_some(Kink::Blurred)
 }
 
-/// Whether the boxes around the highest vertices of both bodies meet, and the pressures there are the same.
+/// Returns whether the boxes around the highest vertices of both bodies overlap with equal pressures.
 fn ridges(pair: &ContactPair) -> Option<Kink> {
     let pose_ab = pair.a().pose().inverse() * *pair.b().pose();
     let ridge = |body: &ContactBody, pose: &Pose| {
@@ -148,9 +146,9 @@ fn ridges(pair: &ContactPair) -> Option<Kink> {
     (is_same && box_a.overlaps(&box_b.inflated(RIDGE * reach))).then_some(Kink::Ridges)
 }
 
-/// Whether a polygon of the contact surface grazes a face of one of its tetrahedra.
+/// Returns whether a polygon of the contact surface grazes a face of one of its tetrahedra.
 fn grazing(pair: &ContactPair) -> Option<Kink> {
-    // A rigid body and a half-space have no faces inside.
+    // A rigid body and a half-space have no inner faces.
     let bodies: Vec<_> = [Some(*pair.a()), pair.b().body()]
         .into_iter()
         .flatten()

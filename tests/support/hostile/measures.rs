@@ -1,32 +1,31 @@
-//! What errors are relative to, and what round-off explains.
+//! Scales of errors, and bounds of round-off.
 
 use hydroelastic::contact::{ContactBody, ContactPair, RigidShape, Shape};
 use hydroelastic::spatial::{Twist, Wrench};
 use nalgebra::{Matrix6, Vector6};
 
-/// The kernel's own margin: what counts as zero, relative to the bodies' reach.
+/// The kernel's margin relative to the bodies' reach, within which lengths count as zero.
 pub const MARGIN: f64 = 3e-14;
 
-/// Roundings of a coordinate far from the world's origin, in units in the last place: a few products and
-/// sums of poses.
+/// Rounding error of a coordinate far from the world's origin, in units in the last place: a few products and sums of poses.
 const WORLD_ROUNDINGS: f64 = 16.0;
 
-/// Forces of round-off, relative to pressure times size squared: surfaces that only touch leave so much.
+/// Forces of round-off, relative to pressure times size squared, in surfaces that only touch.
 pub const SPECK: f64 = 1e-12;
 
-/// Sums in another order round differently.
+/// Relative tolerance, because the order of summation changes rounding errors.
 pub const SAME: f64 = 1e-12;
 
-/// How many times the error that one coordinate explains all of them together may come to.
+/// Largest total error, relative to the error due to one coordinate.
 pub const ROOM: f64 = 100.0;
 
-/// A plane of equal pressure moves this much faster than the body: the fields are nearly equal.
+/// Ratio of the speeds of a plane of equal pressure and of the body, above which the fields are nearly equal.
 pub const FASTEST: f64 = 1e3;
 
-/// A body that moves: 0 for A, 1 for B, and how.
+/// A moving body (0 for A, 1 for B) and its twist.
 pub type Motion = (usize, Twist);
 
-/// The measures of a pair that errors are relative to.
+/// Scales of the errors of a pair.
 pub struct Measures {
     /// Reach of the smaller body (m).
     pub size: f64,
@@ -36,15 +35,14 @@ pub struct Measures {
     pub error: f64,
     /// Smallest height of a tetrahedron (m).
     pub thinnest: f64,
-    /// The pressure that both bodies reach (Pa).
+    /// Highest pressure that both bodies reach (Pa).
     pub pressure: f64,
 }
 
-/// A wrench on A about A's origin with its torque divided by A's reach, and its derivatives by the motion
-/// of one body.
+/// A wrench on A about A's origin with its torque divided by A's reach, and its derivatives with respect to the motion of one body.
 pub struct Evaluation {
     pub wrench: Vector6<f64>,
-    /// By the poses of A and of B.
+    /// Derivatives with respect to the poses of A and of B.
     pub by_poses: [Matrix6<f64>; 2],
 }
 
@@ -56,7 +54,7 @@ impl Measures {
         let reach_b = match (b.shape(), b.rigid_shape()) {
             (Some(shape), _) => shape.field().reach(),
             (_, Some(rigid)) => rigid.surface().reach(),
-            // A half-space has no end: what counts is how far A is from the origin of its frame.
+            // A half-space is infinite, so the distance of A from the origin of its frame matters.
             _ => apart.max(reach_a),
         };
         let away = [a.pose(), b.pose()].map(|pose| pose.translation().norm());
@@ -76,18 +74,18 @@ impl Measures {
         }
     }
 
-    /// Pressure times size squared (N): what forces are measured by.
+    /// Returns pressure times size squared (N), the scale of forces.
     pub fn force(&self) -> f64 {
         self.pressure * self.size.powi(2)
     }
 
-    /// What an error of a coordinate may come to (N), where the wrench itself does not tell: in the
-    /// thinnest tetrahedra the pressure changes most and clips cut worst.
+    /// Returns the effect of a coordinate error (N) if the wrench does not show it. In the thinnest tetrahedra, the pressure changes most
+    /// and clips are least accurate.
     pub fn noise(&self, error: f64) -> f64 {
         self.force() * (SPECK + (ROOM * FASTEST.sqrt() * self.blur(error)).min(1.0))
     }
 
-    /// How far lines in which planes meet may be off, relative to the smaller body.
+    /// Returns the error of lines in which planes meet, relative to the smaller body.
     pub fn blur(&self, error: f64) -> f64 {
         error * self.reach[0].max(self.reach[1]) / (self.thinnest * self.size)
     }
@@ -101,7 +99,7 @@ impl Measures {
         }
     }
 
-    /// Torque over reach, force (N).
+    /// Returns torque divided by reach, and force (N).
     pub fn scaled(&self, wrench: &Wrench) -> Vector6<f64> {
         self.scaled_vector(&wrench.to_vector())
     }
@@ -114,7 +112,7 @@ impl Measures {
         scaled
     }
 
-    /// How far the wrench changes (N) as B's coordinates change by an error (m), by the Jacobian.
+    /// Returns the change of the wrench (N) for an error of B's coordinates (m), by the Jacobian.
     pub fn explained(&self, evaluation: &Evaluation, error: f64) -> f64 {
         let by_pose = &evaluation.by_poses[1];
         let arm = self.reach[1];
@@ -125,13 +123,13 @@ impl Measures {
         error * columns.sum::<f64>()
     }
 
-    /// What an error of the coordinates (m) explains (N).
+    /// Returns the effect of an error of the coordinates (m) on the wrench (N).
     pub fn allowed(&self, error: f64, here: &Evaluation, there: &Evaluation) -> f64 {
         let explained = [here, there].map(|end| ROOM * self.explained(end, error));
         explained[0] + explained[1] + self.noise(error) + SAME * ROOM * here.wrench.norm()
     }
 
-    /// The change of the wrench (N) by a motion, by the Jacobian.
+    /// Returns the change of the wrench (N) by a motion, by the Jacobian.
     pub fn predicted(&self, evaluation: &Evaluation, (body, twist): &Motion) -> Vector6<f64> {
         let by_pose = evaluation.by_poses[*body];
         let (w, v) = (&twist.angular, &twist.linear);
@@ -139,20 +137,20 @@ impl Measures {
     }
 }
 
-/// The highest pressure of a body (Pa).
+/// Returns the highest pressure of a body (Pa).
 fn highest(body: &ContactBody) -> f64 {
     let extents = body.shape().field().extents().iter().copied();
     body.modulus() * extents.fold(0.0, f64::max)
 }
 
-/// The smallest height of a tetrahedron (m).
+/// Returns the smallest height of a tetrahedron (m).
 fn thinnest(shape: &Shape) -> f64 {
     let tets = shape.field().tets().iter();
     let steepness = tets.flat_map(|tet| tet.barycentric_steepness);
     steepness.fold(0.0, f64::max).recip()
 }
 
-/// The smallest height of a triangle (m).
+/// Returns the smallest height of a triangle (m).
 fn thinnest_triangle(shape: &RigidShape) -> f64 {
     let surface = shape.surface();
     let heights = (0..surface.triangles().len()).map(|triangle| {

@@ -1,7 +1,7 @@
 //! Hostile pairs: contact geometry at and near every degenerate position, the same in every run.
 //!
-//! `shapes` makes the bodies, this file pairs them; `claims` holds what must be true of every pair, `measures`
-//! how far round-off may take it, `kinks` where the model itself has a kink.
+//! `shapes` creates the bodies, and this file pairs them. `claims` has the claims for every pair, `measures` the bounds of round-off, and
+//! `kinks` the kinks of the model.
 
 pub mod claims;
 pub mod kinks;
@@ -16,30 +16,30 @@ use nalgebra::{Matrix3, Vector3};
 use shapes::Pool;
 use std::f64::consts::{PI, TAU};
 
-/// What makes a pair hostile.
+/// The reason why a pair is hostile.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Family {
-    /// Nothing: the measure for the others.
+    /// None: the reference for the other families.
     Generic,
-    /// A face of one lies in the plane of a face of the other.
+    /// A face of one body lies in the plane of a face of the other.
     Coplanar,
-    /// The same, missed by a tilt and an offset of 1e-16 to 1e-4.
+    /// A face of one body nearly lies in the plane of a face of the other, with a tilt and an offset of 1e-16 to 1e-4.
     NearlyCoplanar,
-    /// A vertex, an edge or a face in common, exactly or missed by as little.
+    /// The bodies share a vertex, an edge or a face, exactly or with an offset as small.
     Shared,
-    /// The same mesh at the same pose, exactly or missed by as little.
+    /// Both bodies have the same mesh and pose, exactly or with an offset as small.
     Identical,
-    /// Tetrahedra down to the flattest that a mesh may have.
+    /// Tetrahedra are as flat as a mesh allows.
     Sliver,
-    /// One body inside the other.
+    /// One body is inside the other.
     Nested,
-    /// Bodies of 1e-6 to 1e6 m.
+    /// Bodies have sizes of 1e-6 to 1e6 m.
     Scaled,
-    /// Bodies up to 1e6 m from the world's origin.
+    /// Bodies are up to 1e6 m from the world's origin.
     Offset,
-    /// Moduli of 1 to 1e12 Pa, equal or unlike.
+    /// Moduli are 1 to 1e12 Pa, equal or different.
     Moduli,
-    /// All of it.
+    /// All of these.
     Combined,
 }
 
@@ -62,25 +62,25 @@ impl Family {
 /// Sizes of the shapes (m).
 const SCALES: [f64; 6] = [1e-6, 1e-3, 0.25, 1.0, 1e3, 1e6];
 
-/// The place of one meter in [`SCALES`].
+/// Index of one meter in [`SCALES`].
 const UNIT: usize = 3;
 
-/// Shapes of all sizes, and the pairs made of them.
+/// Shapes of all sizes, from which pairs are made.
 pub struct Hostile(Vec<Pool>);
 
 impl Hostile {
-    /// The shapes with a number.
+    /// Creates the shapes with a number.
     pub fn new(number: u64) -> Self {
         let mut random = Random::numbered(number);
         Self(SCALES.map(|size| Pool::of(size, &mut random)).into())
     }
 
-    /// All of them.
+    /// Yields all shapes.
     pub fn shapes(&self) -> impl Iterator<Item = &Shape> {
         self.0.iter().flat_map(Pool::shapes)
     }
 
-    /// The pair with a number.
+    /// Returns the pair with a number.
     pub fn pair(&self, family: Family, number: u64) -> ContactPair<'_> {
         let random = &mut Random::numbered(number);
         let [size_a, size_b] = sizes(family, random);
@@ -108,7 +108,7 @@ impl Hostile {
     }
 }
 
-/// The places of both bodies' sizes in [`SCALES`].
+/// Returns the indices of both bodies' sizes in [`SCALES`].
 fn sizes(family: Family, random: &mut Random) -> [usize; 2] {
     let any = random.below(SCALES.len());
     match family {
@@ -143,7 +143,7 @@ fn pose_of_a(family: Family, size: f64, random: &mut Random) -> Pose {
     }
 }
 
-/// How B lies in A's frame.
+/// Returns the pose of B in A's frame.
 fn relative_pose(family: Family, shapes: [&Shape; 2], same: bool, random: &mut Random) -> Pose {
     let reach = shapes.map(|shape| shape.field().reach());
     let exact = match family {
@@ -173,7 +173,7 @@ fn relative_pose(family: Family, shapes: [&Shape; 2], same: bool, random: &mut R
     }
 }
 
-/// A pose missed by 1e-16 to 1e-4 of a size (m), in angle and in place.
+/// Perturbs a pose by 1e-16 to 1e-4 of a size (m), in angle and position.
 fn nudged(pose: Pose, size: f64, random: &mut Random) -> Pose {
     let [tilt, shift] = [0, 1].map(|_| 10_f64.powf(random.between(-16.0, -4.0)));
     let nudge = Pose::from_rotation_vector(&(random.vector() * tilt), Vector3::zeros());
@@ -181,13 +181,13 @@ fn nudged(pose: Pose, size: f64, random: &mut Random) -> Pose {
     moved.with_translation(moved.translation() + random.vector() * (shift * size))
 }
 
-/// A generic pose at which the bodies mostly overlap.
+/// Returns a generic pose at which the bodies mostly overlap.
 fn overlapping(reach: [f64; 2], random: &mut Random) -> Pose {
     let position = random.direction() * (random.between(0.0, 0.8) * (reach[0] + reach[1]));
     Pose::from_rotation_vector(&random.rotation_vector(), position)
 }
 
-/// The origin of the smaller body deep in the larger one.
+/// Returns a pose with the origin of the smaller body deep in the larger body.
 fn nested(reach: [f64; 2], random: &mut Random) -> Pose {
     let depth = [0.0, random.between(0.0, 0.4)][random.below(2)];
     let position = random.direction() * (depth * reach[0].max(reach[1]));
@@ -197,8 +197,8 @@ fn nested(reach: [f64; 2], random: &mut Random) -> Pose {
     }
 }
 
-/// A surface triangle of one body in the plane of one of the other: from outside or from inside, turned
-/// and moved in the plane.
+/// Returns a pose with a surface triangle of one body in the plane of a triangle of the other, from outside or inside, rotated and
+/// translated in the plane.
 pub fn coplanar(shapes: [&Shape; 2], random: &mut Random) -> Pose {
     let [on_a, on_b] = shapes.map(|shape| triangle_frame(shape, random));
     let size = shapes.map(|shape| shape.field().reach()).map(|r| 0.5 * r);
@@ -208,7 +208,7 @@ pub fn coplanar(shapes: [&Shape; 2], random: &mut Random) -> Pose {
     on_a * in_plane * facing(random) * on_b.inverse()
 }
 
-/// A vertex, an edge or a face in common.
+/// Returns a pose with a shared vertex, edge or face.
 pub fn shared(shapes: [&Shape; 2], random: &mut Random) -> Pose {
     let [on_a, on_b] = shapes.map(|shape| triangle_frame(shape, random));
     let about = match random.below(3) {
@@ -220,13 +220,13 @@ pub fn shared(shapes: [&Shape; 2], random: &mut Random) -> Pose {
     on_a * turn * facing(random) * on_b.inverse()
 }
 
-/// Normals alike, or opposite: half a turn about the edge.
+/// Returns a pose with equal or opposite normals; the latter is half a turn about the edge.
 fn facing(random: &mut Random) -> Pose {
     let signs = [Vector3::new(1.0, 1.0, 1.0), Vector3::new(1.0, -1.0, -1.0)][random.below(2)];
     Pose::new(Matrix3::from_diagonal(&signs), Vector3::zeros()).unwrap()
 }
 
-/// A frame on a surface triangle: at a vertex, x along an edge, z along the normal.
+/// Returns a frame on a surface triangle: at a vertex, with x along an edge and z along the normal.
 pub fn triangle_frame(shape: &Shape, random: &mut Random) -> Pose {
     let mesh = shape.field().mesh();
     let triangles = mesh.surface_triangles();
@@ -236,7 +236,7 @@ pub fn triangle_frame(shape: &Shape, random: &mut Random) -> Pose {
     let along = (end - start).normalize();
     let across = (opposite - start).normalize();
     let normal = along.cross(&across).normalize();
-    // Twice: the thinner the triangle, the less the first normal is normal to the edge.
+    // The normal is computed twice, because the first normal of a thin triangle is not exactly orthogonal to the edge.
     let across = normal.cross(&along).normalize();
     let normal = along.cross(&across).normalize();
     let rotation = Matrix3::from_columns(&[along, across, normal]);

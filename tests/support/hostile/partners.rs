@@ -1,4 +1,4 @@
-//! Hostile pairs with a rigid body or a half-space in the place of B.
+//! Hostile pairs with a rigid body or a half-space in place of B.
 
 use super::shapes::graded;
 use super::{Family, Hostile, nudged, triangle_frame};
@@ -8,7 +8,7 @@ use hydroelastic::mesh::TriangleSurface;
 use hydroelastic::spatial::Pose;
 use nalgebra::{Vector3, vector};
 
-/// What B is.
+/// The kind of B.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     Rigid,
@@ -20,9 +20,9 @@ impl Kind {
     pub const ALL: [Self; 3] = [Self::Rigid, Self::RigidHalfSpace, Self::SoftHalfSpace];
 }
 
-/// The rigid bodies and half-spaces that may stand in for compliant bodies.
+/// Rigid bodies and half-spaces that replace compliant bodies.
 pub struct StandIns<'a> {
-    /// Of each shape the surface as it is, and divided into triangles of very different size; none if it is too thin for one.
+    /// For each shape, its surface and the surface divided into triangles of very different size, or `None` if it is too thin.
     rigid: Vec<(&'a Shape, [Option<RigidShape>; 2])>,
     layers: Vec<HalfSpace>,
 }
@@ -43,7 +43,8 @@ impl<'a> StandIns<'a> {
         }
     }
 
-    /// The pair with B replaced by its surface, or by a half-space below one of its triangles, its origin somewhere in it.
+    /// Returns the pair with B replaced by its surface, or by a half-space below one of its triangles with its origin at a random point of
+    /// the plane.
     pub fn replaced<'s>(
         &'s self,
         pair: &ContactPair<'s>,
@@ -58,7 +59,7 @@ impl<'a> StandIns<'a> {
             (Kind::Rigid, Some(surface)) => Partner::rigid(surface, *b.pose()),
             (Kind::SoftHalfSpace, _) => {
                 let layer = &self.layers[random.below(self.layers.len())];
-                // One in four has the slope of A's own pressure.
+                // One in four has the pressure gradient of A.
                 let own = pair.a().modulus() * pair.a().shape().field().steepest();
                 let alike = own * layer.thickness().unwrap();
                 let modulus = [b.modulus(), b.modulus(), b.modulus(), alike][random.below(4)];
@@ -70,7 +71,7 @@ impl<'a> StandIns<'a> {
     }
 }
 
-/// A pose of a half-space with a triangle of the body on its plane.
+/// Returns a pose of a half-space with a triangle of the body on its plane.
 fn plane_of(body: &ContactBody, random: &mut Random) -> Pose {
     let frame = *body.pose() * triangle_frame(body.shape(), random);
     let away = [0.0, 10_f64.powf(random.between(-1.0, 1.5))][random.below(2)];
@@ -81,7 +82,8 @@ fn plane_of(body: &ContactBody, random: &mut Random) -> Pose {
 }
 
 impl Hostile {
-    /// The pair with a number, with a partner that is no compliant body; of such families moduli are 1e-3 to 1e15 Pa.
+    /// Returns the pair with a number, with a rigid body or half-space as partner. In the families `Moduli` and `Combined`, moduli are 1e-3
+    /// to 1e15 Pa.
     pub fn pair_with<'a>(
         &'a self,
         partners: &'a StandIns<'a>,
@@ -99,7 +101,7 @@ impl Hostile {
             1.0
         };
         let a = ContactBody::new(a.shape(), *a.pose(), a.modulus() * factor).unwrap();
-        // Planes of the triangles of a turned body are missed by round-off; some are to be missed by more.
+        // Planes of the triangles of a rotated body have offsets of round-off; some poses need larger offsets.
         let pose = if family == Family::NearlyCoplanar && kind != Kind::Rigid {
             nudged(*b.pose(), a.shape().field().reach(), random)
         } else {

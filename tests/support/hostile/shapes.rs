@@ -1,4 +1,4 @@
-//! The bodies of hostile pairs: regular ones, and slivers down to the flattest that a mesh may have.
+//! Bodies of hostile pairs: regular shapes, and slivers as flat as a mesh allows.
 
 use crate::support::scenes::Random;
 use hydroelastic::contact::Shape;
@@ -62,13 +62,13 @@ impl Pool {
     }
 }
 
-/// A single tetrahedron with the distance to its surface, times a size (m).
+/// Creates a single tetrahedron with the distance to its surface, scaled to a size (m).
 fn tetrahedron(corners: [[f64; 3]; 4], size: f64) -> Result<PressureField, MeshError> {
     let corners = corners.map(|corner| Vector3::from(corner) * size).into();
     PressureField::from_distance(&TetMesh::new(corners, vec![[0, 1, 2, 3]])?)
 }
 
-/// Makes a shape of a size (m) and a thickness, as a part of the size.
+/// Creates a shape of a size (m) and a thickness relative to the size.
 type Sliver = fn(f64, f64) -> Result<PressureField, MeshError>;
 
 const SLIVERS: [Sliver; 6] = [
@@ -80,7 +80,7 @@ const SLIVERS: [Sliver; 6] = [
     off_center_with_distance,
 ];
 
-/// The shape at a random thickness; where the mesh refuses that, at a larger one.
+/// Creates the shape with a random thickness, or a larger thickness if the mesh is invalid.
 fn sliver(make: Sliver, size: f64, random: &mut Random) -> PressureField {
     let mut exponent = random.between(-12.0, -1.0);
     loop {
@@ -91,7 +91,7 @@ fn sliver(make: Sliver, size: f64, random: &mut Random) -> PressureField {
     }
 }
 
-/// A tetrahedron with one low corner.
+/// Creates a tetrahedron with one low corner.
 fn flat(size: f64, thickness: f64) -> Result<PressureField, MeshError> {
     tetrahedron(
         [
@@ -104,7 +104,7 @@ fn flat(size: f64, thickness: f64) -> Result<PressureField, MeshError> {
     )
 }
 
-/// A tetrahedron with one short edge.
+/// Creates a tetrahedron with one short edge.
 fn needle(size: f64, thickness: f64) -> Result<PressureField, MeshError> {
     tetrahedron(
         [
@@ -125,7 +125,7 @@ fn rod(size: f64, thickness: f64) -> Result<PressureField, MeshError> {
     shapes::cuboid([size, size * thickness, 2.0 * size * thickness])
 }
 
-/// A tetrahedron of four around a vertex that nearly lies in a face, all of the pressure there.
+/// Creates a tetrahedron of four parts around a vertex that nearly lies in a face and has all of the pressure.
 pub fn off_center(size: f64, thickness: f64) -> Result<PressureField, MeshError> {
     PressureField::new(
         off_center_mesh(size, thickness)?,
@@ -133,7 +133,7 @@ pub fn off_center(size: f64, thickness: f64) -> Result<PressureField, MeshError>
     )
 }
 
-/// The same mesh with another extent there: the field is as steep in the sliver as beside it.
+/// Creates this mesh with another extent at the vertex, so the field is as steep in the sliver as beside it.
 fn off_center_with_distance(size: f64, thickness: f64) -> Result<PressureField, MeshError> {
     PressureField::new(
         off_center_mesh(size, thickness)?,
@@ -156,11 +156,10 @@ fn off_center_mesh(size: f64, thickness: f64) -> Result<TetMesh, MeshError> {
     )
 }
 
-/// Edges that are divided one after the other.
+/// Number of edges that are divided one after the other.
 const DIVISIONS: usize = 6;
 
-/// The same surface with edges divided near an end, so that it has huge triangles beside tiny ones; none if they become too
-/// thin.
+/// Returns the surface with edges divided near an end, so that it has both huge and tiny triangles, or `None` if they become too thin.
 pub fn graded(surface: &TriangleSurface, random: &mut Random) -> Option<TriangleSurface> {
     let mut vertices = surface.vertices().to_vec();
     let mut triangles = surface.triangles().to_vec();

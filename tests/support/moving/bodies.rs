@@ -1,4 +1,4 @@
-//! Boxes, prisms, cylinders and layered bodies that have edges of the same length.
+//! Boxes, prisms, cylinders and layered bodies with edges of equal length.
 
 use crate::support::scenes::{Random, dented_ball, grid, layered};
 use hydroelastic::contact::Shape;
@@ -13,7 +13,7 @@ pub struct Bodies {
 }
 
 impl Bodies {
-    /// Shapes with a number: 0.1 to 1 m.
+    /// Creates shapes with a number, of 0.1 to 1 m.
     pub fn new(number: u64) -> Self {
         let random = &mut Random::numbered(number);
         let size = 10_f64.powf(random.between(-1.0, 0.0));
@@ -51,7 +51,8 @@ impl Bodies {
     }
 }
 
-/// An upright prism over a regular polygon with so many corners and two of its sides a width apart; with four, a block.
+/// Creates an upright prism over a regular polygon. `width` is the distance between two of its sides. With four corners, the prism is a
+/// block.
 fn prism(corners: usize, width: f64, height: f64) -> Result<PressureField, MeshError> {
     let radius = 0.5 * width / (TAU / 4.0 * (0.5_f64).min(2.0 / corners as f64)).cos();
     let ring = |z: f64| {

@@ -1,31 +1,30 @@
-//! One-sided and central differences of the wrenches of a pair in motion, by numbers relative to its size and speed.
+//! One-sided and central differences of the wrenches of a moving pair, with respect to changes relative to its size and speed.
 
 use super::{COLUMNS, Jacobian, Scene};
 use crate::support::hostile::measures::{MARGIN, Measures};
 use nalgebra::{SVector, Vector3};
 
-/// Wrenches on A and B, torques over the size.
+/// Wrenches on A and B, with torques divided by the size.
 pub type Wrenches = SVector<f64, 12>;
 
 /// Columns of poses, twists, moduli, dissipation and friction.
 pub const BLOCKS: [std::ops::Range<usize>; 5] = [0..12, 12..24, 24..26, 26..27, 27..28];
 
-/// Errors of a wrench by the rounding of its numbers and sums, relative to force and force by relative motion.
+/// Rounding error of a wrench, relative to the force, and to the force per relative motion.
 const ROUNDING: f64 = 1e-14;
 
-/// A scene in numbers without units: lengths over the size of the smaller body, speeds over the greatest there are.
+/// A nondimensional scene: lengths are divided by the size of the smaller body, and speeds by the largest speed.
 pub struct Scaled<'s, 'a> {
     pub scene: &'s Scene<'a>,
     size: f64,
     speed: f64,
     /// Pressure times size squared (N).
     pub force: f64,
-    /// Reach of both bodies over the size.
+    /// Reach of both bodies divided by the size.
     reach: f64,
 }
 
-/// The slopes of the wrenches on either side of where they are, and their values there, from where they are beyond a
-/// step.
+/// Slopes of the wrenches on both sides of the current state, and values at the state extrapolated from each side beyond a step.
 pub struct Sides {
     pub slopes: [Wrenches; 2],
     pub values: [Wrenches; 2],
@@ -47,7 +46,7 @@ impl<'s, 'a> Scaled<'s, 'a> {
         }
     }
 
-    /// What a column's number is relative to.
+    /// Returns the unit of a column.
     fn unit(&self, column: usize) -> f64 {
         match column {
             0..12 if column % 6 < 3 => 1.0,
@@ -67,7 +66,7 @@ impl<'s, 'a> Scaled<'s, 'a> {
         wrenches
     }
 
-    /// A Jacobian by relative changes.
+    /// Converts a Jacobian to relative changes.
     pub fn relative(&self, jacobian: &Jacobian) -> Jacobian {
         let mut relative = *jacobian;
         for column in 0..COLUMNS {
@@ -77,7 +76,7 @@ impl<'s, 'a> Scaled<'s, 'a> {
         relative
     }
 
-    /// The largest number of the elastic wrenches, and of their derivatives by a motion.
+    /// Returns the largest entry of the elastic wrenches, and of their derivatives with respect to a motion.
     pub fn elastic(&self) -> (f64, f64) {
         let elastic = Scene {
             dissipation: 0.0,
@@ -89,12 +88,12 @@ impl<'s, 'a> Scaled<'s, 'a> {
         (wrenches.amax(), jacobian.columns(0, 12).amax())
     }
 
-    /// The wrenches after a change of one number.
+    /// Returns the wrenches after a change of one variable.
     pub fn at(&self, column: usize, change: f64) -> Wrenches {
         self.along(&[(column, 1.0)], change)
     }
 
-    /// The wrenches after a change along a direction.
+    /// Returns the wrenches after a change along a direction.
     fn along(&self, direction: &[(usize, f64)], change: f64) -> Wrenches {
         let mut changes = SVector::<f64, COLUMNS>::zeros();
         for &(column, weight) in direction {
@@ -103,21 +102,21 @@ impl<'s, 'a> Scaled<'s, 'a> {
         self.without_units(self.scene.wrenches(&changes))
     }
 
-    /// The mean of the slopes on both sides along a direction.
+    /// Returns the mean of the slopes on both sides along a direction.
     pub fn mean_slope(&self, direction: &[(usize, f64)], step: f64) -> Wrenches {
         let [one, two, three] = [1.0, 2.0, 3.0]
             .map(|k| self.along(direction, k * step) - self.along(direction, -k * step));
         (two * 8.0 - one * 5.0 - three * 3.0) / (4.0 * step)
     }
 
-    /// Dissipation and friction are not negative: at 0 they have one side only.
+    /// Returns whether only one side is valid: dissipation and friction are not negative, so at 0 they have one side only.
     fn has_one_side(&self, column: usize, step: f64) -> bool {
         let least = 4.0 * step;
         (column == 26 && self.scene.dissipation < least)
             || (column == 27 && self.scene.friction < least)
     }
 
-    /// The central difference; at the end of a range, the one-sided one of the same order.
+    /// Returns the central difference or, at the end of a range, the one-sided difference of the same order.
     pub fn central(&self, column: usize, step: f64) -> Wrenches {
         if self.has_one_side(column, step) {
             let [here, near, far] = [0.0, step, 2.0 * step].map(|change| self.at(column, change));
@@ -126,7 +125,7 @@ impl<'s, 'a> Scaled<'s, 'a> {
         (self.at(column, step) - self.at(column, -step)) / (2.0 * step)
     }
 
-    /// Parabolas through one, two and three steps to either side.
+    /// Fits parabolas through one, two and three steps to either side.
     pub fn sides(&self, column: usize, step: f64) -> Option<Sides> {
         if self.has_one_side(column, step) {
             return None;
@@ -143,8 +142,8 @@ impl<'s, 'a> Scaled<'s, 'a> {
         })
     }
 
-    /// The mean of the slopes on both sides, by cubics through one to four steps: a parabola is off by a third derivative
-    /// times the square of a step, which where faces nearly coincide is no shorter than round-off allows.
+    /// Returns the mean of the slopes on both sides, by cubics through one to four steps. The error of a parabola is a third derivative
+    /// times the squared step, and if faces nearly coincide, round-off limits how short the step can be.
     pub fn cubic_mean(&self, column: usize, step: f64) -> Option<Wrenches> {
         if self.has_one_side(column, step) {
             return None;
@@ -154,8 +153,8 @@ impl<'s, 'a> Scaled<'s, 'a> {
         Some((two * 57.0 - one * 26.0 - three * 42.0 + four * 11.0) / (12.0 * step))
     }
 
-    /// How far a difference may be off by round-off: `force` are the wrenches and `stiffness` their largest derivative by
-    /// a motion. What is nearer to a coincidence than the kernel's margin is taken for one.
+    /// Returns the bound of a difference's rounding error. `force` are the wrenches, and `stiffness` is their largest derivative with
+    /// respect to a motion. A position within the kernel's margin of a coincidence counts as coincident.
     pub fn noise(&self, column: usize, step: f64, [force, stiffness]: [f64; 2]) -> f64 {
         let is_geometry = matches!(column, 0..12 | 24 | 25);
         let margin = if is_geometry {

@@ -1,7 +1,7 @@
-//! Pairs of bodies in motion at special positions, and what their linearized contact is held against.
+//! Moving pairs of bodies at special positions, and the references for their linearized contact.
 //!
-//! `bodies` makes the shapes, `poses` puts pairs of them together, `motions` moves them; `differences` takes one-sided and
-//! central differences of the wrenches by all 28 numbers, and `verdict` compares.
+//! `bodies` creates the shapes, `poses` combines pairs of them, and `motions` sets them in motion. `differences` computes one-sided and
+//! central differences of the wrenches with respect to all 28 variables, and `verdict` compares.
 
 pub mod bodies;
 pub mod differences;
@@ -16,27 +16,27 @@ use hydroelastic::scalar::{DenseDual, Scalar, lift_vector};
 use hydroelastic::spatial::{Pose, Twist};
 use nalgebra::{SMatrix, SVector};
 
-/// Poses of A and B, twists of A and B, moduli of A and B, dissipation, friction: the columns of a linearized contact.
+/// Columns of a linearized contact: poses of A and B, twists of A and B, moduli of A and B, dissipation, friction.
 pub const COLUMNS: usize = 28;
 
-/// Rows: the wrench on A, then that on B. Columns as of [`COLUMNS`].
+/// Rows: the wrench on A, then the wrench on B. Columns: see [`COLUMNS`].
 pub type Jacobian = SMatrix<f64, 12, COLUMNS>;
 
-/// A dual number with a slope by each column.
+/// A dual number with a derivative for each column.
 pub type Wide = DenseDual<COLUMNS>;
 
-/// Changes of zero, each with a slope of 1 by its own column.
+/// Returns changes of zero, each with a derivative of 1 with respect to its own column.
 pub fn seeds() -> SVector<Wide, COLUMNS> {
     SVector::from_fn(|column, _| Wide::variable(0.0, column))
 }
 
-/// The slopes of wrenches.
+/// Returns the derivatives of wrenches.
 pub fn jacobian_of(wrench: &ContactWrench<Wide>) -> Jacobian {
     let rows = numbers(wrench);
     Jacobian::from_fn(|row, column| rows[row].eps[column])
 }
 
-/// A pair in motion, in plain numbers.
+/// A moving pair in real numbers.
 #[derive(Debug, Clone, Copy)]
 pub struct Scene<'a> {
     pub pair: ContactPair<'a>,
@@ -45,12 +45,12 @@ pub struct Scene<'a> {
     pub friction: f64,
     /// (m/s)
     pub slip_tolerance: f64,
-    /// How far the special position is missed, in angle and relative to the size.
+    /// Distance from the special position, in angle and relative to the size.
     pub missed: f64,
 }
 
 impl<'a> Scene<'a> {
-    /// A pair in no special position, with twists of up to 0.5 (rad/s, m/s), dissipation and friction at random.
+    /// Returns a pair in a generic position, with random dissipation and friction and random twists of up to 0.5 (rad/s, m/s).
     pub fn at_random(pair: &ContactPair<'a>, random: &mut Random) -> Self {
         let mut number = || random.between(-0.5, 0.5);
         let twists = [0, 1].map(|_| Twist::from_vector(&SVector::from_fn(|_, _| number())));
@@ -68,7 +68,7 @@ impl<'a> Scene<'a> {
         SurfaceLaw::new(self.dissipation, self.friction, self.slip_tolerance).unwrap()
     }
 
-    /// 12×28: see [`hydroelastic::contact::LinearizedContact::jacobian`].
+    /// Returns the 12×28 Jacobian of [`hydroelastic::contact::LinearizedContact::jacobian`].
     pub fn linearized(&self) -> Jacobian {
         self.pair
             .moving(self.law(), self.twists)
@@ -76,7 +76,7 @@ impl<'a> Scene<'a> {
             .jacobian()
     }
 
-    /// The pair, its law and its velocities after changes of the numbers.
+    /// Returns the pair, its law and its velocities after changes of the variables.
     pub fn changed<T: Scalar>(
         &self,
         changes: &SVector<T, COLUMNS>,
@@ -104,15 +104,15 @@ impl<'a> Scene<'a> {
         (pair, law, [velocity(0), velocity(1)])
     }
 
-    /// The wrenches after changes.
+    /// Returns the wrenches after changes.
     pub fn wrenches(&self, changes: &SVector<f64, COLUMNS>) -> SVector<f64, 12> {
         let (pair, law, twists) = self.changed(changes);
         numbers(&pair.moving(law, twists).wrench())
     }
 
-    /// The error of a Jacobian along a direction against the best of central differences with these steps, relative to the
-    /// largest number of the derivative: where a step straddles a polygon's change of topology, or its wrench is rounded,
-    /// another does not.
+    /// Returns the error of a Jacobian along a direction, relative to the largest entry of the derivative, against the best of central
+    /// differences with these steps. If one step straddles a change of a polygon's topology or suffers from rounding, another step does
+    /// not.
     pub fn error_along(
         &self,
         direction: &SVector<f64, COLUMNS>,
@@ -128,7 +128,7 @@ impl<'a> Scene<'a> {
         steps.iter().map(error).fold(f64::INFINITY, f64::min)
     }
 
-    /// The same with the names of the bodies exchanged.
+    /// Returns the scene with the names of the bodies exchanged.
     pub fn exchanged(&self) -> Self {
         Self {
             pair: ContactPair::new(self.pair.b().body().unwrap(), *self.pair.a()),
@@ -138,13 +138,13 @@ impl<'a> Scene<'a> {
     }
 }
 
-/// The wrench on A, then that on B.
+/// Returns the wrench on A, then the wrench on B.
 pub fn numbers<T: Scalar>(wrench: &ContactWrench<T>) -> SVector<T, 12> {
     let (on_a, on_b) = (wrench.on_a.to_vector(), wrench.on_b.to_vector());
     SVector::from_fn(|i, _| if i < 6 { on_a[i] } else { on_b[i - 6] })
 }
 
-/// The Jacobian of the exchanged pair, put in the order of this one.
+/// Returns the Jacobian of the exchanged pair in the order of the original pair.
 pub fn with_names_exchanged(jacobian: &Jacobian) -> Jacobian {
     let row = |row: usize| (row + 6) % 12;
     let column = |column: usize| match column {

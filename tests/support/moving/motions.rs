@@ -1,4 +1,4 @@
-//! How bodies in contact move against each other, and by which law.
+//! Relative motions of bodies in contact, and their contact laws.
 
 use super::Scene;
 use crate::support::scenes::Random;
@@ -6,14 +6,14 @@ use hydroelastic::contact::ContactPair;
 use hydroelastic::spatial::Twist;
 use nalgebra::Vector3;
 
-/// Where bodies touch, and in which direction they press.
+/// Position and normal of a contact.
 struct Place {
     point: Vector3<f64>,
     normal: Vector3<f64>,
     tangent: Vector3<f64>,
 }
 
-/// The pair with twists and a law, if the bodies touch; lengths are about a size (m).
+/// Returns the pair with twists and a law, if the bodies touch. Lengths are relative to a size (m).
 pub fn set_in_motion<'a>(
     pair: &ContactPair<'a>,
     size: f64,
@@ -89,7 +89,7 @@ impl Place {
         })
     }
 
-    /// Spin and velocity at the place of A relative to B.
+    /// Returns spin and velocity of A relative to B at the contact.
     fn relative_motion(
         &self,
         dissipation: f64,
@@ -106,7 +106,7 @@ impl Place {
             4 => [spinning, self.tangent * (speed * random.between(0.0, 1.0))],
             5 => [across * (speed / size), rest],
             6 if dissipation > 0.1 => {
-                // Where 1 − d·v_n is zero in the middle, or all over.
+                // At this velocity, 1 − d·v_n is zero in the middle or everywhere.
                 let parting = self.normal * (random.between(0.5, 1.5) / dissipation);
                 let rolling = across * (random.between(0.0, 2.0) / (dissipation * size));
                 let exactly = self.normal / dissipation;

@@ -1,4 +1,4 @@
-//! Pairs that are flush, aligned, nested or in a plane, or share vertices: exactly, or missed by a little.
+//! Pairs that are flush, aligned, nested or coplanar, or share vertices, exactly or nearly.
 
 use super::Scene;
 use super::bodies::Bodies;
@@ -11,22 +11,22 @@ use hydroelastic::spatial::Pose;
 use nalgebra::{Matrix3, Vector3};
 use std::f64::consts::TAU;
 
-/// How two bodies lie to each other.
+/// Relative position of two bodies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Family {
-    /// Nothing special: the measure for the others.
+    /// No special position: the reference for the other families.
     Generic,
-    /// One on the other, sides flush or centers above each other.
+    /// One body on the other, with flush sides or aligned centers.
     Stacked,
-    /// The same, the upper one turned about the vertical.
+    /// One body on the other, rotated about the vertical.
     Turned,
-    /// Axes along axes, origins on a grid of eighths.
+    /// Parallel axes, with origins on a grid of eighths.
     Aligned,
-    /// One inside the other, axes along axes, centers or sides in one plane.
+    /// One body inside the other, with parallel axes and coplanar centers or sides.
     Nested,
-    /// A surface triangle of one in the plane of one of the other.
+    /// A surface triangle of one body in the plane of a triangle of the other.
     Coplanar,
-    /// A vertex, an edge or a face in common.
+    /// A shared vertex, edge or face.
     Shared,
 }
 
@@ -42,7 +42,7 @@ impl Family {
     ];
 }
 
-/// The scene with a number, of these bodies.
+/// Returns the scene with a number, made of these bodies.
 pub fn scene(bodies: &Bodies, family: Family, number: u64) -> Scene<'_> {
     let random = &mut Random::numbered(number);
     loop {
@@ -53,7 +53,7 @@ pub fn scene(bodies: &Bodies, family: Family, number: u64) -> Scene<'_> {
     }
 }
 
-/// With how far it misses the special position.
+/// Returns the pair and its distance from the special position.
 fn posed_pair<'a>(
     bodies: &'a Bodies,
     family: Family,
@@ -86,7 +86,7 @@ fn posed_pair<'a>(
     (pair, missed)
 }
 
-/// How B lies in A's frame.
+/// Returns the pose of B in A's frame.
 fn relative_pose(size: f64, family: Family, shapes: [&Shape; 2], random: &mut Random) -> Pose {
     match family {
         Family::Generic => Pose::from_rotation_vector(
@@ -114,7 +114,7 @@ fn relative_pose(size: f64, family: Family, shapes: [&Shape; 2], random: &mut Ra
     }
 }
 
-/// One of the 24 rotations of a cube.
+/// Returns one of the 24 rotations of a cube.
 fn axes_to_axes(random: &mut Random) -> Pose {
     let first = random.below(3);
     let signs = [0, 1].map(|_| [1.0, -1.0][random.below(2)]);
@@ -127,8 +127,8 @@ fn axes_to_axes(random: &mut Random) -> Pose {
     Pose::new(Matrix3::from_columns(&axes), Vector3::zeros()).unwrap()
 }
 
-/// Where B's origin is if its box lies on one side of A's, pressed in a little, and along the other axes the boxes are
-/// centered, or flush on a side, or a few eighths beside.
+/// Returns B's origin such that its box is on one side of A's box, slightly pressed in. Along the other axes, the boxes are centered, flush
+/// on a side, or displaced by a few eighths.
 fn flush(
     size: f64,
     shapes: [&Shape; 2],
@@ -160,7 +160,7 @@ fn flush(
     })
 }
 
-/// A pose missed by 1e-16 to 1e-6, in angle, in place (of the size), or both, and by how much.
+/// Perturbs a pose by 1e-16 to 1e-6, in angle, in position (relative to the size), or both. Returns the pose and the perturbation.
 fn nudged(pose: Pose, size: f64, random: &mut Random) -> (Pose, f64) {
     let [mut tilt, mut shift] = [0, 1].map(|_| 10_f64.powf(random.between(-16.0, -6.0)));
     match random.below(4) {

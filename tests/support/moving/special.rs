@@ -1,4 +1,4 @@
-//! Positions and motions at which a one-sided derivative is meant.
+//! Positions and motions at which a one-sided derivative is intended.
 
 use super::Scene;
 use crate::support::hostile::measures::Measures;
@@ -8,14 +8,14 @@ use hydroelastic::mesh::TetMesh;
 use hydroelastic::spatial::Pose;
 use nalgebra::Vector3;
 
-/// There is no pressure where 1 − d·v_n is no more than this.
+/// Value of 1 − d·v_n at or below which there is no pressure.
 const PARTED: f64 = 1e-9;
 
-/// Faces are in one plane that are tilted and apart by no more, relative to the size: positions are missed by up to 1e-6.
+/// Largest angle and distance, relative to the size, at which faces count as coplanar. Positions have offsets of up to 1e-6.
 const IN_PLANE: f64 = 3e-6;
 
-/// How far below the plane of a soft layer the contact surface may lie, relative to the size: a layer is stiff if that is next to
-/// nothing, and then what is special for its plane is missed by as much. 0 for other partners.
+/// Returns the largest depth of the contact surface below the plane of a compliant layer, relative to the size. In a stiff layer the depth
+/// is tiny, and positions that are special for the plane have an offset of this depth. Returns 0 for other partners.
 pub fn depth_in_layer(pair: &ContactPair) -> f64 {
     let layer = pair.b().half_space_shape().and_then(HalfSpace::thickness);
     let depth = |thickness: f64| {
@@ -26,7 +26,7 @@ pub fn depth_in_layer(pair: &ContactPair) -> f64 {
     layer.map_or(0.0, depth)
 }
 
-/// Whether a polygon has no pressure all over, just so.
+/// Returns whether a polygon has just zero pressure everywhere.
 pub fn is_parted(scene: &Scene) -> bool {
     let poses = [scene.pair.a().pose(), scene.pair.b().pose()];
     let velocity = |of: usize, at: &Vector3<f64>| {
@@ -42,8 +42,8 @@ pub fn is_parted(scene: &Scene) -> bool {
     })
 }
 
-/// Whether surface triangles of both bodies, or one of A and the plane of a half-space, lie in one plane, the bodies on either
-/// side of it.
+/// Returns whether surface triangles of both bodies, or one of A and the plane of a half-space, are coplanar with the bodies on opposite
+/// sides.
 pub fn are_faces_touching(pair: &ContactPair) -> bool {
     let pose_ab = pair.a().pose().inverse() * *pair.b().pose();
     let own = triangles(pair.a().shape().field().mesh(), &Pose::identity());

@@ -16,7 +16,7 @@ const CANCELLED: f64 = 1e-13;
 /// The first step of central differences, relative to size and speed.
 const STEP: f64 = 1e-6;
 
-/// Steps that are tried if the derivative is not the difference over [`STEP`].
+/// Steps that are tried if the derivative disagrees with the difference over [`STEP`].
 const OTHER_STEPS: [f64; 8] = [1e-7, 1e-5, 1e-8, 1e-4, 1e-9, 1e-3, 1e-10, 1e-2];
 
 /// Additional step if the position is missed by [`COINCIDENT`] to [`NEAR`]. It resolves kinks that are slightly farther away than the
@@ -135,7 +135,7 @@ struct Check<'s, 'a> {
     found: &'s Jacobian,
 }
 
-/// Returns the findings for all columns that no central difference agrees with.
+/// Returns the findings for all columns that disagree with every central difference.
 pub fn checked(scene: &Scene) -> Vec<Checked> {
     let scaled = Scaled::of(scene);
     let found = scaled.relative(&scene.linearized());
@@ -201,8 +201,8 @@ impl Check<'_, '_> {
         DIFFERENCES * self.largest + CANCELLED * self.stiffness + noise
     }
 
-    /// Compares a column with differences over other steps, and with the slopes on both sides. Returns `None` if one of the
-    /// differences agrees.
+    /// Compares a column with differences over other steps, and with the slopes on both sides. Returns `None` if one of the differences
+    /// agrees.
     fn finding(&self, found: &Wrenches, is_at_rest: bool) -> Option<Finding> {
         let mut best = f64::INFINITY;
         let scene = self.scaled.scene;
