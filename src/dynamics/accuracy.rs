@@ -1,5 +1,5 @@
 use super::WorldError;
-use super::settings::check_positive;
+use super::validate::check_positive;
 
 /// Tolerances of values and of slopes that are tight for most motions.
 const TIGHT: [f64; 2] = [1e-6, 3e-5];

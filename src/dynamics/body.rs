@@ -166,12 +166,12 @@ impl Body<f64> {
             },
             Motion::Kinematic(path) => state_on(&**path, self.start),
         };
-        let (given, twist) = (&self.initial, &self.initial.twist);
+        let (initial, twist) = (&self.initial, &self.initial.twist);
         let keeps = [
             (
                 "pose",
-                given.pose.translation() == start.pose.translation()
-                    && given.pose.rotation() == start.pose.rotation(),
+                initial.pose.translation() == start.pose.translation()
+                    && initial.pose.rotation() == start.pose.rotation(),
             ),
             ("velocity", twist.linear == start.twist.linear),
             ("spin", twist.angular == start.twist.angular),
@@ -266,13 +266,16 @@ impl<T: Scalar> Body<T> {
 }
 
 /// The place of the body of a name, if there is one.
-pub(super) fn place_of<T: Scalar>(name: &str, bodies: &[Body<T>]) -> Option<usize> {
+pub(super) fn index_of<T: Scalar>(name: &str, bodies: &[Body<T>]) -> Option<usize> {
     bodies.iter().position(|body| body.name() == name)
 }
 
 /// The place of the body of a name.
-pub(super) fn known_place<T: Scalar>(name: &str, bodies: &[Body<T>]) -> Result<usize, WorldError> {
-    place_of(name, bodies).ok_or_else(|| WorldError::UnknownBody {
+pub(super) fn known_index_of<T: Scalar>(
+    name: &str,
+    bodies: &[Body<T>],
+) -> Result<usize, WorldError> {
+    index_of(name, bodies).ok_or_else(|| WorldError::UnknownBody {
         name: name.to_owned(),
         known: bodies.iter().map(|b| b.name().to_owned()).collect(),
     })

@@ -1,5 +1,5 @@
+use super::model::Model;
 use super::sweep::Sweep;
-use super::system::System;
 use super::{Force, State, World, WorldError};
 use crate::contact::{ContactSurface, ContactWrench};
 use crate::parallel::mapped_into;
@@ -27,11 +27,11 @@ impl<T: Scalar, F: Force> World<T, F> {
     /// If the state does not fit the world: another number of bodies, a pose that is not rigid, or a number that is not finite.
     pub fn contacts(&self, state: &State<T>) -> Result<Vec<Contact<T>>, WorldError> {
         state.check_fits(self.bodies())?;
-        Ok(self.system.contacts(state))
+        Ok(self.model.contacts(state))
     }
 }
 
-impl<T: Scalar> System<T> {
+impl<T: Scalar> Model<T> {
     /// The contacts of a state that fits the bodies.
     pub(crate) fn contacts(&self, state: &State<T>) -> Vec<Contact<T>> {
         let (mut sweep, mut contacts) = (Sweep::default(), Vec::new());

@@ -1,5 +1,5 @@
+use super::model::Model;
 use super::sweep::Sweep;
-use super::system::System;
 use super::{BodyShape, BodyState, Force, Inertia, RolloutError, State, World, WorldError};
 use crate::scalar::{Scalar, lift, lift_vector};
 use nalgebra::Vector3;
@@ -97,7 +97,7 @@ impl<T: Scalar, F: Force> World<T, F> {
     /// If the state does not fit the world: another number of bodies, a pose that is not rigid, or a number that is not finite.
     pub fn diagnostics(&self, state: &State<T>) -> Result<Diagnostics<T>, WorldError> {
         state.check_fits(self.bodies())?;
-        Ok(self.system.diagnostics(state))
+        Ok(self.model.diagnostics(state))
     }
 
     /// Indices of bodies, A and B, that have passed so far into each other that contact may no longer push them apart: see
@@ -107,7 +107,7 @@ impl<T: Scalar, F: Force> World<T, F> {
     /// If the state does not fit the world: another number of bodies, a pose that is not rigid, or a number that is not finite.
     pub fn fully_submerged(&self, state: &State<T>) -> Result<Vec<[usize; 2]>, WorldError> {
         state.check_fits(self.bodies())?;
-        Ok(self.system.fully_submerged(state))
+        Ok(self.model.fully_submerged(state))
     }
 
     /// Which tetrahedra touch in a state.
@@ -116,11 +116,11 @@ impl<T: Scalar, F: Force> World<T, F> {
     /// If the state does not fit the world: another number of bodies, a pose that is not rigid, or a number that is not finite.
     pub fn topology(&self, state: &State<T>) -> Result<ContactTopology, WorldError> {
         state.check_fits(self.bodies())?;
-        Ok(self.system.topology(state))
+        Ok(self.model.topology(state))
     }
 }
 
-impl<T: Scalar> System<T> {
+impl<T: Scalar> Model<T> {
     /// Energies and momentum of a state that fits the bodies.
     fn diagnostics(&self, state: &State<T>) -> Diagnostics<T> {
         let zero = lift_vector(&Vector3::zeros());

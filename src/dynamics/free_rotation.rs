@@ -55,7 +55,7 @@ impl PrincipalInertia {
         spin: &Vector3<T>,
         duration: f64,
     ) -> (Matrix3<T>, Vector3<T>) {
-        let by = |value, place| Inner::variable(value, place);
+        let by = |value, index| Inner::variable(value, index);
         let turn = Vector3::from_fn(|i, _| by(0.0, i));
         let inner_rotation = turned_real(&rotation.map(real_part), &turn);
         let inner_spin = Vector3::from_fn(|i, _| by(real_part(spin[i]), 3 + i));

@@ -164,8 +164,9 @@ impl PrincipalInertia {
             let product = scaled(&frame, values, &constant);
             let matrix = frame * Matrix3::from_diagonal(values) * frame.transpose();
             let turn = turn_from_real(rotation);
-            let own = vector.map(change) - cross_constant(&turn, &constant);
-            let of_product = constant_times(&matrix, &own) + cross_constant(&turn, &product);
+            let vector_change = vector.map(change) - cross_constant(&turn, &constant);
+            let of_product =
+                constant_times(&matrix, &vector_change) + cross_constant(&turn, &product);
             return of_product + product.map(lift::<T>);
         }
         scaled(&self.frame(rotation), values, vector)

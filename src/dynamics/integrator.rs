@@ -1,6 +1,6 @@
-use super::any_world::DynWorld;
+use super::dyn_world::DynWorld;
 use super::implicit::{IMPLICIT_EULER, SDIRK3, Scheme};
-use super::system::System;
+use super::model::Model;
 use super::workspace::Workspace;
 use super::wrenches::all_wrenches;
 use super::{BodyState, Inertia, State, TimeSpan};
@@ -84,13 +84,13 @@ impl Splitting {
     /// The first part of a time step (s): takes a state to where the kick acts.
     pub(super) fn approach<T: Scalar>(
         self,
-        system: &System<T>,
+        model: &Model<T>,
         state: &mut State<T>,
         time_step: f64,
     ) {
         let [share, _] = self.drifts();
         if share > 0.0 {
-            system.drift(state, share * time_step);
+            model.drift(state, share * time_step);
         }
     }
 
@@ -104,18 +104,13 @@ impl Splitting {
     ) {
         let span = self.span(state, time_step);
         let wrenches = all_wrenches(world, state, span, workspace);
-        accelerate(world.system(), state, wrenches, time_step);
+        accelerate(world.model(), state, wrenches, time_step);
     }
 
     /// The rest of the time step.
-    pub(super) fn depart<T: Scalar>(
-        self,
-        system: &System<T>,
-        state: &mut State<T>,
-        time_step: f64,
-    ) {
+    pub(super) fn depart<T: Scalar>(self, model: &Model<T>, state: &mut State<T>, time_step: f64) {
         let [_, share] = self.drifts();
-        system.drift(state, share * time_step);
+        model.drift(state, share * time_step);
     }
 
     /// The parts of a time step that bodies drift for before the kick, and after it.
@@ -135,14 +130,14 @@ impl Splitting {
 
 /// Changes the velocities by gravity and wrenches about the centers of mass, which act for a time (s).
 pub(super) fn accelerate<T: Scalar>(
-    system: &System<T>,
+    model: &Model<T>,
     state: &mut State<T>,
     wrenches: &[Wrench<T>],
     duration: f64,
 ) {
-    let System {
+    let Model {
         bodies, gravity, ..
-    } = system;
+    } = model;
     let bodies = bodies.iter().zip(&mut state.bodies);
     for ((body, body_state), wrench) in bodies.zip(wrenches) {
         let Some(inertia) = body.inertia() else {
@@ -157,7 +152,7 @@ pub(super) fn accelerate<T: Scalar>(
     }
 }
 
-impl<T: Scalar> System<T> {
+impl<T: Scalar> Model<T> {
     /// Lets all bodies move freely, or as prescribed, for a time (s).
     fn drift(&self, state: &mut State<T>, duration: f64) {
         state.time += duration;
@@ -165,7 +160,7 @@ impl<T: Scalar> System<T> {
             match self.bodies[index].inertia() {
                 Some(inertia) => move_freely(body_state, inertia, duration),
                 None => {
-                    if let Some(driven) = self.kinematic_state(index, state.time) {
+                    if let Some(driven) = self.prescribed_state(index, state.time) {
                         *body_state = driven;
                     }
                 }

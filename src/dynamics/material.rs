@@ -80,17 +80,16 @@ impl<T: Scalar> Material<T> {
     #[must_use]
     pub fn combined_with(&self, other: &Self, slip_tolerance: f64) -> SurfaceLaw<T> {
         let dissipation = match (self.modulus, other.modulus) {
-            (Some(own), Some(others)) => {
-                (self.dissipation * others + other.dissipation * own) / (own + others)
+            (Some(modulus), Some(other_modulus)) => {
+                (self.dissipation * other_modulus + other.dissipation * modulus)
+                    / (modulus + other_modulus)
             }
             (Some(_), None) => self.dissipation,
             (None, Some(_)) => other.dissipation,
             (None, None) => lift(0.0),
         };
         let friction = match (self.friction, other.friction) {
-            (Some(own), Some(others)) if real_part(own + others) > 0.0 => {
-                own * others * 2.0 / (own + others)
-            }
+            (Some(a), Some(b)) if real_part(a + b) > 0.0 => a * b * 2.0 / (a + b),
             (Some(friction), None) | (None, Some(friction)) => friction,
             (Some(_), Some(_)) | (None, None) => lift(0.0),
         };
@@ -131,11 +130,11 @@ impl<T: Scalar> Material<T> {
             return Some(("hydroelastic modulus", modulus));
         }
         let friction = self.friction.map_or(0.0, real_part);
-        let others = [
+        let not_negative = [
             ("dissipation", real_part(self.dissipation)),
             ("friction", friction),
         ];
-        let mut values = others.into_iter();
+        let mut values = not_negative.into_iter();
         values.find(|(_, value)| !(*value >= 0.0 && value.is_finite()))
     }
 }

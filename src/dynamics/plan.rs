@@ -1,4 +1,4 @@
-use super::settings::{check_finite, check_positive};
+use super::validate::{check_finite, check_positive};
 use super::{Accuracy, Integrator, WorldError};
 
 /// Solver tolerance of a new plan: the last correction, which is applied, leaves far less.

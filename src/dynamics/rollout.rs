@@ -1,5 +1,5 @@
-use super::any_world::DynWorld;
-use super::steps::Steps;
+use super::dyn_world::DynWorld;
+use super::steps::Stepper;
 use super::{
     Force, Plan, RolloutError, RolloutFailure, RolloutResult, State, StepReport, Trajectory, World,
     WorldError,
@@ -23,7 +23,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 pub struct Rollout<T = f64> {
     world: Arc<dyn DynWorld<T>>,
     plan: Plan,
-    steps: Steps<T>,
+    steps: Stepper<T>,
     count: Option<Arc<AtomicUsize>>,
 }
 
@@ -43,7 +43,7 @@ impl<T: Scalar, F: Force> World<T, F> {
     /// stability check.
     pub fn step(&self, state: &State<T>, plan: &Plan) -> Result<State<T>, RolloutError> {
         state.check_fits(self.bodies())?;
-        let mut steps = Steps::from(self.system.placed(state.clone()));
+        let mut steps = Stepper::from(self.model.with_prescribed_states(state.clone()));
         steps.advance(self, plan)?;
         Ok(steps.state)
     }
@@ -58,7 +58,7 @@ impl<T: Scalar> Rollout<T> {
 
     /// The same of a world whatever its forces.
     pub(crate) fn of(world: Arc<dyn DynWorld<T>>, plan: &Plan) -> Self {
-        let steps = Steps::from(world.system().initial_state());
+        let steps = Stepper::from(world.model().initial_state());
         Self {
             world,
             plan: *plan,
@@ -72,8 +72,8 @@ impl<T: Scalar> Rollout<T> {
     /// # Errors
     /// If the state has another number of bodies, a pose that is not rigid, or a number that is not finite.
     pub fn with_state(self, state: State<T>) -> Result<Self, WorldError> {
-        state.check_fits(&self.world.system().bodies)?;
-        let steps = Steps::from(self.world.system().placed(state));
+        state.check_fits(&self.world.model().bodies)?;
+        let steps = Stepper::from(self.world.model().with_prescribed_states(state));
         let steps = steps.with_cancel_flag(self.steps.stop);
         Ok(Self { steps, ..self })
     }
@@ -103,7 +103,10 @@ impl<T: Scalar> Rollout<T> {
     /// What the last implicit step took, rejected substeps included; none before it, or if steps are explicit.
     #[must_use]
     pub fn step_report(&self) -> Option<&StepReport> {
-        self.steps.memory.as_ref().map(|memory| &memory.report)
+        self.steps
+            .integrator_state
+            .as_ref()
+            .map(|integrator_state| &integrator_state.report)
     }
 
     /// Takes the planned number of steps and keeps the states that are to be recorded.
@@ -112,13 +115,13 @@ impl<T: Scalar> Rollout<T> {
     /// If a state is not finite or fails the stability check, a force or a path panics, or the rollout is
     /// [stopped](Self::with_cancel_flag); the error holds the trajectory up to there.
     pub fn run(self) -> RolloutResult<T> {
-        self.recorded_with(|_, _| {})
+        self.run_with_observer(|_, _| {})
     }
 
     /// The same, showing how far it has come before and after every step, with the number of steps taken.
-    pub(crate) fn recorded_with(
+    pub(crate) fn run_with_observer(
         mut self,
-        mut show: impl FnMut(usize, &Steps<T>),
+        mut show: impl FnMut(usize, &Stepper<T>),
     ) -> RolloutResult<T> {
         let mut trajectory = Trajectory::starting_with(self.state().clone());
         show(0, &self.steps);
@@ -131,7 +134,7 @@ impl<T: Scalar> Rollout<T> {
     fn record(
         &mut self,
         trajectory: &mut Trajectory<T>,
-        mut show: impl FnMut(usize, &Steps<T>),
+        mut show: impl FnMut(usize, &Stepper<T>),
     ) -> Result<(), RolloutError> {
         for step in 1..=self.plan.steps() {
             self.steps.advance(&*self.world, &self.plan)?;

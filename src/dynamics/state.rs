@@ -1,4 +1,4 @@
-use super::settings::check_finite;
+use super::validate::check_finite;
 use super::{Body, WorldError};
 use crate::scalar::{Scalar, lift_vector};
 use crate::spatial::{Pose, Twist};

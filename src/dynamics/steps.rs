@@ -8,11 +8,11 @@
 //! Angular momentum is the state of rotation. Drifts keep it to rounding errors, and the angular velocity follows from the angular momentum
 //! and the rotated inertia.
 
-use super::any_world::DynWorld;
-use super::implicit::{LastStep, Memory, Scheme, Step, Trace};
+use super::dyn_world::DynWorld;
+use super::implicit::{ImplicitIntegratorState, IslandRecord, LastStep, Scheme, Step};
 use super::integrator::{Kind, Splitting};
+use super::model::Model;
 use super::stability::{ContactBalances, Instability, Kick};
-use super::system::System;
 use super::workspace::Workspace;
 use super::{Body, Plan, RolloutError, State};
 use crate::scalar::Scalar;
@@ -25,7 +25,7 @@ const LEAST_SLIP_TOLERANCE: f64 = 1e-6;
 
 /// The state that a world's steps have led to.
 #[derive(Debug, Clone)]
-pub(crate) struct Steps<T> {
+pub(crate) struct Stepper<T> {
     pub(super) state: State<T>,
     /// The next state while it is computed; `state` stays until that one is known to be finite.
     next: State<T>,
@@ -33,11 +33,11 @@ pub(crate) struct Steps<T> {
     /// The contacts of explicit steps that are checked.
     balances: ContactBalances,
     /// What implicit steps keep; none before the first.
-    pub(super) memory: Option<Memory>,
+    pub(super) integrator_state: Option<ImplicitIntegratorState>,
     /// Time (s) of the state that steps are counted from.
     start: f64,
     /// Steps taken since then.
-    taken: usize,
+    step_count: usize,
     pub(super) has_failed: bool,
     /// Stop flag. Once it is true, steps end, also an implicit step in progress.
     pub(super) stop: Arc<AtomicBool>,
@@ -51,7 +51,7 @@ pub(crate) struct Checkpoint {
     last: Option<LastStep>,
 }
 
-impl<T: Scalar> From<State<T>> for Steps<T> {
+impl<T: Scalar> From<State<T>> for Stepper<T> {
     fn from(state: State<T>) -> Self {
         Self {
             next: state.clone(),
@@ -59,46 +59,53 @@ impl<T: Scalar> From<State<T>> for Steps<T> {
             state,
             workspace: Workspace::default(),
             balances: ContactBalances::default(),
-            memory: None,
-            taken: 0,
+            integrator_state: None,
+            step_count: 0,
             has_failed: false,
             stop: Arc::default(),
         }
     }
 }
 
-impl Steps<f64> {
+impl Stepper<f64> {
     /// The steps of a world's rollout, so many of which have led here.
-    pub(super) fn resumed(here: &Checkpoint, world: &dyn DynWorld<f64>, taken: usize) -> Self {
-        let last = here.last.as_ref();
-        let memory = last.map(|last| Memory::of(world, Arc::default()).after(last.clone()));
+    pub(super) fn resumed(
+        checkpoint: &Checkpoint,
+        world: &dyn DynWorld<f64>,
+        step_count: usize,
+    ) -> Self {
+        let last = checkpoint.last.as_ref();
+        let integrator_state =
+            last.map(|last| ImplicitIntegratorState::of(world, Arc::default()).after(last.clone()));
         Self {
-            start: world.system().start,
-            memory,
-            taken,
-            ..Self::from(here.state.clone())
+            start: world.model().start,
+            integrator_state,
+            step_count,
+            ..Self::from(checkpoint.state.clone())
         }
     }
 
     pub(super) fn checkpoint(&self) -> Checkpoint {
-        let memory = self.memory.as_ref();
+        let integrator_state = self.integrator_state.as_ref();
         Checkpoint {
             state: self.state.clone(),
-            last: memory.map(|memory| memory.last.clone()),
+            last: integrator_state.map(|integrator_state| integrator_state.last.clone()),
         }
     }
 
     /// The ways that the islands of an implicit step have gone in the last one.
-    pub(super) fn traces(&self) -> &[Trace] {
-        self.memory.as_ref().map_or(&[], |memory| &memory.traces)
+    pub(super) fn island_records(&self) -> &[IslandRecord] {
+        self.integrator_state
+            .as_ref()
+            .map_or(&[], |integrator_state| &integrator_state.island_records)
     }
 }
 
-impl<T: Scalar> Steps<T> {
+impl<T: Scalar> Stepper<T> {
     /// Ends the steps with [`RolloutError::Stopped`] once the flag is true.
     pub(super) fn with_cancel_flag(mut self, stop: Arc<AtomicBool>) -> Self {
-        if let Some(memory) = &mut self.memory {
-            memory.stop = Arc::clone(&stop);
+        if let Some(integrator_state) = &mut self.integrator_state {
+            integrator_state.stop = Arc::clone(&stop);
         }
         Self { stop, ..self }
     }
@@ -110,10 +117,10 @@ impl<T: Scalar> Steps<T> {
     ) -> Result<&State<T>, RolloutError> {
         let is_stopped = self.stop.load(Ordering::Relaxed);
         self.stop_at(is_stopped.then_some(RolloutError::Stopped))?;
-        let system = world.system();
-        let step = self.taken + 1;
-        if self.taken == 0 {
-            self.stop_at(system.below_half_space(&self.state.bodies))?;
+        let model = world.model();
+        let step = self.step_count + 1;
+        if self.step_count == 0 {
+            self.stop_at(model.below_half_space(&self.state.bodies))?;
         }
         self.next.time = self.state.time;
         self.next.bodies.clone_from(&self.state.bodies);
@@ -124,11 +131,11 @@ impl<T: Scalar> Steps<T> {
             Kind::Implicit(scheme) => self.advance_implicitly(world, (plan, scheme), end)?,
         }
         self.next.time = end;
-        let lost = self.lost_path(system, step);
-        self.stop_at(lost.or_else(|| self.lost_body(system, step)))?;
+        let path_error = self.path_error(model, step);
+        self.stop_at(path_error.or_else(|| self.state_error(model, step)))?;
         mem::swap(&mut self.state, &mut self.next);
         self.balances.accept();
-        self.taken = step;
+        self.step_count = step;
         Ok(&self.state)
     }
 
@@ -138,9 +145,9 @@ impl<T: Scalar> Steps<T> {
         (plan, splitting): (&Plan, Splitting),
         step: usize,
     ) -> Result<(), RolloutError> {
-        let (system, time_step) = (world.system(), plan.time_step());
-        splitting.approach(system, &mut self.next, time_step);
-        self.stop_at(self.lost_path(system, step))?;
+        let (model, time_step) = (world.model(), plan.time_step());
+        splitting.approach(model, &mut self.next, time_step);
+        self.stop_at(self.path_error(model, step))?;
         if plan.checks_stability() {
             let twists = &mut self.workspace.before_kick;
             twists.clear();
@@ -148,10 +155,10 @@ impl<T: Scalar> Steps<T> {
         }
         splitting.kick(world, &mut self.next, time_step, &mut self.workspace);
         if plan.checks_stability() {
-            let error = self.instability(system, time_step, step);
+            let error = self.instability(model, time_step, step);
             self.stop_at(error)?;
         }
-        splitting.depart(system, &mut self.next, time_step);
+        splitting.depart(model, &mut self.next, time_step);
         Ok(())
     }
 
@@ -161,14 +168,14 @@ impl<T: Scalar> Steps<T> {
         (plan, scheme): (&Plan, &'static Scheme),
         end: f64,
     ) -> Result<(), RolloutError> {
-        let found = world.system().slip_tolerance;
+        let found = world.model().slip_tolerance;
         let error = RolloutError::SlipTolerance {
             found,
             least: LEAST_SLIP_TOLERANCE,
         };
         self.stop_at((found < LEAST_SLIP_TOLERANCE).then_some(error))?;
-        let new = || Memory::of(world, Arc::clone(&self.stop));
-        let memory = self.memory.get_or_insert_with(new);
+        let new = || ImplicitIntegratorState::of(world, Arc::clone(&self.stop));
+        let integrator_state = self.integrator_state.get_or_insert_with(new);
         let step = Step {
             scheme,
             tolerance: plan.solver_tolerance(),
@@ -176,9 +183,9 @@ impl<T: Scalar> Steps<T> {
             duration: plan.time_step(),
             end,
         };
-        let stuck = memory.advance(world, &mut self.next, &step).err();
-        let (step, start) = (self.taken + 1, self.state.time);
-        self.stop_at(stuck.map(|stuck| stuck.into_error(world.system(), (step, start))))
+        let error = integrator_state.advance(world, &mut self.next, &step).err();
+        let (step, start) = (self.step_count + 1, self.state.time);
+        self.stop_at(error.map(|error| error.into_error(world.model(), (step, start))))
     }
 
     /// Ends the rollout by an error, if there is one.
@@ -188,29 +195,33 @@ impl<T: Scalar> Steps<T> {
     }
 
     /// An error, if a path is not finite at the time of the next state.
-    fn lost_path(&self, system: &System<T>, step: usize) -> Option<RolloutError> {
+    fn path_error(&self, model: &Model<T>, step: usize) -> Option<RolloutError> {
         let is_kinematic = |body: &Body<T>| body.motion.is_kinematic();
-        let (time, body) = (self.next.time, self.lost(system, is_kinematic)?);
+        let (time, body) = (self.next.time, self.non_finite_body(model, is_kinematic)?);
         Some(RolloutError::PathNotFinite { step, time, body })
     }
 
     /// An error, if the next state is not finite.
-    fn lost_body(&self, system: &System<T>, step: usize) -> Option<RolloutError> {
-        let (time, body) = (self.next.time, self.lost(system, |_| true)?);
+    fn state_error(&self, model: &Model<T>, step: usize) -> Option<RolloutError> {
+        let (time, body) = (self.next.time, self.non_finite_body(model, |_| true)?);
         Some(RolloutError::NotFinite { step, time, body })
     }
 
     /// The name of the first of such bodies whose next state is not finite.
-    fn lost(&self, system: &System<T>, is_such: impl Fn(&Body<T>) -> bool) -> Option<String> {
-        let mut bodies = system.bodies.iter().zip(&self.next.bodies);
-        let (body, _) = bodies.find(|(body, state)| is_such(body) && !state.is_finite())?;
+    fn non_finite_body(
+        &self,
+        model: &Model<T>,
+        is_checked: impl Fn(&Body<T>) -> bool,
+    ) -> Option<String> {
+        let mut bodies = model.bodies.iter().zip(&self.next.bodies);
+        let (body, _) = bodies.find(|(body, state)| is_checked(body) && !state.is_finite())?;
         Some(body.name().to_owned())
     }
 
     /// Returns an error if the step is too long for the contacts at the kick, or if contact has created energy.
     fn instability(
         &mut self,
-        system: &System<T>,
+        model: &Model<T>,
         time_step: f64,
         step: usize,
     ) -> Option<RolloutError> {
@@ -231,8 +242,8 @@ impl<T: Scalar> Steps<T> {
             contact,
             all,
         };
-        let names = |bodies: [usize; 2]| bodies.map(|place| system.bodies[place].name().to_owned());
-        let instability = self.balances.check(system, &kick, &self.state.bodies)?;
+        let names = |bodies: [usize; 2]| bodies.map(|index| model.bodies[index].name().to_owned());
+        let instability = self.balances.check(model, &kick, &self.state.bodies)?;
         Some(match instability {
             Instability::AboveLimit { bodies, limit } => RolloutError::TimeStepTooLong {
                 step,

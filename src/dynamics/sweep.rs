@@ -33,8 +33,8 @@ impl Sweep {
         self.order
             .sort_unstable_by(|&i, &j| begin(i).total_cmp(&begin(j)));
         self.pairs.clear();
-        for (place, &i) in self.order.iter().enumerate() {
-            let following = self.order[place + 1..].iter();
+        for (position, &i) in self.order.iter().enumerate() {
+            let following = self.order[position + 1..].iter();
             let reached = following.take_while(|&&j| begin(j) <= end(i));
             let overlapping = reached.filter(|&&j| boxes[i].overlaps(&boxes[j]));
             self.pairs

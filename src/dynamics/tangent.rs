@@ -1,6 +1,6 @@
 //! States in local coordinates: how far one is from another, in as few numbers as there are degrees of freedom.
 
-use super::settings::check_finite;
+use super::validate::check_finite;
 use super::{BodyState, Force, State, World, WorldError};
 use crate::scalar::portable::atan2;
 use crate::spatial::{Pose, Twist};
@@ -19,7 +19,7 @@ impl<F: Force> World<f64, F> {
     pub fn difference(&self, from: &State, to: &State) -> Result<DVector<f64>, WorldError> {
         from.check_fits(self.bodies())?;
         to.check_fits(self.bodies())?;
-        let numbers = self.system.dynamic_bodies().flat_map(|body| {
+        let numbers = self.model.dynamic_bodies().flat_map(|body| {
             let [from, to] = [from, to].map(|state| &state.bodies[body]);
             let pose = turn_and_shift(&from.pose, &to.pose);
             let twist = to.twist.to_vector() - from.twist.to_vector();
@@ -40,25 +40,25 @@ impl<F: Force> World<f64, F> {
         check_finite("change of a state", change)?;
         let (found, expected) = (
             change.len(),
-            STATE_DIM * self.system.dynamic_bodies().count(),
+            STATE_DIM * self.model.dynamic_bodies().count(),
         );
         if found != expected {
             return Err(WorldError::ChangeSize { found, expected });
         }
         let mut moved = state.clone();
-        for (body, numbers) in self.system.dynamic_bodies().zip(change.chunks(STATE_DIM)) {
+        for (body, numbers) in self.model.dynamic_bodies().zip(change.chunks(STATE_DIM)) {
             let [pose, twist] = [0, 6].map(|first| {
                 Twist::from_vector(&Vector6::from_column_slice(&numbers[first..first + 6]))
             });
             let BodyState {
-                pose: own,
-                twist: old,
+                pose: old_pose,
+                twist: old_twist,
             } = state.bodies[body];
             moved.bodies[body] = BodyState {
-                pose: own.moved_by(&pose),
+                pose: old_pose.moved_by(&pose),
                 twist: Twist {
-                    angular: old.angular + twist.angular,
-                    linear: old.linear + twist.linear,
+                    angular: old_twist.angular + twist.angular,
+                    linear: old_twist.linear + twist.linear,
                 },
             };
         }

@@ -1,6 +1,6 @@
 use super::force::check_coupled;
-use super::settings::{check_finite, check_slip_tolerance};
-use super::system::{FORCE_PARAMETER, System};
+use super::model::{FORCE_PARAMETER, Model};
+use super::validate::{check_finite, check_slip_tolerance};
 use super::{Body, Control, Force, KinematicPath, Motion, State, WorldBuilder, WorldError};
 use crate::scalar::Scalar;
 use crate::spatial::Twist;
@@ -12,22 +12,22 @@ use std::sync::Arc;
 ///
 /// Besides contact and gravity act the [forces](Force) `F` and the [controls](Control) it was given.
 pub struct World<T = f64, F = ()> {
-    pub(crate) system: System<T>,
+    pub(crate) model: Model<T>,
     pub(super) forces: Arc<F>,
 }
 
 /// Shapes, paths and forces are shared, not copied.
 impl<T: Clone, F> Clone for World<T, F> {
     fn clone(&self) -> Self {
-        self.with_model(self.system.clone())
+        self.with_model(self.model.clone())
     }
 }
 
 impl<T, F> World<T, F> {
     /// These forces in another system.
-    pub(crate) fn with_model<U>(&self, system: System<U>) -> World<U, F> {
+    pub(crate) fn with_model<U>(&self, model: Model<U>) -> World<U, F> {
         let forces = Arc::clone(&self.forces);
-        World { system, forces }
+        World { model, forces }
     }
 }
 
@@ -35,7 +35,7 @@ impl<T, F> World<T, F> {
 impl<T: fmt::Debug, F> fmt::Debug for World<T, F> {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut parts = formatter.debug_struct("World");
-        parts.field("system", &self.system).finish_non_exhaustive()
+        parts.field("model", &self.model).finish_non_exhaustive()
     }
 }
 
@@ -65,24 +65,24 @@ impl World {
         bodies: Vec<Body>,
         ignored: &[[String; 2]],
     ) -> Result<Self, WorldError> {
-        let mut system = System::starting_at(0.0, bodies)?;
+        let mut model = Model::starting_at(0.0, bodies)?;
         for [first, second] in ignored {
-            system = system.ignoring(first, second)?;
+            model = model.ignoring(first, second)?;
         }
-        system.check_partners()?;
+        model.check_partners()?;
         // A body on a path has its pose from there, orthonormal already.
-        for body in &mut system.bodies {
+        for body in &mut model.bodies {
             if !body.motion.is_kinematic() {
                 body.initial.pose = body.initial.pose.orthonormalized();
             }
         }
-        Ok(Self::without_forces(system))
+        Ok(Self::without_forces(model))
     }
 
     /// A world of a system, without forces of other kinds.
-    pub(super) fn without_forces(system: System) -> Self {
+    pub(super) fn without_forces(model: Model) -> Self {
         let forces = Arc::new(());
-        Self { system, forces }
+        Self { model, forces }
     }
 }
 
@@ -93,7 +93,7 @@ impl<F: Force> World<f64, F> {
     /// If a component is not finite.
     pub fn with_gravity(mut self, gravity: Vector3<f64>) -> Result<Self, WorldError> {
         check_finite("gravity", gravity.as_slice())?;
-        self.system.gravity = gravity;
+        self.model.gravity = gravity;
         Ok(self)
     }
 
@@ -127,20 +127,21 @@ impl<F: Force> World<f64, F> {
             return Err(WorldError::UnnamedForceParameter);
         }
         check_finite(FORCE_PARAMETER, &[value])?;
-        self.system.force_parameters.retain(|(own, _)| own != name);
-        self.system.force_parameters.push((name.into(), value));
+        self.model
+            .force_parameters
+            .retain(|(other, _)| other != name);
+        self.model.force_parameters.push((name.into(), value));
         self.check_forces()?;
         Ok(self)
     }
 
     /// Checks that the forces can act.
     pub(crate) fn check_forces(&self) -> Result<(), WorldError> {
-        let system = &self.system;
-        self.forces
-            .check(&system.bodies, &system.force_parameters)?;
+        let model = &self.model;
+        self.forces.check(&model.bodies, &model.force_parameters)?;
         check_coupled(
-            &self.forces.coupling_groups(&system.bodies),
-            system.bodies.len(),
+            &self.forces.coupling_groups(&model.bodies),
+            model.bodies.len(),
         )
     }
 
@@ -151,7 +152,7 @@ impl<F: Force> World<f64, F> {
     /// If a force [cannot act](Force::check) on the bodies, or [couples](Force::coupling_groups) one that the world does not have.
     pub fn with_forces<G: Force>(self, forces: G) -> Result<World<f64, G>, WorldError> {
         let world = World {
-            system: self.system,
+            model: self.model,
             forces: Arc::new(forces),
         };
         world.check_forces()?;
@@ -166,12 +167,12 @@ impl<F: Force> World<f64, F> {
     /// finite at its time.
     pub fn with_initial_state(mut self, state: &State) -> Result<Self, WorldError> {
         state.check_fits(self.bodies())?;
-        let placed = self.system.placed(state.clone());
-        self.system.start = placed.time;
-        for (body, initial) in self.system.bodies.iter_mut().zip(placed.bodies) {
+        let placed = self.model.with_prescribed_states(state.clone());
+        self.model.start = placed.time;
+        for (body, initial) in self.model.bodies.iter_mut().zip(placed.bodies) {
             (body.initial, body.start) = (initial, placed.time);
         }
-        self.system.check()?;
+        self.model.check()?;
         Ok(self)
     }
 
@@ -180,17 +181,17 @@ impl<F: Force> World<f64, F> {
     /// # Errors
     /// If there is no such body, or forces do not move it.
     pub fn with_control(mut self, control: Control) -> Result<Self, WorldError> {
-        let body = &self.system.bodies[self.index_of(control.body())?];
+        let body = &self.model.bodies[self.index_of(control.body())?];
         if body.inertia().is_none() {
             return Err(WorldError::NotDynamic {
                 body: body.name().to_owned(),
                 quantity: "control",
             });
         }
-        self.system
+        self.model
             .controls
             .retain(|other| other.body() != control.body());
-        self.system.controls.push(control);
+        self.model.controls.push(control);
         Ok(self)
     }
 
@@ -205,16 +206,16 @@ impl<F: Force> World<f64, F> {
         path: Option<Arc<KinematicPath>>,
     ) -> Result<Self, WorldError> {
         let index = self.index_of(body)?;
-        let found = &mut self.system.bodies[index];
-        if found.inertia().is_some() {
+        let body_to_move = &mut self.model.bodies[index];
+        if body_to_move.inertia().is_some() {
             return Err(WorldError::Dynamic(body.to_owned()));
         }
-        found.motion = path.map_or(Motion::Fixed, Motion::Kinematic);
-        found.initial.twist = Twist::zero();
-        if let Some(start) = self.system.kinematic_state(index, self.system.start) {
-            self.system.bodies[index].initial = start;
+        body_to_move.motion = path.map_or(Motion::Fixed, Motion::Kinematic);
+        body_to_move.initial.twist = Twist::zero();
+        if let Some(start) = self.model.prescribed_state(index, self.model.start) {
+            self.model.bodies[index].initial = start;
         }
-        self.system.check()?;
+        self.model.check()?;
         Ok(self)
     }
 
@@ -223,7 +224,7 @@ impl<F: Force> World<f64, F> {
     /// # Errors
     /// If there is no body of one of the names, or both are the same.
     pub fn with_ignored(mut self, first: &str, second: &str) -> Result<Self, WorldError> {
-        self.system = self.system.ignoring(first, second)?;
+        self.model = self.model.ignoring(first, second)?;
         Ok(self)
     }
 
@@ -234,14 +235,14 @@ impl<F: Force> World<f64, F> {
     /// If it is not from 1e-100 to 1e100 m/s.
     pub fn with_slip_tolerance(mut self, slip_tolerance: f64) -> Result<Self, WorldError> {
         check_slip_tolerance(slip_tolerance)?;
-        self.system.slip_tolerance = slip_tolerance;
+        self.model.slip_tolerance = slip_tolerance;
         Ok(self)
     }
 
     /// The constant world: a world in `T` whose numbers have no derivatives.
     #[must_use]
     pub fn lifted<T: Scalar>(&self) -> World<T, F> {
-        self.with_model(self.system.lifted())
+        self.with_model(self.model.lifted())
     }
 }
 
@@ -249,24 +250,24 @@ impl<T: Scalar, F: Force> World<T, F> {
     /// The bodies.
     #[must_use]
     pub fn bodies(&self) -> &[Body<T>] {
-        &self.system.bodies
+        &self.model.bodies
     }
 
     /// Gravity (m/s²).
     #[must_use]
     pub fn gravity(&self) -> &Vector3<T> {
-        &self.system.gravity
+        &self.model.gravity
     }
 
     /// Slip tolerance (m/s) of all contacts.
     #[must_use]
     pub fn slip_tolerance(&self) -> f64 {
-        self.system.slip_tolerance
+        self.model.slip_tolerance
     }
 
     /// The pairs of bodies that pass through each other, by their places, the smaller first.
     pub fn ignored(&self) -> impl Iterator<Item = (usize, usize)> {
-        self.system.ignored.iter().copied()
+        self.model.ignored.iter().copied()
     }
 
     /// The place of the body of that name, in [`Self::bodies`] and in every state.
@@ -274,19 +275,19 @@ impl<T: Scalar, F: Force> World<T, F> {
     /// # Errors
     /// If there is none.
     pub fn index_of(&self, name: &str) -> Result<usize, WorldError> {
-        self.system.index_of(name)
+        self.model.index_of(name)
     }
 
     /// The controls.
     #[must_use]
     pub fn controls(&self) -> &[Control<T>] {
-        &self.system.controls
+        &self.model.controls
     }
 
     /// Names and values of the force parameters.
     #[must_use]
     pub fn force_parameters(&self) -> &[(String, T)] {
-        &self.system.force_parameters
+        &self.model.force_parameters
     }
 
     /// The forces besides contact, gravity and controls.
@@ -298,6 +299,6 @@ impl<T: Scalar, F: Force> World<T, F> {
     /// The state from which rollouts start: at time 0, unless the world [starts from](Self::with_initial_state) another.
     #[must_use]
     pub fn initial_state(&self) -> State<T> {
-        self.system.initial_state()
+        self.model.initial_state()
     }
 }

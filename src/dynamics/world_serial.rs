@@ -2,7 +2,7 @@
 
 use super::force::Control;
 use super::inertia::PrincipalInertia;
-use super::system::System;
+use super::model::Model;
 use super::{Body, BodyShape, BodyState, Force, Inertia, Material, Motion, World, WorldError};
 use crate::contact::{HalfSpace, RigidShape, Shape, ThicknessError};
 use crate::mesh::{MeshError, PressureField, TetMesh, TriangleSurface};
@@ -107,9 +107,9 @@ enum LoadError {
 
 impl<F: Serialize> Serialize for World<f64, F> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let system = &self.system;
+        let model = &self.model;
         let (mut shapes, mut bodies) = (Vec::<&BodyShape>::new(), Vec::new());
-        for body in &system.bodies {
+        for body in &model.bodies {
             let shared = shapes.iter().position(|shape| shape.is_same(&body.shape));
             let shape = shared.unwrap_or_else(|| {
                 shapes.push(&body.shape);
@@ -123,17 +123,17 @@ impl<F: Serialize> Serialize for World<f64, F> {
                 ))
             })?);
         }
-        let name = |index: usize| system.bodies[index].name.clone();
-        let ignored = system.ignored.iter();
+        let name = |index: usize| model.bodies[index].name.clone();
+        let ignored = model.ignored.iter();
         let layout = WorldLayout {
-            gravity: system.gravity.into(),
-            slip_tolerance: system.slip_tolerance,
-            start: system.start,
+            gravity: model.gravity.into(),
+            slip_tolerance: model.slip_tolerance,
+            start: model.start,
             shapes: shapes.into_iter().map(ShapeLayout::of).collect(),
             bodies,
             ignored: ignored.map(|&(i, j)| [name(i), name(j)]).collect(),
-            controls: system.controls.iter().map(ControlLayout::of).collect(),
-            force_parameters: system.force_parameters.clone(),
+            controls: model.controls.iter().map(ControlLayout::of).collect(),
+            force_parameters: model.force_parameters.clone(),
             forces: &*self.forces,
         };
         layout.serialize(serializer)
@@ -153,15 +153,19 @@ impl<F: Force> WorldLayout<F> {
         for (shape, layout) in self.shapes.into_iter().enumerate() {
             shapes.push(layout.shape(shape)?);
         }
-        let bodies: Result<_, _> = self.bodies.into_iter().map(|it| it.body(&shapes)).collect();
+        let bodies: Result<_, _> = self
+            .bodies
+            .into_iter()
+            .map(|layout| layout.body(&shapes))
+            .collect();
         // Not through `World::new`, which makes poses orthonormal once more.
-        let mut world = World::without_forces(System::starting_at(self.start, bodies?)?)
+        let mut world = World::without_forces(Model::starting_at(self.start, bodies?)?)
             .with_gravity(self.gravity.into())?
             .with_slip_tolerance(self.slip_tolerance)?;
         for [first, second] in &self.ignored {
             world = world.with_ignored(first, second)?;
         }
-        world.system.check_partners()?;
+        world.model.check_partners()?;
         for (name, value) in &self.force_parameters {
             world = world.with_force_parameter(name, *value)?;
         }

@@ -1,6 +1,6 @@
-use super::any_world::DynWorld;
+use super::dyn_world::DynWorld;
+use super::model::Model;
 use super::sweep::Sweep;
-use super::system::System;
 use super::workspace::Workspace;
 use super::{
     Body, BodyState, Force, ForceContext, State, TimeSpan, World, WorldError, WrenchAccumulator,
@@ -19,15 +19,15 @@ pub(super) fn all_wrenches<'s, T: Scalar>(
     span: TimeSpan,
     workspace: &'s mut Workspace<T>,
 ) -> &'s [Wrench<T>] {
-    let system = world.system();
-    system.add_contact(&state.bodies, workspace);
+    let model = world.model();
+    model.add_contact(&state.bodies, workspace);
     let Workspace { contact, all, .. } = workspace;
     all.clone_from(contact);
-    system.with_forces(
+    model.with_forces(
         (state.time, &state.bodies, contact),
         all,
         |wrenches, now| {
-            system.add_controls(wrenches, now, span);
+            model.add_controls(wrenches, now, span);
             world.add_forces(wrenches, now);
         },
     );
@@ -53,13 +53,13 @@ impl<T: Scalar, F: Force> World<T, F> {
         }
         state.check_fits(self.bodies())?;
         let states = &state.bodies;
-        let pair = self.system.pair_of([i, j], [&states[i], &states[j]]);
-        let pair = pair.or_else(|| self.system.pair_of([j, i], [&states[j], &states[i]]));
+        let pair = self.model.pair_of([i, j], [&states[i], &states[j]]);
+        let pair = pair.or_else(|| self.model.pair_of([j, i], [&states[j], &states[i]]));
         pair.ok_or_else(|| WorldError::NoContact([first.to_owned(), second.to_owned()]))
     }
 }
 
-impl<T: Scalar> System<T> {
+impl<T: Scalar> Model<T> {
     /// Lets forces add to the wrenches on all bodies, at a time (s), in states in which contact does this.
     pub(super) fn with_forces(
         &self,
@@ -93,20 +93,20 @@ impl<T: Scalar> System<T> {
     }
 
     /// The weight of each body and its mean control over a time step: torque and force about the center of mass.
-    pub(super) fn given(&self, span: TimeSpan) -> Vec<Vector6<T>> {
+    pub(super) fn applied_wrenches(&self, span: TimeSpan) -> Vec<Vector6<T>> {
         let weight = |body: &Body<T>| {
             let mass = body.inertia().map_or(lift(0.0), |inertia| inertia.mass);
             let force = self.gravity.map(|component| component * mass);
             let torque = lift_vector(&Vector3::zeros());
             Wrench { torque, force }.to_vector()
         };
-        let mut given: Vec<_> = self.bodies.iter().map(weight).collect();
+        let mut applied: Vec<_> = self.bodies.iter().map(weight).collect();
         for control in &self.controls {
             if let Ok(body) = self.index_of(control.body()) {
-                given[body] += control.mean_over(span).to_vector();
+                applied[body] += control.mean_over(span).to_vector();
             }
         }
-        given
+        applied
     }
 
     /// Net contact wrench on each body, about its center of mass, in world axes.
@@ -157,10 +157,10 @@ impl<T: Scalar> System<T> {
     #[inline]
     pub(super) fn pair_of(
         &self,
-        places: [usize; 2],
+        indices: [usize; 2],
         states: [&BodyState<T>; 2],
     ) -> Option<ContactPair<'_, T>> {
-        let [a, b] = places.map(|place| &self.bodies[place]);
+        let [a, b] = indices.map(|index| &self.bodies[index]);
         let modulus = |body: &Body<T>| body.material.modulus;
         let shape_a = a.shape.compliant()?;
         let body_a = ContactBody::from_valid(shape_a, states[0].pose, modulus(a)?);
@@ -184,8 +184,8 @@ impl<T: Scalar> System<T> {
         i: usize,
         j: usize,
     ) -> ContactWrench<T> {
-        let (places, states) = ([i, j], [&states[i], &states[j]]);
-        let pair = self.pair_of(places, states);
+        let (indices, states) = ([i, j], [&states[i], &states[j]]);
+        let pair = self.pair_of(indices, states);
         pair.map_or_else(ContactWrench::zero, |pair| pair.wrench())
     }
 }
@@ -203,7 +203,7 @@ mod tests {
     fn pairs(world: &World) -> Vec<(usize, usize)> {
         let states = world.initial_state().bodies;
         world
-            .system
+            .model
             .close_pairs(&states, &mut Sweep::default())
             .to_vec()
     }

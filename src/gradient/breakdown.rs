@@ -1,6 +1,6 @@
 use super::outcome::numbers;
 use super::{GradientError, OutcomeJacobian, Parameter};
-use crate::dynamics::{State, System};
+use crate::dynamics::{Model, State};
 use crate::scalar::DenseDual;
 use nalgebra::DMatrix;
 
@@ -64,7 +64,7 @@ impl Breakdown {
     /// As an error, beside all that was found.
     pub(super) fn into_error(
         self,
-        system: &System,
+        system: &Model,
         parameters: &[Parameter],
         found: OutcomeJacobian,
     ) -> GradientError {

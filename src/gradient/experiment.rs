@@ -3,7 +3,7 @@ use super::slots::Slots;
 use super::values::{perturbed, with_values};
 use super::widths::{DifferentiableOutcome, DifferentiableWorld, OutcomeIn, WIDE};
 use super::{GradientError, Mode, Outcome, Parameter};
-use crate::dynamics::{Body, DynWorld, Force, Plan, Rollout, RolloutResult, System, World};
+use crate::dynamics::{Body, DynWorld, Force, Model, Plan, Rollout, RolloutResult, World};
 use crate::parallel::contained;
 use crate::scalar::Scalar;
 use nalgebra::{DMatrix, DVector};
@@ -111,8 +111,8 @@ impl Experiment {
     }
 
     /// All of the world but its forces.
-    pub(super) fn system(&self) -> &System {
-        self.world.system()
+    pub(super) fn system(&self) -> &Model {
+        self.world.model()
     }
 
     /// The world.
@@ -269,7 +269,7 @@ impl Experiment {
     /// The outcome in another system. Not generic, so that it is compiled in this library.
     fn value_in(
         &self,
-        system: System,
+        system: Model,
         outcome: &dyn DifferentiableOutcome,
     ) -> Result<Vec<f64>, GradientError> {
         self.outcome_of(self.world.with_model(system), outcome)

@@ -3,7 +3,9 @@
 use super::GradientError;
 use super::error::check_outcome;
 use super::widths::{DifferentiableOutcome, NARROW, OutcomeIn, WIDE};
-use crate::dynamics::{BodyState, Reversal, STATE_DIM, State, StateGradient, System, Trajectory};
+use crate::dynamics::{
+    BodyState, Model, ReverseSweep, STATE_DIM, State, StateGradient, Trajectory,
+};
 use crate::scalar::{DenseDual, Scalar, SplitMix64};
 use crate::spatial::Twist;
 use nalgebra::{SVector, Vector6};
@@ -55,7 +57,7 @@ impl RecordedCovectors {
     }
 
     /// Takes out those by the recorded state `record` and later ones, and adds them to the sweep.
-    pub fn add_to(&mut self, record: usize, reversal: &mut Reversal) {
+    pub fn add_to(&mut self, record: usize, reversal: &mut ReverseSweep) {
         while let Some((seen, by_state)) = self.0.pop_if(|(seen, _)| seen.record >= record) {
             reversal.add(seen.body, &by_state);
         }
@@ -66,7 +68,7 @@ impl RecordedCovectors {
 /// found out first: by derivatives along one generic direction for many of them together.
 pub(super) fn of_outcome(
     loss: &dyn DifferentiableOutcome,
-    system: &System,
+    system: &Model,
     trajectory: &Trajectory,
 ) -> Result<(f64, RecordedCovectors), GradientError> {
     let value = OutcomeIn::<f64>::of_trajectory(loss, trajectory);

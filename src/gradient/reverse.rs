@@ -3,7 +3,7 @@ use super::slots::Slots;
 use super::widths::{DifferentiableOutcome, MIDDLE, WIDE};
 use super::{Experiment, GradientError, Outcome, Parameter, RolloutGradient};
 use crate::dynamics::{
-    DynWorld, KinkSummary, Reversal, RolloutError, StateGradient, System, SystemGradient, Tape,
+    DynWorld, KinkSummary, Model, ModelGradient, ReverseSweep, RolloutError, StateGradient, Tape,
     Trajectory, WithModel,
 };
 use crate::parallel::contained;
@@ -127,7 +127,7 @@ impl Experiment {
     fn pulled_back<V>(
         &self,
         parameters: &[Parameter],
-        read: impl FnOnce(&System, &Trajectory) -> Result<(V, RecordedCovectors), GradientError>,
+        read: impl FnOnce(&Model, &Trajectory) -> Result<(V, RecordedCovectors), GradientError>,
     ) -> Result<(V, DVector<f64>), GradientError> {
         let slots = Slots::resolve(parameters, self.system())?;
         slots.check_friction(self.system())?;
@@ -144,16 +144,16 @@ impl Experiment {
         &self,
         world: &Arc<dyn DynWorld<f64>>,
         by_shapes: bool,
-        read: impl FnOnce(&System, &Trajectory) -> Result<(V, RecordedCovectors), GradientError>,
-    ) -> Result<(V, SystemGradient), GradientError> {
+        read: impl FnOnce(&Model, &Trajectory) -> Result<(V, RecordedCovectors), GradientError>,
+    ) -> Result<(V, ModelGradient), GradientError> {
         contained(|| {
-            let mut reversal = Reversal::of(&**world, self.plan(), self.stop());
+            let mut reversal = ReverseSweep::of(&**world, self.plan(), self.stop());
             if by_shapes {
                 reversal = reversal.with_shapes();
             }
             let mut tape = Tape::new(&**world, self.plan(), self.memory(), self.stop());
             let trajectory = self.taped(world, &mut tape)?;
-            let (value, by_states) = read(world.system(), &trajectory)?;
+            let (value, by_states) = read(world.model(), &trajectory)?;
             Ok((value, self.sweep(reversal, tape, by_states)?))
         })
     }
@@ -161,10 +161,10 @@ impl Experiment {
     /// The derivatives by all that a rollout depends on, from those by its recorded states.
     fn sweep(
         &self,
-        mut reversal: Reversal,
+        mut reversal: ReverseSweep,
         mut tape: Tape,
         mut by_states: RecordedCovectors,
-    ) -> Result<SystemGradient, GradientError> {
+    ) -> Result<ModelGradient, GradientError> {
         let plan = self.plan();
         by_states.add_to(plan.steps().div_ceil(plan.record_every()), &mut reversal);
         for step in (1..=plan.steps()).rev() {
@@ -172,13 +172,13 @@ impl Experiment {
                 return Err(RolloutError::Stopped.into());
             }
             self.check_finite(&reversal, step + 1)?;
-            reversal.step_back(step, tape.back_to(step - 1)?)?;
+            reversal.step_back(step, tape.rewind_to(step - 1)?)?;
             if plan.records(step - 1) {
                 by_states.add_to((step - 1) / plan.record_every(), &mut reversal);
             }
         }
         self.check_finite(&reversal, 1)?;
-        Ok(reversal.finished())
+        Ok(reversal.into_gradient())
     }
 
     /// The rollout of a world, with its states on a tape.
@@ -188,11 +188,11 @@ impl Experiment {
         tape: &mut Tape,
     ) -> Result<Trajectory, GradientError> {
         let rollout = self.rollout_of(Arc::clone(world));
-        Ok(rollout.recorded_with(|taken, steps| tape.keep(taken, steps))?)
+        Ok(rollout.run_with_observer(|taken, steps| tape.record(taken, steps))?)
     }
 
-    fn check_finite(&self, reversal: &Reversal, step: usize) -> Result<(), GradientError> {
-        match reversal.lost() {
+    fn check_finite(&self, reversal: &ReverseSweep, step: usize) -> Result<(), GradientError> {
+        match reversal.non_finite_body() {
             None => Ok(()),
             Some(body) => Err(GradientError::BackwardNotFinite {
                 step,

@@ -1,7 +1,7 @@
 use super::slots::Slots;
 use super::{GradientError, Parameter};
 use crate::contact::ShapeGradient;
-use crate::dynamics::{Inertia, KinkSummary, System, SystemGradient};
+use crate::dynamics::{Inertia, KinkSummary, Model, ModelGradient};
 use crate::spatial::MassGradient;
 use nalgebra::Vector3;
 use std::fmt;
@@ -12,8 +12,8 @@ use std::fmt;
 pub struct RolloutGradient {
     /// The loss.
     pub value: f64,
-    pub(super) system: System,
-    pub(super) gradient: SystemGradient,
+    pub(super) system: Model,
+    pub(super) gradient: ModelGradient,
     /// Whether forces other than contact, gravity and controls act, which may depend on where centers of mass are.
     pub(super) has_forces: bool,
 }

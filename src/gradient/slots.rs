@@ -1,7 +1,7 @@
 //! Parameters with names resolved to indices: [`Slots::resolve`] looks each name up once and checks that the model has the parameter.
 
 use super::{GradientError, Parameter};
-use crate::dynamics::{Body, Motion, System, SystemGradient, turn_between};
+use crate::dynamics::{Body, Model, ModelGradient, Motion, turn_between};
 use crate::scalar::{Scalar, lift_vector};
 use crate::spatial::{Pose, Twist};
 use nalgebra::Vector3;
@@ -40,7 +40,7 @@ impl Slots {
     ///
     /// # Errors
     /// If the system does not have one of the parameters.
-    pub fn resolve(parameters: &[Parameter], system: &System) -> Result<Self, GradientError> {
+    pub fn resolve(parameters: &[Parameter], system: &Model) -> Result<Self, GradientError> {
         let slots = parameters
             .iter()
             .map(|parameter| Slot::of(parameter, system));
@@ -53,34 +53,34 @@ impl Slots {
     }
 
     /// Values of all numbers. The value of an orientation is a rotation vector (rad, at most π long).
-    pub fn values(&self, system: &System) -> Vec<f64> {
+    pub fn values(&self, system: &Model) -> Vec<f64> {
         let mut system = system.clone();
         let slots = self.0.iter();
         slots.flat_map(|slot| slot.values(&mut system)).collect()
     }
 
     /// A typical change of each number, of which difference steps are multiples.
-    pub fn scales(&self, system: &System) -> Vec<f64> {
+    pub fn scales(&self, system: &Model) -> Vec<f64> {
         let mut system = system.clone();
         let slots = self.0.iter();
         slots.flat_map(|slot| slot.scales(&mut system)).collect()
     }
 
     /// Derivatives with respect to all numbers.
-    pub fn gradient(&self, gradient: &SystemGradient) -> Vec<f64> {
+    pub fn gradient(&self, gradient: &ModelGradient) -> Vec<f64> {
         let slots = self.0.iter();
         slots.flat_map(|slot| slot.gradient(gradient)).collect()
     }
 
     /// The system with a change added to each number.
-    pub fn perturbed<T: Scalar>(&self, system: &System, changes: &[T]) -> System<T> {
+    pub fn perturbed<T: Scalar>(&self, system: &Model, changes: &[T]) -> Model<T> {
         let mut system = system.lifted();
         self.for_each(changes, |slot, changes| slot.add(&mut system, changes));
         system
     }
 
     /// The system with a new value for each number.
-    pub fn with_values(&self, system: &System, values: &[f64]) -> System {
+    pub fn with_values(&self, system: &Model, values: &[f64]) -> Model {
         let mut system = system.clone();
         self.for_each(values, |slot, values| slot.set(&mut system, values));
         system
@@ -114,7 +114,7 @@ impl Slots {
     ///
     /// # Errors
     /// [`GradientError::NoFriction`] if two bodies that may touch have zero friction, and both coefficients are parameters.
-    pub fn check_friction(&self, system: &System) -> Result<(), GradientError> {
+    pub fn check_friction(&self, system: &Model) -> Result<(), GradientError> {
         let frictionless = self.0.iter().filter_map(|slot| match slot {
             Slot::Body(body, Quantity::Friction) => Some(*body),
             _ => None,
@@ -138,7 +138,7 @@ impl Slots {
 }
 
 impl Slot {
-    fn of(parameter: &Parameter, system: &System) -> Result<Self, GradientError> {
+    fn of(parameter: &Parameter, system: &Model) -> Result<Self, GradientError> {
         let quantity = match parameter {
             Parameter::Gravity => return Ok(Self::Gravity),
             Parameter::ForceParameter(name) => return Self::of_force_parameter(name, system),
@@ -161,14 +161,14 @@ impl Slot {
         Ok(Self::Body(index, quantity))
     }
 
-    fn of_force_parameter(name: &str, system: &System) -> Result<Self, GradientError> {
+    fn of_force_parameter(name: &str, system: &Model) -> Result<Self, GradientError> {
         let mut parameters = system.force_parameters.iter();
         let index = parameters.position(|(other, _)| other == name);
         let index = index.ok_or_else(|| GradientError::NoForceParameter(name.to_owned()))?;
         Ok(Self::ForceParameter(index))
     }
 
-    fn of_control(body: &str, interval: usize, system: &System) -> Result<Self, GradientError> {
+    fn of_control(body: &str, interval: usize, system: &Model) -> Result<Self, GradientError> {
         let mut controls = system.controls.iter().enumerate();
         let control = controls.find(|(_, control)| control.body() == body);
         let intervals = control.map_or(0, |(_, control)| control.wrenches().len());
@@ -192,7 +192,7 @@ impl Slot {
     }
 
     /// The numbers in a system. The numbers of a position or an orientation are not stored one by one: see [`Self::pose`].
-    fn numbers<'a, T: Scalar>(&self, system: &'a mut System<T>) -> Vec<&'a mut T> {
+    fn numbers<'a, T: Scalar>(&self, system: &'a mut Model<T>) -> Vec<&'a mut T> {
         match *self {
             Self::Gravity => system.gravity.iter_mut().collect(),
             Self::ForceParameter(index) => vec![&mut system.force_parameters[index].1],
@@ -207,7 +207,7 @@ impl Slot {
     }
 
     /// Initial pose of the body, if the parameter is a position or an orientation.
-    fn pose<'a, T>(&self, system: &'a mut System<T>) -> Option<(&'a mut Pose<T>, Quantity)> {
+    fn pose<'a, T>(&self, system: &'a mut Model<T>) -> Option<(&'a mut Pose<T>, Quantity)> {
         match *self {
             Self::Body(body, quantity @ (Quantity::Position | Quantity::Orientation)) => {
                 Some((&mut system.bodies[body].initial.pose, quantity))
@@ -216,7 +216,7 @@ impl Slot {
         }
     }
 
-    fn values(&self, system: &mut System) -> Vec<f64> {
+    fn values(&self, system: &mut Model) -> Vec<f64> {
         match self.pose(system) {
             Some((pose, Quantity::Position)) => pose.translation().iter().copied().collect(),
             Some((pose, _)) => {
@@ -232,7 +232,7 @@ impl Slot {
     }
 
     /// The value itself for a material, a mass or a force parameter, and 1 in SI units otherwise.
-    fn scales(&self, system: &mut System) -> Vec<f64> {
+    fn scales(&self, system: &mut Model) -> Vec<f64> {
         match self {
             Self::ForceParameter(_)
             | Self::Body(
@@ -248,7 +248,7 @@ impl Slot {
         }
     }
 
-    fn add<T: Scalar>(&self, system: &mut System<T>, changes: &[T]) {
+    fn add<T: Scalar>(&self, system: &mut Model<T>, changes: &[T]) {
         if let Some((pose, quantity)) = self.pose(system) {
             let zero = lift_vector(&Vector3::zeros());
             let change = Vector3::from_column_slice(changes);
@@ -265,7 +265,7 @@ impl Slot {
         self.mark_dissipative(system);
     }
 
-    fn set(&self, system: &mut System, values: &[f64]) {
+    fn set(&self, system: &mut Model, values: &[f64]) {
         if let Some((pose, quantity)) = self.pose(system) {
             let value = Vector3::from_column_slice(values);
             *pose = match quantity {
@@ -281,13 +281,13 @@ impl Slot {
     }
 
     /// Contacts of a body are integrated with dissipation and friction if one of them is a parameter, even if it is zero.
-    fn mark_dissipative<T>(&self, system: &mut System<T>) {
+    fn mark_dissipative<T>(&self, system: &mut Model<T>) {
         if let Self::Body(body, Quantity::Dissipation | Quantity::Friction) = *self {
             system.bodies[body].is_dissipative = true;
         }
     }
 
-    fn gradient(&self, gradient: &SystemGradient) -> Vec<f64> {
+    fn gradient(&self, gradient: &ModelGradient) -> Vec<f64> {
         match *self {
             Self::Gravity => gradient.gravity.as_slice().to_vec(),
             Self::ForceParameter(index) => vec![gradient.force_parameters[index]],

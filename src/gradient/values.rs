@@ -1,6 +1,6 @@
 use super::slots::Slots;
 use super::{GradientError, Parameter};
-use crate::dynamics::{Force, System, World};
+use crate::dynamics::{Force, Model, World};
 use nalgebra::DVector;
 
 /// Values of parameters. Shapes are shared, not built again.
@@ -10,8 +10,8 @@ impl<F: Force> World<f64, F> {
     /// # Errors
     /// If the world does not have one of the parameters.
     pub fn values(&self, parameters: &[Parameter]) -> Result<DVector<f64>, GradientError> {
-        let slots = Slots::resolve(parameters, &self.system)?;
-        Ok(DVector::from_vec(slots.values(&self.system)))
+        let slots = Slots::resolve(parameters, &self.model)?;
+        Ok(DVector::from_vec(slots.values(&self.model)))
     }
 
     /// The world with new values of the parameters, in the order of [`Self::values`].
@@ -41,7 +41,7 @@ impl<F: Force> World<f64, F> {
         parameters: &[Parameter],
         values: &[f64],
     ) -> Result<Self, GradientError> {
-        self.with_checked_system(with_values(&self.system, parameters, values)?)
+        self.with_checked_system(with_values(&self.model, parameters, values)?)
     }
 
     /// The world with a change added to each number of the parameters. A change of an orientation is a rotation vector (rad) in
@@ -55,10 +55,10 @@ impl<F: Force> World<f64, F> {
         parameters: &[Parameter],
         changes: &[f64],
     ) -> Result<Self, GradientError> {
-        self.with_checked_system(perturbed(&self.system, parameters, changes)?)
+        self.with_checked_system(perturbed(&self.model, parameters, changes)?)
     }
 
-    fn with_checked_system(&self, system: System) -> Result<Self, GradientError> {
+    fn with_checked_system(&self, system: Model) -> Result<Self, GradientError> {
         let world = self.with_model(system);
         world.check_forces()?;
         Ok(world)
@@ -67,10 +67,10 @@ impl<F: Force> World<f64, F> {
 
 /// The system with a change added to each number of the parameters, all checked.
 pub(super) fn perturbed(
-    system: &System,
+    system: &Model,
     parameters: &[Parameter],
     changes: &[f64],
-) -> Result<System, GradientError> {
+) -> Result<Model, GradientError> {
     let slots = Slots::resolve(parameters, system)?;
     slots.check_count(changes.len())?;
     let system = slots.perturbed(system, changes);
@@ -80,10 +80,10 @@ pub(super) fn perturbed(
 
 /// The system with new values of the parameters, all checked.
 pub(super) fn with_values(
-    system: &System,
+    system: &Model,
     parameters: &[Parameter],
     values: &[f64],
-) -> Result<System, GradientError> {
+) -> Result<Model, GradientError> {
     let slots = Slots::resolve(parameters, system)?;
     slots.check_count(values.len())?;
     let system = slots.with_values(system, values);

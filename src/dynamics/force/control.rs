@@ -1,5 +1,5 @@
 use crate::dynamics::WorldError;
-use crate::dynamics::settings::{check_finite, check_positive};
+use crate::dynamics::validate::{check_finite, check_positive};
 use crate::scalar::{Scalar, lift};
 use crate::spatial::Wrench;
 

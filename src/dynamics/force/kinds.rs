@@ -1,7 +1,7 @@
 use super::ForceNumber;
 use super::{Force, ForceContext, WrenchAccumulator};
-use crate::dynamics::body::{known_place, place_of};
-use crate::dynamics::settings::check_finite;
+use crate::dynamics::body::{index_of, known_index_of};
+use crate::dynamics::validate::check_finite;
 use crate::dynamics::{Body, WorldError};
 use crate::scalar::{Scalar, real_part, real_vector};
 use crate::spatial::Wrench;
@@ -98,7 +98,7 @@ impl Force for Spring {
         if a == b {
             return Err(WorldError::SameBody(a.clone()));
         }
-        let moves = |name| Ok(bodies[known_place(name, bodies)?].inertia().is_some());
+        let moves = |name| Ok(bodies[known_index_of(name, bodies)?].inertia().is_some());
         if !(moves(a)? | moves(b)?) {
             return Err(WorldError::NeitherDynamic {
                 bodies: self.bodies.clone(),
@@ -156,13 +156,13 @@ impl Force for Thruster {
 
 /// The bodies of these names, as one group.
 fn together(names: &[String], bodies: &[Body]) -> Vec<Vec<usize>> {
-    let places = names.iter().filter_map(|name| place_of(name, bodies));
-    vec![places.collect()]
+    let indices = names.iter().filter_map(|name| index_of(name, bodies));
+    vec![indices.collect()]
 }
 
 /// Checks that there is a body of this name, and that forces move it.
 fn check_dynamic(name: &str, quantity: &'static str, bodies: &[Body]) -> Result<(), WorldError> {
-    match bodies[known_place(name, bodies)?].inertia() {
+    match bodies[known_index_of(name, bodies)?].inertia() {
         Some(_) => Ok(()),
         None => Err(WorldError::NotDynamic {
             body: name.to_owned(),

@@ -9,7 +9,7 @@ pub(in crate::dynamics) use control::TimeSpan;
 pub use kinds::{Drag, Spring, Thruster};
 pub use number::ForceNumber;
 
-use super::body::place_of;
+use super::body::index_of;
 use super::{Body, BodyState, WorldError};
 use crate::scalar::Scalar;
 use crate::spatial::Wrench;
@@ -97,7 +97,7 @@ impl<T: Scalar> ForceContext<'_, T> {
     /// The place of the body of a name, if there is one.
     #[must_use]
     pub fn index_of(&self, name: &str) -> Option<usize> {
-        place_of(name, self.bodies)
+        index_of(name, self.bodies)
     }
 
     /// The number that the world has under a name for its forces to read
@@ -106,7 +106,7 @@ impl<T: Scalar> ForceContext<'_, T> {
     pub fn parameter(&self, name: &str) -> Option<T> {
         let mut numbers = self.parameters.iter();
         numbers
-            .find(|(own, _)| own == name)
+            .find(|(other, _)| other == name)
             .map(|(_, value)| *value)
     }
 

@@ -1,6 +1,6 @@
 use super::ForceContext;
 use crate::dynamics::WorldError;
-use crate::dynamics::settings::check_not_negative;
+use crate::dynamics::validate::check_not_negative;
 use crate::scalar::{Scalar, lift};
 
 /// A number of a force: a constant, or the name of a force parameter of the world

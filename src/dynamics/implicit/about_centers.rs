@@ -93,8 +93,8 @@ impl<'s> PairGeometry<'s> {
             let spin = skew(&self.states[body].twist.angular);
             let change = spin * skew(&self.arms[body]);
             let by_origin = contact.by_twists.fixed_columns::<3>(6 * body + 3) * change;
-            let mut own = by_poses.fixed_columns_mut::<3>(6 * body);
-            own += by_origin;
+            let mut columns = by_poses.fixed_columns_mut::<3>(6 * body);
+            columns += by_origin;
         }
         let wrenches = [&contact.wrench.on_a, &contact.wrench.on_b];
         [

@@ -50,7 +50,7 @@ pub(super) struct SolvedStep {
 pub(super) struct BodyProgress {
     pub state: BodyState,
     /// Wrench of contacts and forces in the last stage; none before the first.
-    pub acting: Option<Vector6<f64>>,
+    pub wrench: Option<Vector6<f64>>,
     /// Duration (s) that the errors of the last substep allow for the next.
     pub allowed: f64,
 }
@@ -98,14 +98,14 @@ impl<'a> IslandSolver<'a> {
     /// Evaluates the wrenches at the start, unless the last step left them.
     fn evaluate_start(&mut self) -> Result<(), StepError> {
         let SolvedStep { bodies, .. } = &self.solved;
-        if bodies.iter().all(|body| body.acting.is_some()) {
+        if bodies.iter().all(|body| body.wrench.is_some()) {
             return Ok(());
         }
         let evaluation = self.evaluation_at(0.0)?;
         let SolvedStep { bodies, work, .. } = &mut self.solved;
         work.evaluations += usize::from(!evaluation.contacts.is_empty());
-        for (body, acting) in bodies.iter_mut().zip(evaluation.acting) {
-            body.acting.get_or_insert(acting);
+        for (body, wrench) in bodies.iter_mut().zip(evaluation.wrenches) {
+            body.wrench.get_or_insert(wrench);
         }
         Ok(())
     }
@@ -113,11 +113,11 @@ impl<'a> IslandSolver<'a> {
     /// Contacts and forces at the current poses, at a time (s) after the start of the step.
     fn evaluation_at(&self, offset: f64) -> Result<Evaluation, StepError> {
         let bodies = &self.solved.bodies;
-        let none = vec![Vector6::zeros(); bodies.len()];
+        let zeros = vec![Vector6::zeros(); bodies.len()];
         let start = StageStart {
-            displacements: none.clone(),
+            displacements: zeros.clone(),
             poses: bodies.iter().map(|body| body.state.pose).collect(),
-            momenta: none,
+            momenta: zeros,
             duration: 0.0,
             time: self.step.start + offset,
         };
@@ -133,13 +133,13 @@ impl<'a> IslandSolver<'a> {
         }
         let is_not_finite = |wrench: &Vector6<f64>| !wrench.iter().all(|number| number.is_finite());
         for offset in [offset, offset + duration] {
-            let acting = match self.evaluation_at(offset) {
-                Ok(evaluation) => evaluation.acting,
+            let wrenches = match self.evaluation_at(offset) {
+                Ok(evaluation) => evaluation.wrenches,
                 Err(error) => return error,
             };
-            if let Some(place) = acting.iter().position(is_not_finite) {
+            if let Some(index) = wrenches.iter().position(is_not_finite) {
                 return StepError::Force {
-                    body: self.step.island.dynamic[place],
+                    body: self.step.island.dynamic[index],
                     time: self.step.start + offset,
                 };
             }
@@ -211,15 +211,15 @@ impl<'a> IslandSolver<'a> {
         if swept.is_empty() {
             *swept = trial.swept;
         } else {
-            for (all, own) in swept.iter_mut().zip(&trial.swept) {
-                *all = all.union(own);
+            for (all, bounds) in swept.iter_mut().zip(&trial.swept) {
+                *all = all.union(bounds);
             }
         }
         let mut missed = Vec::new();
         let errors = self.solved.errors.iter_mut().zip(&trial.errors);
-        for (place, (sum, errors)) in errors.enumerate() {
+        for (index, (sum, errors)) in errors.enumerate() {
             if sum.add(errors, &self.control.accuracy) {
-                missed.push(place);
+                missed.push(index);
             }
         }
         self.solved.work.substeps += 1;

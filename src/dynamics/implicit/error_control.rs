@@ -1,6 +1,6 @@
 //! Tolerances of a substep, for each body.
 
-use super::Scene;
+use super::StepContext;
 use super::island::Island;
 use crate::dynamics::Accuracy;
 
@@ -26,10 +26,10 @@ pub(super) struct ErrorControl {
 }
 
 impl ErrorControl {
-    pub fn new(scene: &Scene, island: &Island, accuracy: Accuracy) -> Self {
-        let gravity = scene.system.gravity.norm();
+    pub fn new(context: &StepContext, island: &Island, accuracy: Accuracy) -> Self {
+        let gravity = context.model.gravity.norm();
         let resting = |&body: &usize| {
-            let fall = RESTING_FALL * scene.thickness(body);
+            let fall = RESTING_FALL * context.thickness(body);
             let default = (2.0 * STANDARD_GRAVITY * fall).sqrt();
             accuracy.resting_speed_or(default)
         };
@@ -42,13 +42,13 @@ impl ErrorControl {
     }
 
     /// The tolerance of the velocity (m/s) of a body at a speed (m/s).
-    pub fn velocity(&self, place: usize, speed: f64) -> f64 {
-        self.allowed(self.accuracy.values(), place, speed)
+    pub fn velocity(&self, index: usize, speed: f64) -> f64 {
+        self.allowed(self.accuracy.values(), index, speed)
     }
 
     /// The tolerance of the derivatives (m/s) of a body along the motion at a speed (m/s).
-    pub fn slope(&self, place: usize, speed: f64) -> f64 {
-        self.allowed(self.accuracy.slopes(), place, speed)
+    pub fn slope(&self, index: usize, speed: f64) -> f64 {
+        self.allowed(self.accuracy.slopes(), index, speed)
     }
 
     /// The time (s) for which an error of a velocity counts in a derivative: that in which gravity makes a speed.
@@ -57,8 +57,8 @@ impl ErrorControl {
     }
 
     /// The tolerance at a speed, by the formula of [`Accuracy`].
-    fn allowed(&self, tolerance: f64, place: usize, speed: f64) -> f64 {
-        let resting = self.resting[place];
+    fn allowed(&self, tolerance: f64, index: usize, speed: f64) -> f64 {
+        let resting = self.resting[index];
         let slow = tolerance * resting * (resting / speed).powi(3);
         tolerance * speed + slow.min(tolerance.sqrt().sqrt() * resting)
     }

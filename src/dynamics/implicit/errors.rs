@@ -41,14 +41,14 @@ impl ErrorEstimator<'_> {
     pub fn errors(&mut self, work: &mut Work) -> Vec<[f64; 2]> {
         let changed = ChangedBodies::new(self.solver.step);
         let inertias: Vec<_> = changed.inertias.iter().collect();
-        let bodies = (&*inertias, &*changed.given);
+        let bodies = (&*inertias, &*changed.applied);
         let control = &self.solver.control;
-        let values = self.relative(self.errors_of_values(bodies), |place, speed| {
-            control.velocity(place, speed)
+        let values = self.relative(self.errors_of_values(bodies), |index, speed| {
+            control.velocity(index, speed)
         });
         let of_slopes = |estimator: &Self| {
             let errors = estimator.errors_of_slopes(bodies);
-            estimator.relative(errors, |place, speed| control.slope(place, speed))
+            estimator.relative(errors, |index, speed| control.slope(index, speed))
         };
         let mut slopes = of_slopes(self);
         if slopes.iter().any(|&error| error > NEGLIGIBLE) {
@@ -76,8 +76,9 @@ impl ErrorEstimator<'_> {
         let Some(errors) = errors else {
             return vec![f64::INFINITY; self.speeds.len()];
         };
-        let relative = |(place, error): (usize, f64)| {
-            let allowed = tolerance(place, self.speeds[place]) + ROUND_OFF * self.least();
+        let relative = |(index, error): (usize, f64)| {
+            let allowed =
+                tolerance(index, self.speeds[index]) + ROUND_OFF * self.velocity_tolerance();
             // 0/0 is no error. `max` would ignore NaN.
             match error / allowed {
                 _ if error == 0.0 => 0.0,
@@ -89,24 +90,24 @@ impl ErrorEstimator<'_> {
     }
 
     /// The speed (m/s) to which the velocities of the last stage are known.
-    fn least(&self) -> f64 {
-        self.solved.last().map_or(0.0, |stage| stage.root.least)
+    fn velocity_tolerance(&self) -> f64 {
+        self.solved.last().map_or(0.0, |stage| stage.root.tolerance)
     }
 
     /// The error of the velocity (m/s) of each dynamic body, or of its displacement over the duration if that is larger; none if a
     /// stage is singular.
     fn errors_of_values(
         &self,
-        (inertias, given): (&[&Inertia<Change>], &[Vector6<Change>]),
+        (inertias, applied): (&[&Inertia<Change>], &[Vector6<Change>]),
     ) -> Option<Vec<f64>> {
         let last = self.solved.last()?;
         let count = inertias.len();
         let start = self.start_with_difference(last, inertias);
-        let still = RatesInTime::none(last.states.len() - count, count);
-        let ends = last.response((inertias, given), &start, &still)?;
-        let error = |place: usize| {
-            let inertia = self.solver.step.inertias[place];
-            let change = BodyChange::carried_by(inertias[place], &ends[place]);
+        let still = RatesInTime::zero(last.states.len() - count, count);
+        let ends = last.response((inertias, applied), &start, &still)?;
+        let error = |index: usize| {
+            let inertia = self.solver.step.inertias[index];
+            let change = BodyChange::carried_by(inertias[index], &ends[index]);
             let shift = inertia.speed(&change.displacement) / self.duration;
             inertia.speed(&change.velocities).max(shift)
         };
@@ -122,13 +123,13 @@ impl ErrorEstimator<'_> {
         let start = &last.equations.start;
         let rates = self.stages.rates();
         let (mut poses, mut momenta) = (Vec::new(), Vec::new());
-        for (place, inertia) in inertias.iter().enumerate() {
-            let velocities = rates.iter().map(|rates| rates.velocities[place]);
-            let wrenches = rates.iter().map(|rates| rates.wrenches[place]);
+        for (index, inertia) in inertias.iter().enumerate() {
+            let velocities = rates.iter().map(|rates| rates.velocities[index]);
+            let wrenches = rates.iter().map(|rates| rates.wrenches[index]);
             let displacement = self.estimate.of(velocities, self.duration);
             let impulse = self.estimate.of(wrenches, self.duration);
             let state = BodyState {
-                pose: start.poses[place],
+                pose: start.poses[index],
                 twist: Twist::zero(),
             };
             let change = BodyChange {
@@ -137,7 +138,7 @@ impl ErrorEstimator<'_> {
             };
             poses.push(change.applied_to(inertia, &state).pose);
             momenta.push(
-                start.momenta[place]
+                start.momenta[index]
                     .zip_map(&impulse, |value, change| Change::new(value, [change])),
             );
         }
@@ -154,7 +155,7 @@ impl ErrorEstimator<'_> {
     /// acceleration (m/s²) times the flight (s); none if a stage is singular, or the step should end.
     fn errors_of_slopes(
         &self,
-        (inertias, given): (&[&Inertia<Change>], &[Vector6<Change>]),
+        (inertias, applied): (&[&Inertia<Change>], &[Vector6<Change>]),
     ) -> Option<Vec<f64>> {
         let (step, last) = (self.solver.step, self.solved.last()?);
         let bodies = inertias.iter().zip(&self.solver.solved.bodies);
@@ -163,19 +164,19 @@ impl ErrorEstimator<'_> {
         let mut carried = Stages::new(step, inertias, self.offset, from.collect());
         let mut ends = carried.from.clone();
         for (stage, solved) in step.scheme.stages(self.duration).zip(&self.solved) {
-            if step.scene.is_stopped() {
+            if step.context.is_stopped() {
                 return None;
             }
             let start = carried.start(&stage);
-            ends = solved.response((inertias, given), &start, &solved.rates_in_time())?;
+            ends = solved.response((inertias, applied), &start, &solved.rates_in_time())?;
             carried.push(&start, &ends);
         }
         let wrenches = &self.stages.rates().last()?.wrenches;
-        let error = |place: usize| {
-            let inertia = step.inertias[place];
-            let carried = BodyChange::carried_by(inertias[place], &ends[place]);
-            let rates = BodyChange::rates(inertia, &last.states[place], &wrenches[place]);
-            let flight = self.solver.control.flight(self.speeds[place]);
+        let error = |index: usize| {
+            let inertia = step.inertias[index];
+            let carried = BodyChange::carried_by(inertias[index], &ends[index]);
+            let rates = BodyChange::rates(inertia, &last.states[index], &wrenches[index]);
+            let flight = self.solver.control.flight(self.speeds[index]);
             inertia.speed(&(carried.displacement - rates.displacement))
                 + flight * inertia.speed(&(carried.velocities - rates.velocities))
         };

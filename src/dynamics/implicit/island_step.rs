@@ -1,17 +1,17 @@
 //! One time step of an island, as the real pass, the derivative pass and the reverse sweep share it.
 
-use super::Scene;
+use super::StepContext;
 use super::island::Island;
 use super::scheme::Scheme;
 use super::stage::{StageEquations, StageStart};
-use crate::dynamics::system::System;
+use crate::dynamics::model::Model;
 use crate::dynamics::{Inertia, RolloutError};
 use crate::scalar::Scalar;
 use nalgebra::{DVector, Vector6};
 
 /// The bodies, the method and the time of an island's step.
 pub(in crate::dynamics) struct IslandStep<'a> {
-    pub scene: &'a Scene<'a>,
+    pub context: &'a StepContext<'a>,
     pub island: &'a Island,
     /// Inertias of the dynamic bodies.
     pub inertias: Vec<&'a Inertia>,
@@ -34,7 +34,7 @@ pub(in crate::dynamics) struct Substep {
 
 /// An island and the substeps that led it through a time step.
 #[derive(Debug, Clone)]
-pub(in crate::dynamics) struct Trace {
+pub(in crate::dynamics) struct IslandRecord {
     pub island: Island,
     pub substeps: Vec<Substep>,
 }
@@ -53,11 +53,16 @@ pub(in crate::dynamics) enum StepError {
 }
 
 impl<'a> IslandStep<'a> {
-    pub fn new(scene: &'a Scene<'a>, island: &'a Island, scheme: &'a Scheme, start: f64) -> Self {
+    pub fn new(
+        context: &'a StepContext<'a>,
+        island: &'a Island,
+        scheme: &'a Scheme,
+        start: f64,
+    ) -> Self {
         Self {
-            scene,
+            context,
             island,
-            inertias: scene.inertias(island),
+            inertias: context.inertias(island),
             scheme,
             start,
         }
@@ -74,8 +79,8 @@ impl<'a> IslandStep<'a> {
             .iter()
             .position(|state| !state.is_finite());
         match lost {
-            Some(place) => Err(StepError::Path {
-                body: self.island.neighbors[place],
+            Some(index) => Err(StepError::Path {
+                body: self.island.neighbors[index],
                 time: equations.start.time,
             }),
             None => Ok(equations),
@@ -83,15 +88,15 @@ impl<'a> IslandStep<'a> {
     }
 }
 
-impl Trace {
+impl IslandRecord {
     /// The bodies of the world whose errors exceed their tolerances in a substep, some of them repeatedly.
     pub fn missed(&self) -> impl Iterator<Item = usize> {
-        let places = self.substeps.iter().flat_map(|substep| &substep.missed);
-        places.map(|&place| self.island.dynamic[place])
+        let indices = self.substeps.iter().flat_map(|substep| &substep.missed);
+        indices.map(|&index| self.island.dynamic[index])
     }
 
     /// Memory of one body in a step that is not divided (bytes).
-    pub fn least_size(scheme: &Scheme) -> usize {
+    pub fn min_size(scheme: &Scheme) -> usize {
         let stage = size_of::<DVector<f64>>() + size_of::<Vector6<f64>>();
         let stages = scheme.stages(1.0).count();
         size_of::<Self>() + size_of::<usize>() + size_of::<Substep>() + stages * stage
@@ -102,10 +107,10 @@ impl StepError {
     /// The error of a rollout, in a step that begins at a time (s).
     pub fn into_error<T: Scalar>(
         self,
-        system: &System<T>,
+        model: &Model<T>,
         (step, start): (usize, f64),
     ) -> RolloutError {
-        let name = |body: usize| system.bodies[body].name().to_owned();
+        let name = |body: usize| model.bodies[body].name().to_owned();
         match self {
             Self::Stopped => RolloutError::Stopped,
             Self::Path { body, time } => RolloutError::PathNotFinite {

@@ -6,16 +6,16 @@ use super::sparse::{SparseFactors, SparseMatrix};
 use nalgebra::{DMatrix, DVector, Dyn, LU, Matrix6};
 
 #[cfg(feature = "sparse")]
-pub(super) use super::sparse::Patterns;
+pub(super) use super::sparse::SymbolicCache;
 
 /// Without sparse matrices there is nothing to keep of their patterns.
 #[cfg(not(feature = "sparse"))]
 #[derive(Debug, Clone, Default)]
-pub(super) struct Patterns(());
+pub(super) struct SymbolicCache(());
 
 /// From so many bodies on, a matrix is sparse: the time of dense factors grows with the cube of their number.
 #[cfg(feature = "sparse")]
-const MANY: usize = 16;
+const SPARSE_FROM: usize = 16;
 
 /// A square matrix.
 #[derive(Debug)]
@@ -35,7 +35,7 @@ pub(super) enum Factors {
 impl BlockMatrix {
     pub fn zeros(bodies: usize) -> Self {
         #[cfg(feature = "sparse")]
-        if bodies >= MANY {
+        if bodies >= SPARSE_FROM {
             return Self::Sparse(SparseMatrix::zeros(bodies));
         }
         Self::Dense(DMatrix::zeros(6 * bodies, 6 * bodies))
@@ -61,13 +61,15 @@ impl BlockMatrix {
     }
 
     /// By patterns that are known from other matrices, or become so.
-    pub fn factorized(self, patterns: &Patterns) -> Factors {
+    pub fn factorized(self, symbolic_cache: &SymbolicCache) -> Factors {
         #[cfg(not(feature = "sparse"))]
-        let _ = patterns;
+        let _ = symbolic_cache;
         match self {
             Self::Dense(matrix) => Factors::Dense(matrix.lu()),
             #[cfg(feature = "sparse")]
-            Self::Sparse(matrix) => Factors::Sparse(matrix.factorized(patterns).map(Box::new)),
+            Self::Sparse(matrix) => {
+                Factors::Sparse(matrix.factorized(symbolic_cache).map(Box::new))
+            }
         }
     }
 }

@@ -52,10 +52,10 @@ impl Inertia {
     }
 
     /// The derivatives of a body's motion over a time (s), at the state it leads to.
-    pub(super) fn rates(&self, state: &BodyState, duration: f64) -> Rates {
+    pub(super) fn motion_jacobian(&self, state: &BodyState, duration: f64) -> MotionJacobian {
         let turning = left_jacobian(&(state.twist.angular * duration)) * duration;
         let [momentum_by_pose, momentum_by_twist] = self.momentum_slopes(state);
-        Rates {
+        MotionJacobian {
             displacement: diagonal(&turning, duration),
             momentum_by_pose,
             momentum_by_twist,
@@ -72,7 +72,7 @@ impl Inertia {
 }
 
 /// See [`Inertia::rates`].
-pub(super) struct Rates {
+pub(super) struct MotionJacobian {
     /// The displacement by the velocities.
     pub displacement: Matrix6<f64>,
     pub momentum_by_pose: Matrix6<f64>,
@@ -108,7 +108,7 @@ pub(super) fn six<T: Scalar>(angular: &Vector3<T>, linear: &Vector3<T>) -> Vecto
 }
 
 /// No six numbers.
-pub(super) fn none<T: Scalar>() -> Vector6<T> {
+pub(super) fn zero6<T: Scalar>() -> Vector6<T> {
     Vector6::from_element(lift(0.0))
 }
 

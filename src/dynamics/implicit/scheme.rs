@@ -67,21 +67,21 @@ pub(in crate::dynamics) struct Stage {
 
 impl Scheme {
     pub(super) fn stages(&self, substep: f64) -> impl Iterator<Item = Stage> {
-        self.stages.iter().map(move |&(before, own)| Stage {
+        self.stages.iter().map(move |&(before, diagonal)| Stage {
             before,
             substep,
-            duration: own * substep,
-            offset: (before.iter().sum::<f64>() + own) * substep,
+            duration: diagonal * substep,
+            offset: (before.iter().sum::<f64>() + diagonal) * substep,
         })
     }
 
     /// The weights of the stages in the substep, times the substep (s).
     pub(super) fn weights(&self, substep: f64) -> impl Iterator<Item = f64> {
-        let (before, own) = self.stages.last().copied().unwrap_or_default();
+        let (before, diagonal) = self.stages.last().copied().unwrap_or_default();
         before
             .iter()
             .copied()
-            .chain([own])
+            .chain([diagonal])
             .map(move |weight| weight * substep)
     }
 }
@@ -116,7 +116,7 @@ fn sum<T: Scalar>(
 ) -> Vector6<T> {
     times
         .zip(rates)
-        .fold(super::rigid::none(), |sum, (time, rate)| {
+        .fold(super::rigid::zero6(), |sum, (time, rate)| {
             sum + rate.map(|number| number * time)
         })
 }

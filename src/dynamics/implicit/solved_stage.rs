@@ -16,7 +16,7 @@ pub(super) type Change = DenseDual<1>;
 pub(super) struct ChangedBodies {
     pub inertias: Vec<Inertia<Change>>,
     /// Weight and control of each body of the world.
-    pub given: Vec<Vector6<Change>>,
+    pub applied: Vec<Vector6<Change>>,
 }
 
 /// Rates along the motion that the states of the dynamic bodies do not determine.
@@ -54,59 +54,59 @@ impl SolvedStage<'_> {
     /// singular.
     pub fn response(
         &self,
-        (inertias, given): (&[&Inertia<Change>], &[Vector6<Change>]),
+        (inertias, applied): (&[&Inertia<Change>], &[Vector6<Change>]),
         start: &StageStart<Change>,
         in_time: &RatesInTime,
     ) -> Option<Vec<BodyState<Change>>> {
         let equations = StageEquations {
             step: self.equations.step,
             inertias,
-            given,
+            applied,
             start: start.clone(),
             neighbors: Vec::new(),
         };
         let count = inertias.len();
         let mut velocities: Vec<_> = (0..count)
-            .map(|place| {
-                six_of(&self.root.velocities, place).map(|number| Change::new(number, [0.0]))
+            .map(|index| {
+                six_of(&self.root.velocities, index).map(|number| Change::new(number, [0.0]))
             })
             .collect();
-        let states = equations.states_with(|place| velocities[place]);
+        let states = equations.states_with(|index| velocities[index]);
         let bodies = inertias.iter().zip(&states);
         let dynamic = bodies.map(|(inertia, state)| BodyChange::carried_by(inertia, state));
         let dynamic = dynamic.map(|change| [change.displacement, change.velocities]);
         let changes: Vec<_> = dynamic.chain(in_time.neighbors.iter().copied()).collect();
-        let acting = self.root.linearization.change(count, &changes);
-        let acting = acting
+        let wrenches = self.root.linearization.change(count, &changes);
+        let wrenches = wrenches
             .iter()
             .zip(&in_time.forces)
             .map(|(change, in_time)| (change + in_time).map(|change| Change::new(0.0, [change])));
-        let acting: Vec<_> = acting.collect();
-        let residual = equations.residual(&states, &acting);
+        let wrenches: Vec<_> = wrenches.collect();
+        let residual = equations.residual(&states, &wrenches);
         let right = residual.iter().map(|six| six.map(|number| -number.eps[0]));
         let correction = self
             .root
             .linearization
             .factors
             .solve(&concatenated(right))?;
-        for (place, six) in velocities.iter_mut().enumerate() {
-            for (number, change) in six.iter_mut().zip(&six_of(&correction, place)) {
+        for (index, six) in velocities.iter_mut().enumerate() {
+            for (number, change) in six.iter_mut().zip(&six_of(&correction, index)) {
                 number.eps[0] = *change;
             }
         }
-        Some(equations.states_with(|place| velocities[place]))
+        Some(equations.states_with(|index| velocities[index]))
     }
 
     /// The rates of neighbors and forces at the solution, by differences in time.
     pub fn rates_in_time(&self) -> RatesInTime {
         let StageEquations { step, start, .. } = &self.equations;
-        let (scene, count) = (step.scene, step.inertias.len());
+        let (context, count) = (step.context, step.inertias.len());
         let short = SHORT * start.duration;
         let [early, late] = [-short, short].map(|shift| {
             let time = start.time + shift;
             let mut states = self.states.clone();
-            states[count..].copy_from_slice(&scene.neighbors_at(step.island, time));
-            let forces = if scene.forces.is_empty() {
+            states[count..].copy_from_slice(&context.neighbors_at(step.island, time));
+            let forces = if context.forces.is_empty() {
                 vec![Vector6::zeros(); count]
             } else {
                 self.equations
@@ -128,8 +128,8 @@ impl SolvedStage<'_> {
     }
 
     /// The largest speed (m/s) of a dynamic body relative to the bodies that it touches, and at least that of its own spin.
-    pub fn relative_speed(&self, place: usize) -> f64 {
-        let inertia = self.equations.inertias[place];
+    pub fn relative_speed(&self, index: usize) -> f64 {
+        let inertia = self.equations.inertias[index];
         let center = |participant: usize| {
             let (pose, inertias) = (&self.states[participant].pose, self.equations.inertias);
             let center = inertias
@@ -137,21 +137,21 @@ impl SolvedStage<'_> {
                 .map(|inertia| inertia.center_of_mass);
             pose.transformed_point(&center.unwrap_or_default())
         };
-        let own = &self.states[place].twist;
+        let twist = &self.states[index].twist;
         let relative = |other: usize| {
             let Twist { angular, linear } = &self.states[other].twist;
-            let carried = linear + angular.cross(&(center(place) - center(other)));
-            inertia.speed(&six(&(own.angular - angular), &(own.linear - carried)))
+            let carried = linear + angular.cross(&(center(index) - center(other)));
+            inertia.speed(&six(&(twist.angular - angular), &(twist.linear - carried)))
         };
         let contacts = self.root.linearization.contacts.iter();
         let partners = contacts.filter_map(|contact| match contact.bodies {
-            [a, b] if a == place => Some(b),
-            [a, b] if b == place => Some(a),
+            [a, b] if a == index => Some(b),
+            [a, b] if b == index => Some(a),
             _ => None,
         });
         let speeds = partners.map(relative);
         speeds.fold(
-            inertia.speed(&six(&own.angular, &Vector3::zeros())),
+            inertia.speed(&six(&twist.angular, &Vector3::zeros())),
             f64::max,
         )
     }
@@ -159,7 +159,7 @@ impl SolvedStage<'_> {
 
 impl RatesInTime {
     /// Zero rates for a number of neighbors and a number of dynamic bodies.
-    pub fn none(neighbors: usize, dynamic: usize) -> Self {
+    pub fn zero(neighbors: usize, dynamic: usize) -> Self {
         Self {
             neighbors: vec![[Vector6::zeros(); 2]; neighbors],
             forces: vec![Vector6::zeros(); dynamic],
@@ -170,14 +170,14 @@ impl RatesInTime {
 impl ChangedBodies {
     /// The bodies of an island in a step, without a change yet.
     pub fn new(step: &IslandStep) -> Self {
-        let given = step.scene.given.iter();
+        let applied = step.context.applied.iter();
         Self {
             inertias: step
                 .inertias
                 .iter()
                 .map(|inertia| inertia.lifted())
                 .collect(),
-            given: given.map(|six| six.map(lift)).collect(),
+            applied: applied.map(|six| six.map(lift)).collect(),
         }
     }
 }

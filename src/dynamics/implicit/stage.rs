@@ -33,7 +33,7 @@ pub(super) struct StageEquations<'a, T = f64> {
     /// Inertias of the dynamic bodies.
     pub inertias: &'a [&'a Inertia<T>],
     /// Weight and control of each body of the world.
-    pub given: &'a [Vector6<T>],
+    pub applied: &'a [Vector6<T>],
     pub start: StageStart<T>,
     /// States of the neighbors at the time of the stage.
     pub neighbors: Vec<BodyState<T>>,
@@ -62,30 +62,30 @@ pub(super) struct StageRates<T = f64> {
 impl<T: Scalar> StageEquations<'_, T> {
     /// The states of all participants at the end of the stage, from the velocities of each dynamic body.
     pub fn states_with(&self, velocities: impl Fn(usize) -> Vector6<T>) -> Vec<BodyState<T>> {
-        let moved = self.start.poses.iter().enumerate().map(|(place, pose)| {
-            let own = velocities(place);
-            let displacement = own.map(|number| number * self.start.duration);
+        let moved = self.start.poses.iter().enumerate().map(|(index, pose)| {
+            let velocities_of_body = velocities(index);
+            let displacement = velocities_of_body.map(|number| number * self.start.duration);
             BodyState {
-                pose: self.inertias[place].displaced(pose, &displacement),
-                twist: Twist::from_vector(&own),
+                pose: self.inertias[index].displaced(pose, &displacement),
+                twist: Twist::from_vector(&velocities_of_body),
             }
         });
         moved.chain(self.neighbors.iter().copied()).collect()
     }
 
     /// The residual P − p̃ − τf of each dynamic body, from the states and the wrenches of contacts and forces at the end.
-    pub fn residual(&self, states: &[BodyState<T>], acting: &[Vector6<T>]) -> Vec<Vector6<T>> {
-        let of_body = |place: usize| {
-            let force = self.given(place) + acting[place];
+    pub fn residual(&self, states: &[BodyState<T>], wrenches: &[Vector6<T>]) -> Vec<Vector6<T>> {
+        let of_body = |index: usize| {
+            let force = self.applied_wrench(index) + wrenches[index];
             let impulse = force.map(|number| number * self.start.duration);
-            self.inertias[place].momentum(&states[place]) - self.start.momenta[place] - impulse
+            self.inertias[index].momentum(&states[index]) - self.start.momenta[index] - impulse
         };
         (0..self.inertias.len()).map(of_body).collect()
     }
 
     /// Gravity and controls on a dynamic body.
-    pub fn given(&self, place: usize) -> Vector6<T> {
-        self.given[self.step.island.dynamic[place]]
+    pub fn applied_wrench(&self, index: usize) -> Vector6<T> {
+        self.applied[self.step.island.dynamic[index]]
     }
 
     /// The same equations without derivatives.
@@ -101,7 +101,7 @@ impl<T: Scalar> StageEquations<'_, T> {
         StageEquations {
             step: self.step,
             inertias: &self.step.inertias,
-            given: &self.step.scene.given,
+            applied: &self.step.context.applied,
             start: StageStart {
                 displacements: real(displacements),
                 poses: poses.iter().map(Pose::real).collect(),
@@ -120,8 +120,8 @@ impl<'a> StageEquations<'a> {
         Self {
             step,
             inertias: &step.inertias,
-            given: &step.scene.given,
-            neighbors: step.scene.neighbors_at(step.island, start.time),
+            applied: &step.context.applied,
+            neighbors: step.context.neighbors_at(step.island, start.time),
             start,
         }
     }
@@ -150,19 +150,19 @@ impl<'a, T: Scalar> Stages<'a, T> {
 
     /// The start of the next stage.
     pub fn start(&self, stage: &Stage) -> StageStart<T> {
-        let places = 0..self.from.len();
-        let displacements: Vec<_> = places
+        let indices = 0..self.from.len();
+        let displacements: Vec<_> = indices
             .clone()
             .map(|i| stage.accumulated(self.rates.iter().map(|rates| rates.velocities[i])))
             .collect();
         let impulse =
             |i: usize| stage.accumulated(self.rates.iter().map(|rates| rates.wrenches[i]));
         StageStart {
-            poses: places
+            poses: indices
                 .clone()
                 .map(|i| self.inertias[i].displaced(&self.from[i].pose, &displacements[i]))
                 .collect(),
-            momenta: places.map(|i| self.momenta[i] + impulse(i)).collect(),
+            momenta: indices.map(|i| self.momenta[i] + impulse(i)).collect(),
             displacements,
             duration: stage.duration,
             time: self.step.start + (self.offset + stage.offset),
@@ -194,8 +194,8 @@ impl<'a, T: Scalar> Stages<'a, T> {
 }
 
 /// The six numbers of one body in a vector of all.
-pub(super) fn six_of(vector: &DVector<f64>, place: usize) -> Vector6<f64> {
-    vector.fixed_rows::<6>(6 * place).into_owned()
+pub(super) fn six_of(vector: &DVector<f64>, index: usize) -> Vector6<f64> {
+    vector.fixed_rows::<6>(6 * index).into_owned()
 }
 
 /// The vector of the six numbers of all bodies.

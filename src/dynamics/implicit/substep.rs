@@ -34,8 +34,8 @@ impl Trial {
 
     /// Raises the speeds to the relative speeds in these stages.
     fn include_speeds_of(&mut self, stages: &[SolvedStage]) {
-        for (place, speed) in self.speeds.iter_mut().enumerate() {
-            let speeds = stages.iter().map(|stage| stage.relative_speed(place));
+        for (index, speed) in self.speeds.iter_mut().enumerate() {
+            let speeds = stages.iter().map(|stage| stage.relative_speed(index));
             *speed = speeds.fold(*speed, f64::max);
         }
     }
@@ -48,8 +48,8 @@ impl IslandSolver<'_> {
         let is_infinite = |errors: &[f64; 2]| !errors.iter().all(|error| error.is_finite());
         let trial = self.trial(offset, duration, &mut work).and_then(|trial| {
             match trial.errors.iter().position(is_infinite) {
-                Some(place) => Err(StepError::Unsolved {
-                    body: self.step.island.dynamic[place],
+                Some(index) => Err(StepError::Unsolved {
+                    body: self.step.island.dynamic[index],
                     duration,
                 }),
                 None => Ok(trial),
@@ -83,8 +83,8 @@ impl IslandSolver<'_> {
                 last.unwrap_or_else(|| velocities_of(before)),
             ];
             let root = self.root(&equations, &guesses, duration, work)?;
-            let states = equations.states_with(|place| six_of(&root.velocities, place));
-            step.scene.sweep(step.island, &states, &mut trial.swept);
+            let states = equations.states_with(|index| six_of(&root.velocities, index));
+            step.context.sweep(step.island, &states, &mut trial.swept);
             let rates = stages.push(&equations.start, &states);
             Self::add_stage(&equations, (rates, weight), &states, &mut trial);
             solved.push(SolvedStage {
@@ -106,7 +106,7 @@ impl IslandSolver<'_> {
                 duration,
             };
             trial.errors = estimator.errors(work);
-            if step.scene.is_stopped() {
+            if step.context.is_stopped() {
                 return Err(StepError::Stopped);
             }
             solved = estimator.solved;
@@ -124,10 +124,10 @@ impl IslandSolver<'_> {
     pub fn rates(&self) -> impl Iterator<Item = BodyChange> {
         let step = self.step;
         let bodies = self.solved.bodies.iter().enumerate();
-        bodies.map(move |(place, body)| {
-            let given = step.scene.given[step.island.dynamic[place]];
-            let wrench = body.acting.unwrap_or_default() + given;
-            BodyChange::rates(step.inertias[place], &body.state, &wrench)
+        bodies.map(move |(index, body)| {
+            let applied = step.context.applied[step.island.dynamic[index]];
+            let wrench = body.wrench.unwrap_or_default() + applied;
+            BodyChange::rates(step.inertias[index], &body.state, &wrench)
         })
     }
 
@@ -171,16 +171,16 @@ impl IslandSolver<'_> {
         work: &mut Work,
     ) -> Result<Root, StepError> {
         let [first, second] = guesses;
-        let solved = |guess, work: &mut Work| equations.solved(guess, self.tolerance, work);
+        let solved = |guess, work: &mut Work| equations.solve(guess, self.tolerance, work);
         let root = match solved(first, work) {
             Err(_) if first != second => solved(second, work),
             root => root,
         };
-        if self.step.scene.is_stopped() {
+        if self.step.context.is_stopped() {
             return Err(StepError::Stopped);
         }
-        root.map_err(|Unsolved(left)| StepError::Unsolved {
-            body: equations.fastest(&left),
+        root.map_err(|Unsolved(correction)| StepError::Unsolved {
+            body: equations.fastest(&correction),
             duration,
         })
     }
@@ -192,13 +192,13 @@ impl IslandSolver<'_> {
         states: &[BodyState],
         trial: &mut Trial,
     ) {
-        for (place, body) in trial.bodies.iter_mut().enumerate() {
-            let (velocity, given) = (&rates.velocities[place], equations.given(place));
-            let acting = rates.wrenches[place] - given;
-            trial.energy.given += weight * given.dot(velocity);
-            trial.energy.acting += weight * acting.dot(velocity);
-            body.state = states[place];
-            body.acting = Some(acting);
+        for (index, body) in trial.bodies.iter_mut().enumerate() {
+            let (velocity, applied) = (&rates.velocities[index], equations.applied_wrench(index));
+            let wrench = rates.wrenches[index] - applied;
+            trial.energy.given += weight * applied.dot(velocity);
+            trial.energy.acting += weight * wrench.dot(velocity);
+            body.state = states[index];
+            body.wrench = Some(wrench);
         }
     }
 

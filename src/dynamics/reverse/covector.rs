@@ -1,5 +1,5 @@
 use crate::contact::{Kinks, ShapeGradient};
-use crate::dynamics::system::System;
+use crate::dynamics::model::Model;
 use crate::dynamics::{Control, STATE_DIM};
 use crate::spatial::Twist;
 use nalgebra::{Matrix3, SVector, Vector3, Vector6};
@@ -98,7 +98,7 @@ impl StateGradient {
 
 /// The derivatives of a number by all that a rollout starts from and depends on.
 #[derive(Debug, Clone)]
-pub(crate) struct SystemGradient {
+pub(crate) struct ModelGradient {
     /// By the numbers of each body.
     pub bodies: Vec<BodyGradient>,
     /// By gravity (the number's unit over m/s²).
@@ -167,8 +167,8 @@ pub(crate) struct BodyGradient {
     pub inertia: Matrix3<f64>,
 }
 
-impl SystemGradient {
-    pub fn zero(system: &System) -> Self {
+impl ModelGradient {
+    pub fn zero(model: &Model) -> Self {
         let body = BodyGradient {
             initial: StateGradient::zero(),
             modulus: 0.0,
@@ -180,17 +180,17 @@ impl SystemGradient {
         };
         let intervals = |control: &Control| vec![Vector6::zeros(); control.wrenches().len()];
         Self {
-            bodies: vec![body; system.bodies.len()],
+            bodies: vec![body; model.bodies.len()],
             gravity: Vector3::zeros(),
-            controls: system.controls.iter().map(intervals).collect(),
-            force_parameters: vec![0.0; system.force_parameters.len()],
+            controls: model.controls.iter().map(intervals).collect(),
+            force_parameters: vec![0.0; model.force_parameters.len()],
             shapes: Vec::new(),
             kinks: BTreeMap::new(),
         }
     }
 
     /// Counts the kinks of a contact in a step.
-    pub fn meet_at_contact(&mut self, [a, b]: [usize; 2], kinks: Kinks, step: usize) {
+    pub fn record_contact_kinks(&mut self, [a, b]: [usize; 2], kinks: Kinks, step: usize) {
         let Kinks {
             are_flush,
             are_clamped,
@@ -202,13 +202,13 @@ impl SystemGradient {
             (are_equal, Kink::EqualFields),
         ] {
             if is_met {
-                self.meet(kink, &[a.min(b), a.max(b)], step);
+                self.record_kink(kink, &[a.min(b), a.max(b)], step);
             }
         }
     }
 
     /// Counts a kink of some bodies in a step, once however often it is met there. Steps are to come from the last to the first.
-    pub fn meet(&mut self, kink: Kink, bodies: &[usize], step: usize) {
+    pub fn record_kink(&mut self, kink: Kink, bodies: &[usize], step: usize) {
         let met = self.kinks.entry((kink, bodies.to_vec()));
         let met = met.or_insert_with_key(|(kink, bodies)| KinkSummary {
             bodies: bodies.clone(),

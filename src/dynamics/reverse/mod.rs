@@ -16,28 +16,28 @@ mod contact;
 mod covector;
 mod explicit;
 mod forces;
-mod free_motion;
+mod free_rotation_adjoint;
 mod implicit;
 mod pullback;
 mod schedule;
 mod tape;
 
-use super::any_world::DynWorld;
-use super::implicit::Memory;
+use super::dyn_world::DynWorld;
+use super::implicit::ImplicitIntegratorState;
 use super::integrator::Kind;
 use super::{Body, Plan, RolloutError};
 use crate::contact::ShapeGradient;
-pub(crate) use covector::SystemGradient;
+pub(crate) use covector::ModelGradient;
 pub use covector::{Kink, KinkSummary, StateGradient};
 use explicit::ExplicitSteps;
 use implicit::ImplicitSteps;
 use pullback::Pullback;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-pub(crate) use tape::{StepTaken, Tape};
+pub(crate) use tape::{RecordedStep, Tape};
 
 /// A rollout that is taken backwards.
-pub(crate) struct Reversal<'w> {
+pub(crate) struct ReverseSweep<'w> {
     steps: Steps,
     pullback: Pullback<'w>,
 }
@@ -47,18 +47,22 @@ enum Steps {
     Implicit(Box<ImplicitSteps>),
 }
 
-impl<'w> Reversal<'w> {
+impl<'w> ReverseSweep<'w> {
     /// Of a plan's steps. An implicit step that is taken back ends once the flag is true.
     pub fn of(world: &'w dyn DynWorld<f64>, plan: &Plan, stop: Arc<AtomicBool>) -> Self {
         let time_step = plan.time_step();
         let steps = match plan.integrator().kind() {
             Kind::Explicit(splitting) => {
-                let count = world.system().bodies.len();
+                let count = world.model().bodies.len();
                 Steps::Explicit(ExplicitSteps::new(splitting, time_step, count))
             }
             Kind::Implicit(scheme) => {
-                let memory = Memory::of(world, stop);
-                Steps::Implicit(Box::new(ImplicitSteps::new(scheme, time_step, memory)))
+                let integrator_state = ImplicitIntegratorState::of(world, stop);
+                Steps::Implicit(Box::new(ImplicitSteps::new(
+                    scheme,
+                    time_step,
+                    integrator_state,
+                )))
             }
         };
         Self {
@@ -69,7 +73,7 @@ impl<'w> Reversal<'w> {
 
     /// The same, with derivatives by the shapes of all bodies.
     pub fn with_shapes(mut self) -> Self {
-        let bodies = self.pullback.system().bodies.iter();
+        let bodies = self.pullback.model().bodies.iter();
         let zero = |body: &Body| ShapeGradient::zero(body.shape.partner());
         self.pullback.gradient.shapes = bodies.map(zero).collect();
         self
@@ -78,34 +82,40 @@ impl<'w> Reversal<'w> {
     /// Adds derivatives by the state of a body where the sweep has come to.
     pub fn add(&mut self, body: usize, by_state: &StateGradient) {
         // Where a path leads, nothing else does.
-        let motion = &self.pullback.system().bodies[body].motion;
+        let motion = &self.pullback.model().bodies[body].motion;
         if !motion.is_kinematic() {
             self.pullback.states[body].add(by_state);
         }
     }
 
     /// The place of a body with a derivative that is not finite, if there is one.
-    pub fn lost(&self) -> Option<usize> {
+    pub fn non_finite_body(&self) -> Option<usize> {
         let mut states = self.pullback.states.iter();
         states.position(|by_state| !by_state.is_finite())
     }
 
     /// Takes a step back; `step` is its number, counted from 1.
-    pub fn step_back(&mut self, step: usize, taken: &StepTaken) -> Result<(), RolloutError> {
-        let (pullback, StepTaken { before, traces }) = (&mut self.pullback, taken);
+    pub fn step_back(&mut self, step: usize, recorded: &RecordedStep) -> Result<(), RolloutError> {
+        let (
+            pullback,
+            RecordedStep {
+                before,
+                island_records,
+            },
+        ) = (&mut self.pullback, recorded);
         pullback.step = step;
         match &mut self.steps {
             Steps::Explicit(steps) => steps.step_back(pullback, &before.state),
             Steps::Implicit(steps) => steps
-                .step_back(pullback, &before.state, traces)
-                .map_err(|stuck| stuck.into_error(pullback.system(), (step, before.state.time)))?,
+                .step_back(pullback, &before.state, island_records)
+                .map_err(|error| error.into_error(pullback.model(), (step, before.state.time)))?,
         }
-        pullback.forget_paths();
+        pullback.clear_kinematic();
         Ok(())
     }
 
     /// The derivatives by all that the rollout depends on, from those by its initial state.
-    pub fn finished(self) -> SystemGradient {
+    pub fn into_gradient(self) -> ModelGradient {
         let Pullback {
             states,
             mut gradient,

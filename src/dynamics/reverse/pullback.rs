@@ -1,10 +1,10 @@
-use super::contact::{Touching, WrenchCovector};
+use super::contact::{LinearizedPair, WrenchCovector};
 use super::forces::SeededForces;
-use super::{StateGradient, SystemGradient};
+use super::{ModelGradient, StateGradient};
 use crate::dynamics::BodyState;
 use crate::dynamics::TimeSpan;
-use crate::dynamics::any_world::DynWorld;
-use crate::dynamics::system::System;
+use crate::dynamics::dyn_world::DynWorld;
+use crate::dynamics::model::Model;
 use crate::spatial::Wrench;
 
 /// The derivatives of a number by the state that a sweep has come to, and by all else as far as later steps depend on it; and how
@@ -14,7 +14,7 @@ pub(super) struct Pullback<'w> {
     pub forces: Option<SeededForces>,
     /// By the state of each body.
     pub states: Vec<StateGradient>,
-    pub gradient: SystemGradient,
+    pub gradient: ModelGradient,
     /// The step that is taken back, counted from 1.
     pub step: usize,
     /// The body of each control.
@@ -23,7 +23,7 @@ pub(super) struct Pullback<'w> {
 
 /// Where wrenches act.
 #[derive(Clone, Copy)]
-pub(super) struct Here<'a> {
+pub(super) struct EvaluationPoint<'a> {
     /// Time (s) at which forces act.
     pub time: f64,
     /// The time step over which controls are averaged.
@@ -32,29 +32,29 @@ pub(super) struct Here<'a> {
     pub states: &'a [BodyState],
     /// The bodies whose states are looked at.
     pub bodies: &'a [usize],
-    pub contacts: &'a [Touching<'a>],
+    pub contacts: &'a [LinearizedPair<'a>],
     /// The net wrench of these on each body, about its center of mass; nothing is there if there are no forces.
     pub net: &'a [Wrench],
 }
 
 impl<'w> Pullback<'w> {
     pub fn of(world: &'w dyn DynWorld<f64>) -> Self {
-        let system = world.system();
-        let controls = system.controls.iter();
+        let model = world.model();
+        let controls = model.controls.iter();
         Self {
             world,
             forces: SeededForces::of(world),
-            states: vec![StateGradient::zero(); system.bodies.len()],
-            gradient: SystemGradient::zero(system),
+            states: vec![StateGradient::zero(); model.bodies.len()],
+            gradient: ModelGradient::zero(model),
             step: 0,
             controlled: controls
-                .map(|control| system.index_of(control.body()).ok())
+                .map(|control| model.index_of(control.body()).ok())
                 .collect(),
         }
     }
 
-    pub fn system(&self) -> &'w System {
-        self.world.system()
+    pub fn model(&self) -> &'w Model {
+        self.world.model()
     }
 
     /// Whether derivatives by shapes are asked for.
@@ -63,8 +63,8 @@ impl<'w> Pullback<'w> {
     }
 
     /// Forgets derivatives by the states of bodies that follow paths: where a path leads, nothing else does.
-    pub fn forget_paths(&mut self) {
-        for (body, by_state) in self.world.system().bodies.iter().zip(&mut self.states) {
+    pub fn clear_kinematic(&mut self) {
+        for (body, by_state) in self.world.model().bodies.iter().zip(&mut self.states) {
             if body.motion.is_kinematic() {
                 *by_state = StateGradient::zero();
             }
@@ -72,7 +72,7 @@ impl<'w> Pullback<'w> {
     }
 
     /// Adds what follows from the derivatives by the wrenches of all but gravity about the centers of mass.
-    pub fn pull_back_wrenches(&mut self, here: Here, by_wrenches: &[WrenchCovector]) {
+    pub fn pull_back_wrenches(&mut self, here: EvaluationPoint, by_wrenches: &[WrenchCovector]) {
         self.pull_back_controls(here.span, by_wrenches);
         let mut by_contact = by_wrenches.to_vec();
         self.pull_back_forces(here, by_wrenches, &mut by_contact);
@@ -80,7 +80,7 @@ impl<'w> Pullback<'w> {
     }
 
     fn pull_back_controls(&mut self, span: TimeSpan, by_wrenches: &[WrenchCovector]) {
-        let controls = self.system().controls.iter().zip(&self.controlled);
+        let controls = self.model().controls.iter().zip(&self.controlled);
         for ((control, &body), by_intervals) in controls.zip(&mut self.gradient.controls) {
             let Some(body) = body else { continue };
             for (interval, share) in control.shares_of(span) {

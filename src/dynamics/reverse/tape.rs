@@ -1,8 +1,8 @@
-use super::schedule::next_kept;
-use crate::dynamics::any_world::DynWorld;
-use crate::dynamics::implicit::Trace;
+use super::schedule::next_checkpoint;
+use crate::dynamics::dyn_world::DynWorld;
+use crate::dynamics::implicit::IslandRecord;
 use crate::dynamics::integrator::Kind;
-use crate::dynamics::steps::{Checkpoint, Steps};
+use crate::dynamics::steps::{Checkpoint, Stepper};
 use crate::dynamics::{BodyState, Plan, RolloutError};
 use nalgebra::Vector6;
 use std::cmp;
@@ -18,28 +18,28 @@ pub(crate) struct Tape<'w> {
     world: &'w dyn DynWorld<f64>,
     plan: &'w Plan,
     /// How many steps may be kept, beside the one that is read next.
-    room: usize,
+    capacity: usize,
     /// In the order of their places.
-    kept: Vec<Kept>,
+    entries: Vec<TapeEntry>,
     /// The place of the next step to be kept.
-    next: usize,
+    next_checkpoint: usize,
     /// Ends steps that are taken again once it is true.
     stop: Arc<AtomicBool>,
 }
 
-struct Kept {
+struct TapeEntry {
     /// How many steps were taken before it.
-    place: usize,
-    step: StepTaken,
+    step_count: usize,
+    step: RecordedStep,
 }
 
 /// A step that was taken.
 #[derive(Debug)]
-pub(crate) struct StepTaken {
+pub(crate) struct RecordedStep {
     /// From where it went on.
     pub before: Checkpoint,
     /// The ways of the islands, if it is implicit.
-    pub(super) traces: Vec<Trace>,
+    pub(super) island_records: Vec<IslandRecord>,
 }
 
 impl<'w> Tape<'w> {
@@ -55,42 +55,45 @@ impl<'w> Tape<'w> {
             + match plan.integrator().kind() {
                 Kind::Explicit(_) => 0,
                 Kind::Implicit(scheme) => {
-                    size_of::<Option<Vector6<f64>>>() + Trace::least_size(scheme)
+                    size_of::<Option<Vector6<f64>>>() + IslandRecord::min_size(scheme)
                 }
             };
-        let of_step = size_of::<Kept>() + of_body * world.system().bodies.len();
-        let room = (memory / of_step).max(LEAST);
-        let mut kept = Vec::new();
+        let of_step = size_of::<TapeEntry>() + of_body * world.model().bodies.len();
+        let capacity = (memory / of_step).max(LEAST);
+        let mut entries = Vec::new();
         // Where there is not so much to be had, it grows as far as steps are taken.
-        let _ = kept.try_reserve_exact(cmp::min(room + 1, plan.steps()));
+        let _ = entries.try_reserve_exact(cmp::min(capacity + 1, plan.steps()));
         Self {
             world,
             plan,
-            room,
-            kept,
-            next: 0,
+            capacity,
+            entries,
+            next_checkpoint: 0,
             stop,
         }
     }
 
     /// Keeps the step that comes next, if it is one to be kept, and how the last one went. To be called before the first step,
     /// and after each, with the number of steps `taken`.
-    pub fn keep(&mut self, taken: usize, steps: &Steps<f64>) {
-        self.keep_up_to(self.plan.steps(), taken, steps);
+    pub fn record(&mut self, step_count: usize, steps: &Stepper<f64>) {
+        self.record_up_to(self.plan.steps(), step_count, steps);
     }
 
     /// [`Self::keep`], where the steps lead to an end.
-    fn keep_up_to(&mut self, end: usize, taken: usize, steps: &Steps<f64>) {
-        if let Some(last) = self.kept.last_mut()
-            && last.place + 1 == taken
+    fn record_up_to(&mut self, end: usize, step_count: usize, steps: &Stepper<f64>) {
+        if let Some(last) = self.entries.last_mut()
+            && last.step_count + 1 == step_count
         {
-            last.step.traces = steps.traces().to_vec();
+            last.step.island_records = steps.island_records().to_vec();
         }
-        if taken < end && (taken == self.next || taken + 1 == end) {
-            let (before, traces) = (steps.checkpoint(), Vec::new());
-            self.kept.push(Kept {
-                place: taken,
-                step: StepTaken { before, traces },
+        if step_count < end && (step_count == self.next_checkpoint || step_count + 1 == end) {
+            let (before, island_records) = (steps.checkpoint(), Vec::new());
+            self.entries.push(TapeEntry {
+                step_count,
+                step: RecordedStep {
+                    before,
+                    island_records,
+                },
             });
             self.plan_next(end);
         }
@@ -98,34 +101,36 @@ impl<'w> Tape<'w> {
 
     /// Chooses which step is to be kept after the last one that is, where the steps lead to an end.
     fn plan_next(&mut self, end: usize) {
-        if let Some(last) = self.kept.last() {
-            let others = self.room.saturating_sub(self.kept.len());
-            self.next = last.place + next_kept(end - last.place, others);
+        if let Some(last) = self.entries.last() {
+            let slots = self.capacity.saturating_sub(self.entries.len());
+            self.next_checkpoint = last.step_count + next_checkpoint(end - last.step_count, slots);
         }
     }
 
     /// The step that so many others came before. Later ones are forgotten: each call is to ask for an earlier step than the last.
-    pub fn back_to(&mut self, taken: usize) -> Result<&StepTaken, RolloutError> {
-        let kept = self.kept.partition_point(|kept| kept.place <= taken);
-        self.kept.truncate(kept);
-        if self.kept[kept - 1].place < taken {
-            self.take_again(taken + 1)?;
+    pub fn rewind_to(&mut self, step_count: usize) -> Result<&RecordedStep, RolloutError> {
+        let count = self
+            .entries
+            .partition_point(|entry| entry.step_count <= step_count);
+        self.entries.truncate(count);
+        if self.entries[count - 1].step_count < step_count {
+            self.repeat_steps(step_count + 1)?;
         }
-        Ok(&self.kept[self.kept.len() - 1].step)
+        Ok(&self.entries[self.entries.len() - 1].step)
     }
 
     /// Takes the steps from the last that is kept to an end.
-    fn take_again(&mut self, end: usize) -> Result<(), RolloutError> {
+    fn repeat_steps(&mut self, end: usize) -> Result<(), RolloutError> {
         self.plan_next(end);
-        let last = &self.kept[self.kept.len() - 1];
-        let first = last.place;
-        let steps = Steps::resumed(&last.step.before, self.world, first);
+        let last = &self.entries[self.entries.len() - 1];
+        let first = last.step_count;
+        let steps = Stepper::resumed(&last.step.before, self.world, first);
         let mut steps = steps.with_cancel_flag(Arc::clone(&self.stop));
         // They were checked when they were taken first.
         let plan = self.plan.without_stability_check();
-        for taken in first + 1..=end {
+        for step_count in first + 1..=end {
             steps.advance(self.world, &plan)?;
-            self.keep_up_to(end, taken, &steps);
+            self.record_up_to(end, step_count, &steps);
         }
         Ok(())
     }
@@ -160,20 +165,20 @@ mod tests {
     }
 
     /// All steps, the last first, as they are written down to the last bit.
-    fn read(world: &World, plan: &Plan, room: usize) -> Vec<String> {
+    fn read(world: &World, plan: &Plan, capacity: usize) -> Vec<String> {
         let mut tape = Tape {
-            room,
+            capacity,
             ..Tape::new(world, plan, 0, Arc::default())
         };
-        let mut steps = Steps::from(world.initial_state());
-        tape.keep(0, &steps);
-        for taken in 1..=plan.steps() {
+        let mut steps = Stepper::from(world.initial_state());
+        tape.record(0, &steps);
+        for step_count in 1..=plan.steps() {
             steps.advance(world, plan).unwrap();
-            tape.keep(taken, &steps);
+            tape.record(step_count, &steps);
         }
-        let places = (0..plan.steps()).rev();
-        places
-            .map(|taken| format!("{:?}", tape.back_to(taken).unwrap()))
+        let counts = (0..plan.steps()).rev();
+        counts
+            .map(|step_count| format!("{:?}", tape.rewind_to(step_count).unwrap()))
             .collect()
     }
 
@@ -187,8 +192,8 @@ mod tests {
             let plan = Plan::new(time_step, 40).unwrap();
             let plan = plan.with_integrator(integrator);
             let all = read(&world(), &plan, 40);
-            for room in [1, 2, 3, 7, 38, 39] {
-                assert!(read(&world(), &plan, room) == all);
+            for capacity in [1, 2, 3, 7, 38, 39] {
+                assert!(read(&world(), &plan, capacity) == all);
             }
         }
     }
@@ -199,12 +204,15 @@ mod tests {
         let world = world();
         let plan = Plan::new(5e-3, 40).unwrap();
         let plan = plan.with_integrator(Integrator::Sdirk3);
-        let mut steps = Steps::from(world.initial_state());
-        for taken in 0..plan.steps() {
-            let mut resumed = Steps::resumed(&steps.checkpoint(), &world, taken);
+        let mut steps = Stepper::from(world.initial_state());
+        for step_count in 0..plan.steps() {
+            let mut resumed = Stepper::resumed(&steps.checkpoint(), &world, step_count);
             let reports = [&mut steps, &mut resumed].map(|steps| {
                 steps.advance(&world, &plan).unwrap();
-                steps.memory.as_ref().map(|memory| memory.report.clone())
+                steps
+                    .integrator_state
+                    .as_ref()
+                    .map(|state| state.report.clone())
             });
             assert_eq!(reports[0], reports[1]);
         }
@@ -216,13 +224,13 @@ mod tests {
         let (world, plan) = (world(), Plan::new(5e-3, usize::MAX).unwrap());
         for memory in [0, usize::MAX] {
             let mut tape = Tape::new(&world, &plan, memory, Arc::default());
-            let mut steps = Steps::from(world.initial_state());
-            tape.keep(0, &steps);
-            for taken in 1..=3 {
+            let mut steps = Stepper::from(world.initial_state());
+            tape.record(0, &steps);
+            for step_count in 1..=3 {
                 steps.advance(&world, &plan).unwrap();
-                tape.keep(taken, &steps);
+                tape.record(step_count, &steps);
             }
-            assert!(!tape.kept.is_empty());
+            assert!(!tape.entries.is_empty());
         }
     }
 }

@@ -9,7 +9,7 @@
 use super::kick::{ContactChange, Kick, KickedBody};
 use super::limit::stiffest;
 use crate::dynamics::BodyState;
-use crate::dynamics::system::System;
+use crate::dynamics::model::Model;
 use crate::scalar::Scalar;
 use crate::spatial::Pose;
 use nalgebra::Vector6;
@@ -83,27 +83,27 @@ impl ContactBalances {
     /// kick.
     pub fn check<T: Scalar>(
         &mut self,
-        system: &System<T>,
+        model: &Model<T>,
         kick: &Kick<T>,
         start: &[BodyState<T>],
     ) -> Option<Instability> {
         if self.start.is_empty() {
             self.start.extend(start.iter().map(BodyState::real));
         }
-        self.set_wrenches(system, kick);
+        self.set_wrenches(model, kick);
         self.changes.clear();
         self.changes
             .resize(kick.after.len(), ContactChange::default());
         let mut gain = None;
         for balance in &mut self.next.contacts {
-            let bodies = balance.bodies.map(|index| kick.body(system, index));
+            let bodies = balance.bodies.map(|index| kick.body(model, index));
             balance.add_change(&bodies, &mut self.changes);
             let last_poses = balance.bodies.map(|index| self.last.poses.get(index));
             balance.add_work(&bodies, last_poses, kick.time_step);
-            let others = balance.bodies.map(|index| kick.other_forces(system, index));
+            let others = balance.bodies.map(|index| kick.other_forces(model, index));
             let allowed = balance.allowed(&bodies, &others, kick.time_step);
             if balance.has_created(allowed) {
-                let stored = || system.stored_energy(balance.bodies, &self.start);
+                let stored = || model.stored_energy(balance.bodies, &self.start);
                 balance.stored.get_or_insert_with(stored);
                 if balance.has_created(allowed) {
                     gain.get_or_insert(balance.gain());
@@ -114,13 +114,13 @@ impl ContactBalances {
         let may_exceed = changes.any(|(index, change)| {
             change.now != change.last
                 && kick
-                    .body(system, index)
+                    .body(model, index)
                     .may_exceed_limit(change, kick.time_step)
         });
         let poses = kick.after.iter().map(|state| state.pose.real());
         self.next.poses.clear();
         self.next.poses.extend(poses);
-        let above_limit = self.compared_with_limit(system, kick, may_exceed);
+        let above_limit = self.compared_with_limit(model, kick, may_exceed);
         above_limit.or(gain)
     }
 
@@ -128,7 +128,7 @@ impl ContactBalances {
     /// pause for a growing number of steps, because they linearize all contacts. The balances detect a mode that grows meanwhile.
     fn compared_with_limit<T: Scalar>(
         &mut self,
-        system: &System<T>,
+        model: &Model<T>,
         kick: &Kick<T>,
         may_exceed: bool,
     ) -> Option<Instability> {
@@ -139,7 +139,7 @@ impl ContactBalances {
         if !may_exceed || pause > 0 {
             return None;
         }
-        let limit = system.limit_without_friction(&kick.states_before());
+        let limit = model.limit_without_friction(&kick.states_before());
         let is_far = limit
             .as_ref()
             .is_none_or(|(limit, _)| *limit > FAR * kick.time_step);
@@ -163,7 +163,7 @@ impl ContactBalances {
     }
 
     /// Sets the wrenches of all contacts in a kick, and removes contacts that have ended without a net gain.
-    fn set_wrenches<T: Scalar>(&mut self, system: &System<T>, kick: &Kick<T>) {
+    fn set_wrenches<T: Scalar>(&mut self, model: &Model<T>, kick: &Kick<T>) {
         let contacts = &mut self.next.contacts;
         contacts.clone_from(&self.last.contacts);
         contacts.retain(|balance| balance.now != ZERO || balance.net_work > 0.0);
@@ -184,7 +184,7 @@ impl ContactBalances {
                 index
             });
             let side = |side: usize| {
-                kick.body(system, bodies[side])
+                kick.body(model, bodies[side])
                     .about_reference(wrenches[side])
             };
             contacts[index].now = [side(0), side(1)];

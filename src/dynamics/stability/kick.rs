@@ -1,7 +1,7 @@
 //! The kick of an explicit step, as the stability check sees it.
 
 use crate::contact::ContactWrench;
-use crate::dynamics::system::System;
+use crate::dynamics::model::Model;
 use crate::dynamics::tangent::turn_between;
 use crate::dynamics::{BodyState, Inertia};
 use crate::scalar::{Scalar, real_part};
@@ -60,10 +60,10 @@ impl<T: Scalar> Kick<'_, T> {
     }
 
     /// The body of an index.
-    pub(super) fn body(&self, system: &System<T>, index: usize) -> KickedBody<'_> {
+    pub(super) fn body(&self, model: &Model<T>, index: usize) -> KickedBody<'_> {
         let after = self.after[index].real();
         KickedBody {
-            inertia: system.bodies[index].inertia().map(Inertia::real),
+            inertia: model.bodies[index].inertia().map(Inertia::real),
             pose: after.pose,
             before: &self.before[index],
             after: after.twist,
@@ -71,10 +71,10 @@ impl<T: Scalar> Kick<'_, T> {
     }
 
     /// Wrench of all but contact on a body, about its center of mass.
-    pub(super) fn other_forces(&self, system: &System<T>, index: usize) -> Vector6<f64> {
+    pub(super) fn other_forces(&self, model: &Model<T>, index: usize) -> Vector6<f64> {
         let mut others = self.all[index].real() + -self.contact[index].real();
-        if let Some(inertia) = system.bodies[index].inertia() {
-            others.force += system.gravity.map(real_part) * real_part(inertia.mass);
+        if let Some(inertia) = model.bodies[index].inertia() {
+            others.force += model.gravity.map(real_part) * real_part(inertia.mass);
         }
         others.to_vector()
     }

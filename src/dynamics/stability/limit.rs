@@ -91,13 +91,13 @@ fn generic_motion(dimension: usize) -> DVector<f64> {
 fn forces_against(pairs: &[PairRates], motion: &DVector<f64>) -> [DVector<f64>; 2] {
     let mut forces = [0, 1].map(|_| DVector::zeros(motion.len()));
     for pair in pairs {
-        let of_pair = SMatrix::<f64, 12, 1>::from_fn(|row, _| motion[place(pair, row)]);
+        let of_pair = SMatrix::<f64, 12, 1>::from_fn(|row, _| motion[row_of(pair, row)]);
         for (sum, rates) in forces.iter_mut().zip([&pair.stiffness, &pair.damping]) {
             let force = rates * of_pair;
             for (half, &body) in pair.bodies.iter().enumerate() {
-                let own: Vector6<f64> = force.fixed_rows::<6>(6 * half).into_owned();
+                let on_body: Vector6<f64> = force.fixed_rows::<6>(6 * half).into_owned();
                 let mut total = sum.fixed_rows_mut::<6>(6 * body);
-                total += own;
+                total += on_body;
             }
         }
     }
@@ -105,7 +105,7 @@ fn forces_against(pairs: &[PairRates], motion: &DVector<f64>) -> [DVector<f64>; 
 }
 
 /// Where the number of a pair's motion is in that of all bodies.
-fn place(pair: &PairRates, row: usize) -> usize {
+fn row_of(pair: &PairRates, row: usize) -> usize {
     6 * pair.bodies[row / 6] + row % 6
 }
 
@@ -127,12 +127,12 @@ mod tests {
         let ball = |index: usize| {
             let size = 0.055 + 0.01 * (GOLDEN * (index + 1) as f64).fract();
             let shape = Arc::new(Shape::new(shapes::icosphere(size, 1).unwrap()));
-            let place = [index % edge, index / edge % edge, index / edge / edge];
-            let place = place.map(|count| 0.11 * count as f64);
+            let position = [index % edge, index / edge % edge, index / edge / edge];
+            let position = position.map(|count| 0.11 * count as f64);
             let turn = vector![0.1, 0.2, 0.3] * index as f64;
             Body::dynamic(&index.to_string(), shape, skin, Mass::Density(1000.0))
                 .unwrap()
-                .with_pose(Pose::from_rotation_vector(&turn, place.into()))
+                .with_pose(Pose::from_rotation_vector(&turn, position.into()))
         };
         World::new((0..edge.pow(3)).map(ball).collect()).unwrap()
     }
@@ -143,7 +143,7 @@ mod tests {
             let rates = pair.stiffness * (step * step) + pair.damping * (2.0 * step);
             for row in 0..12 {
                 for column in 0..12 {
-                    matrix[(place(pair, row), place(pair, column))] += rates[(row, column)];
+                    matrix[(row_of(pair, row), row_of(pair, column))] += rates[(row, column)];
                 }
             }
         }
@@ -158,7 +158,7 @@ mod tests {
         for edge in 2..=4 {
             let world = bed(edge);
             let states = world.initial_state().bodies;
-            let pairs = world.system.rates(&states, true);
+            let pairs = world.model.rates(&states, true);
             let limit = stability_limit(&pairs, states.len()).unwrap();
             let matrix = dense(&pairs, states.len(), limit);
             let largest = matrix.symmetric_eigenvalues().max();
@@ -172,13 +172,13 @@ mod tests {
         let skin = Material::elastic(1e5);
         let edges = [[0.2; 3], [0.02, 0.02, 0.6]][attempt % 2];
         let turn = vector![number(GOLDEN), number(0.414), number(0.732)] * 6.0;
-        let place = vector![number(0.236), number(0.646), number(0.317)] * 0.24;
+        let position = vector![number(0.236), number(0.646), number(0.317)] * 0.24;
         let body = |name, edges| {
             let shape = Shape::new(shapes::cuboid(edges).unwrap());
             Body::dynamic(name, shape, skin, Mass::Total(1.0)).unwrap()
         };
         World::new(vec![
-            body("body", edges).with_pose(Pose::from_rotation_vector(&turn, place)),
+            body("body", edges).with_pose(Pose::from_rotation_vector(&turn, position)),
             body("block", [0.2; 3]),
         ])
         .unwrap()
@@ -193,7 +193,7 @@ mod tests {
         for attempt in 0..600 {
             let world = pressed_deep(attempt);
             let states = world.initial_state().bodies;
-            let pairs = world.system.rates(&states, true);
+            let pairs = world.model.rates(&states, true);
             let eigenvalues = dense(&pairs, 2, 1.0).symmetric_eigenvalues();
             let (lowest, largest) = (eigenvalues.min(), eigenvalues.max());
             if pairs.is_empty() || largest < STEP * -lowest {
@@ -208,7 +208,7 @@ mod tests {
             driven += usize::from(lowest < -0.1 * largest);
             overdriven += usize::from(lowest < -largest);
         }
-        let found = [driven, overdriven];
-        assert!(driven > 100 && overdriven > 20, "only {found:?} drive on");
+        let counts = [driven, overdriven];
+        assert!(driven > 100 && overdriven > 20, "only {counts:?} drive on");
     }
 }

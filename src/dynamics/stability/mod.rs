@@ -10,8 +10,8 @@ mod kick;
 mod limit;
 mod pair;
 
+use super::model::Model;
 use super::sweep::Sweep;
-use super::system::System;
 use super::{BodyState, Force, State, World, WorldError};
 use crate::parallel::mapped_into;
 use crate::scalar::{Scalar, real_part};
@@ -89,12 +89,12 @@ impl<T: Scalar, F: Force> World<T, F> {
     /// If the state does not fit the world: another number of bodies, a pose that is not rigid, or a number that is not finite.
     pub fn largest_stable_step(&self, state: &State<T>) -> Result<Option<f64>, WorldError> {
         state.check_fits(self.bodies())?;
-        let rates = self.system.rates(&state.bodies, true);
+        let rates = self.model.rates(&state.bodies, true);
         Ok(stability_limit(&rates, state.bodies.len()))
     }
 }
 
-impl<T: Scalar> System<T> {
+impl<T: Scalar> Model<T> {
     /// The stability limit (s) of the contacts of a state, and the contacts; none if nothing is resisted. Friction is left out,
     /// because the chatter of bodies at rest is bounded.
     fn limit_without_friction(&self, states: &[BodyState<T>]) -> Option<(f64, Vec<PairRates>)> {
@@ -104,7 +104,7 @@ impl<T: Scalar> System<T> {
 
     /// The potential energy (J) of the contact of two bodies.
     fn stored_energy(&self, bodies: [usize; 2], states: &[BodyState]) -> f64 {
-        let states = bodies.map(|place| states[place].lifted());
+        let states = bodies.map(|index| states[index].lifted());
         let pair = self.pair_of(bodies, [&states[0], &states[1]]);
         pair.map_or(0.0, |pair| real_part(pair.potential_energy()))
     }

@@ -27,7 +27,7 @@ impl PairRates {
     /// nothing to it: its slope by the poses (more pressure, more friction) stands on one side of the
     /// diagonal only, where it hardly moves an eigenvalue, while half of it on either side would.
     pub fn of(
-        places: [usize; 2],
+        indices: [usize; 2],
         bodies: &[RealBody; 2],
         slip_tolerance: f64,
         with_friction: bool,
@@ -48,7 +48,7 @@ impl PairRates {
             pressed
         };
         (by_poses.amax() > 0.0).then(|| Self {
-            bodies: places,
+            bodies: indices,
             stiffness: over_mass(bodies, &by_poses),
             damping: over_mass(bodies, &contact.by_twists),
         })
@@ -116,8 +116,8 @@ fn unit_motions<T: Scalar>(body: &Body<T>, pose: &Pose, to_center: &Vector3<f64>
 fn about_centers(bodies: &[RealBody; 2], contact: &LinearizedContact) -> PairMatrix {
     let mut by_poses = contact.by_poses;
     let wrenches = [contact.wrench.on_a, contact.wrench.on_b];
-    for (body, (place, wrench)) in bodies.iter().zip([0, 6].into_iter().zip(wrenches)) {
-        let mut by_turn = by_poses.fixed_view_mut::<3, 3>(place, place);
+    for (body, (first, wrench)) in bodies.iter().zip([0, 6].into_iter().zip(wrenches)) {
+        let mut by_turn = by_poses.fixed_view_mut::<3, 3>(first, first);
         by_turn -= skew(&wrench.force) * skew(&body.to_center);
     }
     by_poses
@@ -126,9 +126,9 @@ fn about_centers(bodies: &[RealBody; 2], contact: &LinearizedContact) -> PairMat
 /// The symmetric part of what resists the unit motions.
 fn over_mass(bodies: &[RealBody; 2], slopes: &PairMatrix) -> PairMatrix {
     let mut motions = PairMatrix::zeros();
-    for (body, place) in bodies.iter().zip([0, 6]) {
-        let mut own = motions.fixed_view_mut::<6, 6>(place, place);
-        own.copy_from(&body.unit_motions);
+    for (body, first) in bodies.iter().zip([0, 6]) {
+        let mut diagonal_block = motions.fixed_view_mut::<6, 6>(first, first);
+        diagonal_block.copy_from(&body.unit_motions);
     }
     let resisting = -motions.transpose() * slopes * motions;
     (resisting + resisting.transpose()) / 2.0

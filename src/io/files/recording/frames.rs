@@ -1,7 +1,7 @@
 //! Which states of a trajectory are shown, and when.
 
 use super::drawing::single;
-use crate::dynamics::{Contact, State, System, Trajectory};
+use crate::dynamics::{Contact, Model, State, Trajectory};
 
 /// Frames for each second of the recording, at most.
 const RATE: f64 = 60.0;
@@ -18,7 +18,7 @@ pub(super) struct Frame<'a> {
 
 /// The states that are shown, time passing so many times slower.
 pub(super) fn frames<'a>(
-    system: &System,
+    system: &Model,
     trajectory: &'a Trajectory,
     slowdown: f64,
 ) -> Vec<Frame<'a>> {

@@ -16,7 +16,7 @@ use super::FileError;
 use super::extension::known_extension;
 use super::replacement::write_whole;
 use super::trajectory::check_fits;
-use crate::dynamics::{Force, System, Trajectory, World};
+use crate::dynamics::{Force, Model, Trajectory, World};
 use document::{Document, Unwritable};
 use drawing::single;
 use marks::{Path as MarkedPath, Target};
@@ -83,7 +83,7 @@ const EXTENSIONS: &[&str] = &["glb"];
 /// ```
 #[derive(Debug)]
 pub struct Recording {
-    system: System,
+    system: Model,
     trajectory: Trajectory,
     slowdown: f64,
     camera: Option<Camera>,
@@ -96,7 +96,7 @@ impl Recording {
     #[must_use]
     pub fn new<F: Force>(world: &World<f64, F>, trajectory: &Trajectory) -> Self {
         Self {
-            system: world.system.clone(),
+            system: world.model.clone(),
             trajectory: trajectory.clone(),
             slowdown: 1.0,
             camera: None,

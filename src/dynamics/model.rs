@@ -1,6 +1,6 @@
-use super::body::known_place;
+use super::body::known_index_of;
 use super::motion::state_on;
-use super::settings::check_finite;
+use super::validate::check_finite;
 use super::{Body, BodyState, Control, Motion, State, WorldError};
 use crate::scalar::{Scalar, lift, lift_vector, real_part, real_vector};
 use nalgebra::Vector3;
@@ -14,7 +14,7 @@ pub(super) const FORCE_PARAMETER: &str = "force parameter";
 
 /// All of a [`World`](super::World) but its forces. What needs no force knows nothing of their type.
 #[derive(Debug, Clone)]
-pub(crate) struct System<T = f64> {
+pub(crate) struct Model<T = f64> {
     pub bodies: Vec<Body<T>>,
     pub gravity: Vector3<T>,
     pub controls: Vec<Control<T>>,
@@ -26,7 +26,7 @@ pub(crate) struct System<T = f64> {
     pub(super) slip_tolerance: f64,
 }
 
-impl System {
+impl Model {
     /// Bodies that start at a time (s), without gravity.
     pub(super) fn starting_at(start: f64, mut bodies: Vec<Body>) -> Result<Self, WorldError> {
         check_finite("time of the initial state", &[start])?;
@@ -67,10 +67,10 @@ impl System {
     /// Checks that there is a contact for any two bodies that may meet.
     pub(super) fn check_partners(&self) -> Result<(), WorldError> {
         // Of two with a mesh there is always one.
-        let places = 0..self.bodies.len();
-        let meshless: Vec<usize> = places.filter(|&index| !self.has_mesh(index)).collect();
-        for (place, &j) in meshless.iter().enumerate() {
-            let mut others = meshless[..place].iter();
+        let indices = 0..self.bodies.len();
+        let meshless: Vec<usize> = indices.filter(|&index| !self.has_mesh(index)).collect();
+        for (position, &j) in meshless.iter().enumerate() {
+            let mut others = meshless[..position].iter();
             if let Some(&i) = others.find(|&&i| self.can_interact(i, j)) {
                 let name = |index: usize| self.bodies[index].name().to_owned();
                 return Err(WorldError::NoContact([name(i), name(j)]));
@@ -90,8 +90,8 @@ impl System {
     }
 
     /// The constant system.
-    pub(crate) fn lifted<T: Scalar>(&self) -> System<T> {
-        System {
+    pub(crate) fn lifted<T: Scalar>(&self) -> Model<T> {
+        Model {
             bodies: self.bodies.iter().map(Body::lifted).collect(),
             gravity: lift_vector(&self.gravity),
             controls: self.controls.iter().map(Control::lifted).collect(),
@@ -103,10 +103,10 @@ impl System {
     }
 }
 
-impl<T: Scalar> System<T> {
+impl<T: Scalar> Model<T> {
     /// The system without derivatives.
-    pub(super) fn real(&self) -> System {
-        System {
+    pub(super) fn real(&self) -> Model {
+        Model {
             bodies: self.bodies.iter().map(Body::real).collect(),
             gravity: real_vector(&self.gravity),
             controls: self.controls.iter().map(Control::real).collect(),
@@ -127,7 +127,7 @@ impl<T: Scalar> System<T> {
 
     /// The place of the body of that name.
     pub(crate) fn index_of(&self, name: &str) -> Result<usize, WorldError> {
-        known_place(name, &self.bodies)
+        known_index_of(name, &self.bodies)
     }
 
     /// The state from which rollouts start.
@@ -140,8 +140,8 @@ impl<T: Scalar> System<T> {
 
     /// The places of the bodies that forces move.
     pub(crate) fn dynamic_bodies(&self) -> impl Iterator<Item = usize> {
-        let places = 0..self.bodies.len();
-        places.filter(|&index| self.bodies[index].inertia().is_some())
+        let indices = 0..self.bodies.len();
+        indices.filter(|&index| self.bodies[index].inertia().is_some())
     }
 
     /// Bodies A and B of a contact of two bodies, i < j, if it counts: it is not ignored, forces move one of them, and A is
@@ -168,22 +168,22 @@ impl<T: Scalar> System<T> {
     }
 
     /// A state with the bodies that forces do not move where they belong.
-    pub(super) fn placed(&self, mut state: State<T>) -> State<T> {
-        self.place(&mut state);
+    pub(super) fn with_prescribed_states(&self, mut state: State<T>) -> State<T> {
+        self.set_prescribed_states(&mut state);
         state
     }
 
     /// Puts the bodies that forces do not move where they belong.
-    pub(super) fn place(&self, state: &mut State<T>) {
+    pub(super) fn set_prescribed_states(&self, state: &mut State<T>) {
         for (index, body) in state.bodies.iter_mut().enumerate() {
-            if let Some(driven) = self.kinematic_state(index, state.time) {
+            if let Some(driven) = self.prescribed_state(index, state.time) {
                 *body = driven;
             }
         }
     }
 
     /// The state of a body that forces do not move.
-    pub(super) fn kinematic_state(&self, index: usize, time: f64) -> Option<BodyState<T>> {
+    pub(super) fn prescribed_state(&self, index: usize, time: f64) -> Option<BodyState<T>> {
         match &self.bodies[index].motion {
             Motion::Dynamic(_) => None,
             Motion::Fixed => Some(self.bodies[index].initial),

@@ -1,11 +1,11 @@
 use super::about_centers::PairGeometry;
 use super::island::Island;
-use super::matrix::Patterns;
+use super::matrix::SymbolicCache;
 use crate::contact::{ContactPair, FrozenContact, LinearizedContact};
-use crate::dynamics::any_world::{BodyDual, DynForce};
+use crate::dynamics::dyn_world::{BodyDual, DynForce};
+use crate::dynamics::model::Model;
 use crate::dynamics::motion::state_on;
 use crate::dynamics::sweep::Sweep;
-use crate::dynamics::system::System;
 use crate::dynamics::{Body, BodyState, Inertia, Motion, TimeSpan};
 use crate::geometry::Aabb;
 use crate::spatial::Pose;
@@ -13,39 +13,43 @@ use nalgebra::Vector6;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// A world in `f64`, in one of its steps.
-pub(in crate::dynamics) struct Scene<'a> {
-    pub(super) system: &'a System,
+pub(in crate::dynamics) struct StepContext<'a> {
+    pub(super) model: &'a Model,
     pub(super) forces: &'a dyn DynForce,
     /// The system once more, for the derivatives of forces; none if there are no forces.
-    pub(super) lifted: Option<&'a System<BodyDual>>,
+    pub(super) lifted: Option<&'a Model<BodyDual>>,
     /// Of matrices that were factorized before.
-    pub(super) patterns: &'a Patterns,
+    pub(super) symbolic_cache: &'a SymbolicCache,
     /// Bodies that a force holds together.
     pub(super) coupled: &'a [Vec<usize>],
     /// Weight and mean control of each body.
-    pub(super) given: Vec<Vector6<f64>>,
+    pub(super) applied: Vec<Vector6<f64>>,
     /// All bodies at the start of the step.
     pub(super) start: &'a [BodyState],
     /// True once the step should end.
     stop: &'a AtomicBool,
 }
 
-impl<'a> Scene<'a> {
+impl<'a> StepContext<'a> {
     /// Creates the scene of a time step.
     pub(super) fn new(
-        (system, forces): (&'a System, &'a dyn DynForce),
-        (lifted, coupled, patterns): (Option<&'a System<BodyDual>>, &'a [Vec<usize>], &'a Patterns),
+        (model, forces): (&'a Model, &'a dyn DynForce),
+        (lifted, coupled, symbolic_cache): (
+            Option<&'a Model<BodyDual>>,
+            &'a [Vec<usize>],
+            &'a SymbolicCache,
+        ),
         start: &'a [BodyState],
         span: TimeSpan,
         stop: &'a AtomicBool,
     ) -> Self {
         Self {
-            system,
+            model,
             forces,
             lifted,
-            patterns,
+            symbolic_cache,
             coupled,
-            given: system.given(span),
+            applied: model.applied_wrenches(span),
             start,
             stop,
         }
@@ -60,13 +64,13 @@ impl<'a> Scene<'a> {
     pub(super) fn inertias(&self, island: &Island) -> Vec<&'a Inertia> {
         let bodies = island.dynamic.iter();
         bodies
-            .filter_map(|&body| self.system.bodies[body].inertia())
+            .filter_map(|&body| self.model.bodies[body].inertia())
             .collect()
     }
 
     /// The states of an island's neighbors at a time (s).
     pub(super) fn neighbors_at(&self, island: &Island, time: f64) -> Vec<BodyState> {
-        let state = |&body: &usize| match &self.system.bodies[body].motion {
+        let state = |&body: &usize| match &self.model.bodies[body].motion {
             Motion::Kinematic(path) => state_on(&**path, time),
             Motion::Fixed | Motion::Dynamic(_) => self.start[body],
         };
@@ -95,7 +99,7 @@ impl<'a> Scene<'a> {
     ) -> &'s [(usize, usize)] {
         sweep.overlapping(boxes, |i, j| {
             let [one, other] = [i, j].map(|participant| island.body(participant));
-            let (a, _) = self.system.ordered_pair(one.min(other), one.max(other))?;
+            let (a, _) = self.model.ordered_pair(one.min(other), one.max(other))?;
             Some(if a == one { (i, j) } else { (j, i) })
         })
     }
@@ -113,7 +117,7 @@ impl<'a> Scene<'a> {
 
     /// The box around a body.
     pub(super) fn bounds(&self, body: usize, pose: &Pose) -> Aabb {
-        self.system.bodies[body].shape.bounds_at(pose)
+        self.model.bodies[body].shape.bounds_at(pose)
     }
 
     /// The smallest extent (m) of the box around a body in its own axes; zero if the body has no bounds.
@@ -133,12 +137,12 @@ impl<'a> Scene<'a> {
         bodies: [usize; 2],
         states: &'s [BodyState],
     ) -> Option<Pair<'s>> {
-        let places = bodies.map(|participant| island.body(participant));
+        let indices = bodies.map(|participant| island.body(participant));
         let states = bodies.map(|participant| &states[participant]);
         Some(Pair {
-            bodies: places.map(|place| &self.system.bodies[place]),
+            bodies: indices.map(|index| &self.model.bodies[index]),
             states,
-            contact: self.system.pair_of(places, states)?,
+            contact: self.model.pair_of(indices, states)?,
         })
     }
 
@@ -150,7 +154,7 @@ impl<'a> Scene<'a> {
         states: &'s [BodyState],
     ) -> PairGeometry<'s> {
         PairGeometry::of(
-            bodies.map(|participant| &self.system.bodies[island.body(participant)]),
+            bodies.map(|participant| &self.model.bodies[island.body(participant)]),
             bodies.map(|participant| &states[participant]),
         )
     }

@@ -1,12 +1,12 @@
 //! The contact of two bodies near a state.
 
 use super::about_centers::{PairGeometry, PairMatrix, PairVector, joined};
-use super::scene::Pair;
+use super::step_context::Pair;
 use crate::contact::{AddedByLaw, ContactWrench, FrozenContact, LinearizedContact};
 use nalgebra::{SMatrix, Vector6};
 
 /// The contact of two bodies near a state, about their centers of mass.
-pub(super) struct PairModel {
+pub(super) struct FrozenContactModel {
     /// The places of the bodies among the island's participants.
     pub bodies: [usize; 2],
     contact: FrozenContact,
@@ -41,7 +41,7 @@ impl PairWrenches {
     }
 }
 
-impl PairModel {
+impl FrozenContactModel {
     /// With the exact derivatives of what the law adds, or with those of the polygons as they are; none if the bodies do not
     /// touch.
     pub fn of(pair: &Pair, bodies: [usize; 2], is_exact: bool) -> Option<Self> {
@@ -51,7 +51,7 @@ impl PairModel {
         let maps = geometry.relative_velocity();
         let twists = pair.states().map(|state| Some(state.twist.to_vector()));
         let velocity = maps.by_velocities * joined(twists);
-        let mut model = PairModel {
+        let mut contact_model = FrozenContactModel {
             bodies,
             wrenches: geometry.wrenches([on_a, on_b]),
             by_displacements: geometry.by_displacements(&contact.by_poses, [on_a, on_b]),
@@ -60,13 +60,13 @@ impl PairModel {
             velocity,
             contact,
         };
-        if is_exact && model.contact.is_dissipative() {
+        if is_exact && contact_model.contact.is_dissipative() {
             let [by_displacements, by_velocities] = geometry.linearized(&pair.linearized());
-            let here = model.here();
-            model.by_displacements += by_displacements - here.by_displacements;
-            model.by_velocities = by_velocities - here.by_velocities;
+            let here = contact_model.here();
+            contact_model.by_displacements += by_displacements - here.by_displacements;
+            contact_model.by_velocities = by_velocities - here.by_velocities;
         }
-        Some(model)
+        Some(contact_model)
     }
 
     /// Returns whether dissipation or friction adds to the wrenches.

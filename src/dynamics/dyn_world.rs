@@ -1,7 +1,7 @@
 //! Worlds, whatever the type of their forces. What differentiates them is compiled once, in this library, in every width of
 //! dual numbers; rollouts outside an experiment are still compiled with the program that takes them.
 
-use super::system::System;
+use super::model::Model;
 use super::{Body, Force, ForceContext, STATE_DIM, World, WrenchAccumulator};
 use crate::scalar::{DenseDual, Scalar};
 use std::sync::Arc;
@@ -12,7 +12,7 @@ pub(super) type BodyDual = DenseDual<STATE_DIM>;
 /// A world, whatever the type of its forces.
 pub(crate) trait DynWorld<T>: Send + Sync {
     /// All but its forces.
-    fn system(&self) -> &System<T>;
+    fn model(&self) -> &Model<T>;
 
     /// Adds the wrenches of its forces on all bodies.
     fn add_forces(&self, wrenches: &mut WrenchAccumulator<T>, now: &ForceContext<T>);
@@ -62,12 +62,12 @@ impl<F: Force> DynForce for F {
 /// A world that can be made of another system in `T`.
 pub(crate) trait WithModel<T> {
     /// Its forces in another system.
-    fn with_model(&self, system: System<T>) -> Arc<dyn DynWorld<T>>;
+    fn with_model(&self, model: Model<T>) -> Arc<dyn DynWorld<T>>;
 }
 
 impl<T: Scalar, F: Force> DynWorld<T> for World<T, F> {
-    fn system(&self) -> &System<T> {
-        &self.system
+    fn model(&self) -> &Model<T> {
+        &self.model
     }
 
     fn add_forces(&self, wrenches: &mut WrenchAccumulator<T>, now: &ForceContext<T>) {
@@ -80,7 +80,7 @@ impl<T: Scalar, F: Force> DynWorld<T> for World<T, F> {
 }
 
 impl<T: Scalar, F: Force> WithModel<T> for World<f64, F> {
-    fn with_model(&self, system: System<T>) -> Arc<dyn DynWorld<T>> {
-        Arc::new(World::with_model(self, system))
+    fn with_model(&self, model: Model<T>) -> Arc<dyn DynWorld<T>> {
+        Arc::new(World::with_model(self, model))
     }
 }

@@ -40,7 +40,8 @@ impl Inertia {
     ) -> StateGradient {
         let (rotation, spin) = (before.pose.rotation(), &before.twist.angular);
         let (turned, _) = self.principal.turned_freely(rotation, spin, duration);
-        let [arm_before, arm_after] = [rotation, &turned].map(|it| it * self.center_of_mass);
+        let [arm_before, arm_after] =
+            [rotation, &turned].map(|rotation| rotation * self.center_of_mass);
         let by_end = after.about(&arm_after);
         gradient.center += rotation.tr_mul(&after.shift) - turned.tr_mul(&after.shift);
         let by_rotation = [by_end.turn, by_end.spin];
