@@ -1,10 +1,9 @@
-//! Bodies that move: a [`World`] of them, stepped forward in time.
+//! Rigid-body dynamics with hydroelastic contact: a [`World`] of bodies, stepped forward in time.
 //!
-//! A [`Body`] is a shape with a material, a mass and an initial state; a [`World`] is a list of
-//! bodies with gravity, [forces](Force) and [controls](Control); a [`Rollout`] is an iterator over its states, and a
-//! [`Batch`] many rollouts at once.
-//! All of it is generic over the scalar, so a rollout on dual numbers carries the derivatives of
-//! every later state by whatever was seeded ([`crate::gradient`] does the seeding).
+//! A [`Body`] is a shape with a material, a mass and an initial state. A [`World`] is a list of bodies with gravity, [forces](Force) and
+//! [controls](Control). A [`Rollout`] is an iterator over the states of a world, and a [`Batch`] runs many independent rollouts.
+//! All types are generic over the scalar. A rollout on dual numbers carries the derivatives of every later state with respect to the
+//! seeded numbers; [`crate::gradient`] seeds them.
 //!
 //! ```
 //! use hydroelastic::contact::Shape;
@@ -29,11 +28,15 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! With the feature `serde`, [`BodyState`], [`State`], [`Material`] and [`Trajectory`] (`T = f64`) are saved
-//! by the names of their fields, a trajectory as `{ "states": [...] }`, poses and twists as
-//! [`crate::spatial`] says. What is loaded is checked: a trajectory has at least one state, as many bodies
-//! in each, and keeps the order of time; materials are in range; every number is finite. A rollout that
-//! goes on from a loaded state ([`Rollout::with_state`]) has the bits of one from the state itself.
+//! With the feature `serde`, [`BodyState`], [`State`], [`Material`] and [`Trajectory`] (`T = f64`) are saved with the names of their
+//! fields. A trajectory is saved as `{ "states": [...] }`. Poses and twists are saved as in [`crate::spatial`]. Loading checks the
+//! following:
+//!
+//! - A trajectory has at least one state, the same number of bodies in every state, and states in the order of time.
+//! - Materials are in range.
+//! - Every number is finite.
+//!
+//! A rollout that starts from a loaded state ([`Rollout::with_state`]) has the same bits as a rollout that starts from the saved state.
 
 mod accuracy;
 mod batch;

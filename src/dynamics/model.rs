@@ -9,16 +9,16 @@ use std::collections::BTreeSet;
 /// Slip tolerance (m/s) of a new world.
 const SLIP_TOLERANCE: f64 = 1e-3;
 
-/// What a number that forces read is called where it is not finite.
+/// Name of a force parameter in error messages.
 pub(super) const FORCE_PARAMETER: &str = "force parameter";
 
-/// All of a [`World`](super::World) but its forces. What needs no force knows nothing of their type.
+/// Everything in a [`World`](super::World) but the forces. Code that needs no forces does not depend on their type.
 #[derive(Debug, Clone)]
 pub(crate) struct Model<T = f64> {
     pub bodies: Vec<Body<T>>,
     pub gravity: Vector3<T>,
     pub controls: Vec<Control<T>>,
-    /// Numbers that forces read, by their names.
+    /// Names and values of the force parameters.
     pub force_parameters: Vec<(String, T)>,
     /// Time (s) of the initial state.
     pub(crate) start: f64,
@@ -27,12 +27,12 @@ pub(crate) struct Model<T = f64> {
 }
 
 impl Model {
-    /// Bodies that start at a time (s), without gravity.
+    /// Model of bodies whose initial state is at a time (s), without gravity.
     pub(super) fn starting_at(start: f64, mut bodies: Vec<Body>) -> Result<Self, WorldError> {
         check_finite("time of the initial state", &[start])?;
         let mut names = BTreeSet::new();
         for body in &mut bodies {
-            // Before the move, because the move would hide a start that is not on the path.
+            // Check before the move, because the move would hide a start that is not on the path.
             body.check()?;
             body.start_at(start);
             body.check()?;
@@ -51,10 +51,11 @@ impl Model {
         })
     }
 
-    /// The same system, in which no contact of the bodies with these names counts.
+    /// Excludes the contact of the bodies with these names.
     ///
     /// # Errors
-    /// If there is no body of one of the names, or both are the same.
+    /// - If one of the names is unknown.
+    /// - If both names are the same.
     pub(super) fn ignoring(mut self, first: &str, second: &str) -> Result<Self, WorldError> {
         let (i, j) = (self.index_of(first)?, self.index_of(second)?);
         if i == j {
@@ -64,9 +65,9 @@ impl Model {
         Ok(self)
     }
 
-    /// Checks that there is a contact for any two bodies that may meet.
+    /// Checks that at least one body of each pair that can interact has a mesh.
     pub(super) fn check_partners(&self) -> Result<(), WorldError> {
-        // Of two with a mesh there is always one.
+        // Only pairs of bodies without a mesh can fail.
         let indices = 0..self.bodies.len();
         let meshless: Vec<usize> = indices.filter(|&index| !self.has_mesh(index)).collect();
         for (position, &j) in meshless.iter().enumerate() {
@@ -79,7 +80,7 @@ impl Model {
         Ok(())
     }
 
-    /// Checks all numbers that a parameter or another start may have changed.
+    /// Checks all numbers that a parameter or a new initial state may have changed.
     pub(crate) fn check(&self) -> Result<(), WorldError> {
         let mut bodies = self.bodies.iter();
         bodies.try_for_each(Body::check)?;
@@ -89,7 +90,7 @@ impl Model {
         check_finite("gravity", self.gravity.as_slice())
     }
 
-    /// The constant system.
+    /// The model with zero derivatives.
     pub(crate) fn lifted<T: Scalar>(&self) -> Model<T> {
         Model {
             bodies: self.bodies.iter().map(Body::lifted).collect(),
@@ -104,7 +105,7 @@ impl Model {
 }
 
 impl<T: Scalar> Model<T> {
-    /// The system without derivatives.
+    /// The model without derivatives.
     pub(super) fn real(&self) -> Model {
         Model {
             bodies: self.bodies.iter().map(Body::real).collect(),
@@ -117,7 +118,7 @@ impl<T: Scalar> Model<T> {
         }
     }
 
-    /// The numbers that forces read, each converted.
+    /// The force parameters with converted values.
     fn force_parameters_by<U>(&self, convert: impl Fn(T) -> U) -> Vec<(String, U)> {
         let numbers = self.force_parameters.iter();
         numbers
@@ -125,12 +126,12 @@ impl<T: Scalar> Model<T> {
             .collect()
     }
 
-    /// The place of the body of that name.
+    /// Index of the body with this name.
     pub(crate) fn index_of(&self, name: &str) -> Result<usize, WorldError> {
         known_index_of(name, &self.bodies)
     }
 
-    /// The state from which rollouts start.
+    /// Initial state of rollouts.
     pub(super) fn initial_state(&self) -> State<T> {
         State {
             time: self.start,
@@ -138,14 +139,14 @@ impl<T: Scalar> Model<T> {
         }
     }
 
-    /// The places of the bodies that forces move.
+    /// Indices of the dynamic bodies.
     pub(crate) fn dynamic_bodies(&self) -> impl Iterator<Item = usize> {
         let indices = 0..self.bodies.len();
         indices.filter(|&index| self.bodies[index].inertia().is_some())
     }
 
-    /// Bodies A and B of a contact of two bodies, i < j, if it counts: it is not ignored, forces move one of them, and A is
-    /// compliant with a mesh. This is the one place that says what touches what.
+    /// Bodies A and B of the contact of two bodies, i < j. Returns `None` unless the pair is not ignored, one of the bodies is dynamic, and
+    /// A is compliant with a mesh. Only this method decides which pairs can collide and which body is A.
     pub(crate) fn ordered_pair(&self, i: usize, j: usize) -> Option<(usize, usize)> {
         if !self.can_interact(i, j) {
             return None;
@@ -161,19 +162,19 @@ impl<T: Scalar> Model<T> {
         self.bodies[index].shape.compliant().is_some()
     }
 
-    /// Whether it matters if two bodies, i < j, touch: forces move one of them, and the pair is not ignored.
+    /// Whether the contact of two bodies, i < j, has an effect: one of them is dynamic, and the pair is not ignored.
     fn can_interact(&self, i: usize, j: usize) -> bool {
         let moves = |index: usize| self.bodies[index].inertia().is_some();
         (moves(i) || moves(j)) && !self.ignored.contains(&(i, j))
     }
 
-    /// A state with the bodies that forces do not move where they belong.
+    /// Returns the state with fixed and kinematic bodies in their prescribed states.
     pub(super) fn with_prescribed_states(&self, mut state: State<T>) -> State<T> {
         self.set_prescribed_states(&mut state);
         state
     }
 
-    /// Puts the bodies that forces do not move where they belong.
+    /// Sets fixed and kinematic bodies to their prescribed states.
     pub(super) fn set_prescribed_states(&self, state: &mut State<T>) {
         for (index, body) in state.bodies.iter_mut().enumerate() {
             if let Some(driven) = self.prescribed_state(index, state.time) {
@@ -182,7 +183,7 @@ impl<T: Scalar> Model<T> {
         }
     }
 
-    /// The state of a body that forces do not move.
+    /// State of a fixed or kinematic body at a time (s); `None` for a dynamic body.
     pub(super) fn prescribed_state(&self, index: usize, time: f64) -> Option<BodyState<T>> {
         match &self.bodies[index].motion {
             Motion::Dynamic(_) => None,
