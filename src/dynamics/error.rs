@@ -12,14 +12,14 @@ pub enum WorldError {
     Material {
         /// Name of the body.
         body: String,
-        /// Which number.
+        /// Name of the number.
         quantity: &'static str,
-        /// Its value.
+        /// Value of the number.
         value: f64,
     },
     /// The pressure gradient of a body is too steep for the contact computation.
     #[error(
-        "the pressure of body {body:?} rises by {slope:e} Pa/m, its hydroelastic modulus times the steepest gradient of its extent, but {most:e} Pa/m is the most that can be computed with",
+        "the pressure gradient of body {body:?} is {slope:e} Pa/m (hydroelastic modulus times the steepest gradient of the extent), but must be at most {most:e} Pa/m",
         most = STEEPEST
     )]
     Steep {
@@ -30,7 +30,7 @@ pub enum WorldError {
     },
     /// A rigid body has a material with a modulus.
     #[error(
-        "body {0:?} is rigid, but its material has a hydroelastic modulus, and that of a rigid body has none"
+        "body {0:?} is rigid, but its material has a hydroelastic modulus: a rigid body needs a material without one"
     )]
     RigidWithModulus(String),
     /// A compliant body has a material without a modulus.
@@ -41,7 +41,7 @@ pub enum WorldError {
     Unbounded(String),
     /// Two bodies are rigid or half-spaces, and at least one of them is dynamic.
     #[error(
-        "between bodies {:?} and {:?} no contact is computed, because neither is compliant with a mesh: make one so, or name the pair as one to ignore when the world is made",
+        "bodies {:?} and {:?} cannot have a contact, because neither is compliant with a mesh: give one of them a compliant mesh, or ignore the pair when the world is built",
         .0[0], .0[1]
     )]
     NoContact([String; 2]),
@@ -60,9 +60,9 @@ pub enum WorldError {
     Mass {
         /// Name of the body.
         body: String,
-        /// Which number.
+        /// Name of the number.
         quantity: &'static str,
-        /// Its value.
+        /// Value of the number.
         value: f64,
     },
     /// An inertia matrix is not symmetric.
@@ -78,7 +78,7 @@ pub enum WorldError {
     /// No solid has these principal moments. Each moment is the integral of the squares of two coordinates, so no moment is greater than
     /// the sum of the other two.
     #[error(
-        "the largest principal moment of inertia of body {body:?} is {largest} kg m², but that of a solid is at most the sum of the others, {others} kg m²"
+        "the largest principal moment of inertia of body {body:?} is {largest} kg m², but must be at most the sum of the others, {others} kg m²"
     )]
     ImpossibleInertia {
         /// Name of the body.
@@ -93,7 +93,7 @@ pub enum WorldError {
     CenterOfMass {
         /// Name of the body.
         body: String,
-        /// The component.
+        /// Value of the component.
         value: f64,
     },
     /// A fixed or kinematic body was given an initial motion, a control or a force.
@@ -133,7 +133,7 @@ pub enum WorldError {
         body: String,
         /// "velocity" or "spin".
         quantity: &'static str,
-        /// The component.
+        /// Value of the component.
         value: f64,
     },
     /// Two bodies have the same name.
@@ -162,11 +162,11 @@ pub enum WorldError {
     #[error("a force parameter needs a name, but its name is empty")]
     UnnamedForceParameter,
     /// A state does not fit the world.
-    #[error("a state of {found} bodies does not fit a world of {expected}")]
+    #[error("a state has {found} bodies, but the world has {expected}")]
     StateSize {
-        /// Bodies in the state.
+        /// Number of bodies in the state.
         found: usize,
-        /// Bodies in the world.
+        /// Number of bodies in the world.
         expected: usize,
     },
     /// A trajectory has no states.
@@ -175,39 +175,39 @@ pub enum WorldError {
     /// The states of a trajectory have different numbers of bodies.
     #[error("state {state} of a trajectory has {found} bodies, but the first has {expected}")]
     BodyCount {
-        /// The state, counted from 0.
+        /// Index of the state, from 0.
         state: usize,
-        /// Bodies in it.
+        /// Number of bodies in the state.
         found: usize,
-        /// Bodies in the first one.
+        /// Number of bodies in the first state.
         expected: usize,
     },
     /// The states of a trajectory are not in the order of time.
     #[error("state {state} of a trajectory is at {time} s, but the one before it at {previous} s")]
     StateOrder {
-        /// The state, counted from 0.
+        /// Index of the state, from 0.
         state: usize,
-        /// Its time (s).
+        /// Time of the state (s).
         time: f64,
-        /// Time of the one before it (s).
+        /// Time of the previous state (s).
         previous: f64,
     },
-    /// Changes of a state are more or fewer than it has degrees of freedom.
-    #[error("{found} numbers do not change a state of {expected} local coordinates")]
+    /// A change of a state has the wrong size.
+    #[error("a change of a state has {found} numbers, but must have {expected}: 12 for each dynamic body")]
     ChangeSize {
-        /// Numbers given.
+        /// Number of given values.
         found: usize,
-        /// 12 for each dynamic body.
+        /// Expected number: 12 for each dynamic body.
         expected: usize,
     },
-    /// A number of the world, a plan, a force, a control or a state is out of range.
+    /// A number of a world, plan, force, control or state is out of range.
     #[error("the {quantity} is {value}, but must be {expected}")]
     Setting {
-        /// Which number.
+        /// Name of the number.
         quantity: &'static str,
-        /// Its value.
+        /// Value of the number.
         value: f64,
-        /// What it must be.
+        /// Valid values.
         expected: &'static str,
     },
 }

@@ -48,8 +48,8 @@ impl PrincipalInertia {
         (self.rotation_of(&after), spin + faster)
     }
 
-    /// [`Self::turned_freely`] for first-order numbers with many derivatives. All derivatives depend on the result through six numbers, so
-    /// the chain rule is cheaper.
+    /// [`Self::turned_freely`] for first-order numbers with many derivatives. The result depends on its inputs through six numbers, so the
+    /// chain rule over six derivatives is cheaper.
     fn turned_by_chain_rule<T: Scalar>(
         &self,
         rotation: &Matrix3<T>,

@@ -10,15 +10,15 @@ use std::fmt;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
-/// An endless iterator over the states that follow a world's initial state, one a time step; [`Self::run`] takes the
-/// steps that were planned.
+/// Endless iterator over the states that follow the initial state of a world, one for each time step. [`Self::run`] takes only the planned
+/// steps.
 ///
 /// Each item is the next state. The iterator returns an error and ends if a state is not finite, an explicit step fails the
 /// [stability check](Plan::without_stability_check), or an implicit step is not solved.
 ///
-/// A panic in a function that was passed in (a force, a path) passes through the iterator and
-/// through [`Self::advance`]. Whoever catches it finds the last good state in [`Self::state`], and
-/// may go on: the step is taken again. [`Self::run`] makes an error of it.
+/// A panic in a user function (a force or a path) passes through the iterator and through [`Self::advance`]. A caller that catches the
+/// panic finds the last good state in [`Self::state`], and can continue: the step is taken again. [`Self::run`] returns a panic as an
+/// error.
 #[derive(Clone)]
 pub struct Rollout<T = f64> {
     world: Arc<dyn DynWorld<T>>,
@@ -28,19 +28,19 @@ pub struct Rollout<T = f64> {
 }
 
 impl<T: Scalar, F: Force> World<T, F> {
-    /// Steps from the initial state, by a plan.
+    /// Rollout of a plan from the initial state.
     #[must_use]
     pub fn rollout(&self, plan: &Plan) -> Rollout<T> {
         Rollout::new(self, plan)
     }
 
-    /// The state one time step after another one, by the time step, the integrator and the stability check of a plan.
-    /// [`Rollout::advance`] takes many steps without allocating, at times that are multiples of the time step. Its stability check is
-    /// cheaper too, because it compares each step with the previous step.
+    /// State one time step after another state, with the time step, the integrator and the stability check of a plan. [`Rollout::advance`]
+    /// takes many steps without allocation, at times that are multiples of the time step. Its stability check is also cheaper, because it
+    /// compares each step with the previous step.
     ///
     /// # Errors
-    /// If the state does not fit the world (see [`Rollout::with_state`]), or the next one is not finite or fails the
-    /// stability check.
+    /// - If the state does not fit the world (see [`Rollout::with_state`]).
+    /// - If the next state is not finite or fails the stability check.
     pub fn step(&self, state: &State<T>, plan: &Plan) -> Result<State<T>, RolloutError> {
         state.check_fits(self.bodies())?;
         let mut steps = Stepper::from(self.model.with_prescribed_states(state.clone()));
@@ -50,13 +50,13 @@ impl<T: Scalar, F: Force> World<T, F> {
 }
 
 impl<T: Scalar> Rollout<T> {
-    /// Steps of a world, which may be shared, from its initial state.
+    /// Rollout of a world from its initial state. The world may be shared.
     #[must_use]
     pub fn new<F: Force>(world: impl Into<Arc<World<T, F>>>, plan: &Plan) -> Self {
         Self::of(world.into(), plan)
     }
 
-    /// The same of a world whatever its forces.
+    /// Rollout of a type-erased world.
     pub(crate) fn of(world: Arc<dyn DynWorld<T>>, plan: &Plan) -> Self {
         let steps = Stepper::from(world.model().initial_state());
         Self {
@@ -67,7 +67,7 @@ impl<T: Scalar> Rollout<T> {
         }
     }
 
-    /// The same rollout from another state of the world. Bodies that forces do not move are where they belong.
+    /// Sets the state from which the rollout starts. Fixed and kinematic bodies keep their prescribed states.
     ///
     /// # Errors
     /// If the state has another number of bodies, a pose that is not rigid, or a number that is not finite.
@@ -86,21 +86,20 @@ impl<T: Scalar> Rollout<T> {
         Self { steps, ..self }
     }
 
-    /// The same rollout, of which [`Self::run`] adds 1 to a number for each step taken: for another thread to read, that
-    /// shows how far the rollout has come.
+    /// Sets a counter to which [`Self::run`] adds 1 for each step. Another thread can read it to show the progress.
     #[must_use]
     pub fn with_step_counter(self, count: Arc<AtomicUsize>) -> Self {
         let count = Some(count);
         Self { count, ..self }
     }
 
-    /// The state last given, or the initial one.
+    /// Last returned state, or the initial state.
     #[must_use]
     pub fn state(&self) -> &State<T> {
         &self.steps.state
     }
 
-    /// What the last implicit step took, rejected substeps included; none before it, or if steps are explicit.
+    /// Report of the last implicit step, including rejected substeps. `None` before the first step and for explicit steps.
     #[must_use]
     pub fn step_report(&self) -> Option<&StepReport> {
         self.steps
@@ -109,16 +108,20 @@ impl<T: Scalar> Rollout<T> {
             .map(|integrator_state| &integrator_state.report)
     }
 
-    /// Takes the planned number of steps and keeps the states that are to be recorded.
+    /// Takes the planned number of steps and returns the recorded states.
     ///
     /// # Errors
-    /// If a state is not finite or fails the stability check, a force or a path panics, or the rollout is
-    /// [stopped](Self::with_cancel_flag); the error holds the trajectory up to there.
+    /// The error contains the trajectory up to that step.
+    ///
+    /// - If a state is not finite or fails the stability check.
+    /// - If an implicit step is not solved.
+    /// - If a force or a path panics.
+    /// - If the rollout is [stopped](Self::with_cancel_flag).
     pub fn run(self) -> RolloutResult<T> {
         self.run_with_observer(|_, _| {})
     }
 
-    /// The same, showing how far it has come before and after every step, with the number of steps taken.
+    /// [`Self::run`] with an observer, which is called before the first step and after every step with the number of steps taken.
     pub(crate) fn run_with_observer(
         mut self,
         mut show: impl FnMut(usize, &Stepper<T>),
@@ -149,14 +152,18 @@ impl<T: Scalar> Rollout<T> {
         Ok(())
     }
 
-    /// Takes a step and shows the state it led to: [`Iterator::next`] without a copy. Explicit
-    /// steps allocate nothing once the buffers are large enough, with two exceptions: the stability check linearizes contacts, and
-    /// many contacts, or a large one, are computed by several threads. Implicit steps allocate, because the size of their matrices
+    /// Takes a step and returns the next state: [`Iterator::next`] without a copy.
+    ///
+    /// Explicit steps allocate nothing once the buffers are large enough, with two exceptions: the stability check linearizes contacts, and
+    /// many contacts, or a large contact, are computed by several threads. Implicit steps allocate, because the size of their matrices
     /// depends on which bodies touch.
     ///
     /// # Errors
-    /// If the state is not finite, the step fails the stability check, or the rollout is [stopped](Self::with_cancel_flag).
     /// [`Self::state`] then stays the state before the step.
+    ///
+    /// - If the next state is not finite or fails the stability check.
+    /// - If an implicit step is not solved.
+    /// - If the rollout is [stopped](Self::with_cancel_flag).
     pub fn advance(&mut self) -> Result<&State<T>, RolloutError> {
         self.steps.advance(&*self.world, &self.plan)
     }
@@ -182,8 +189,7 @@ impl<T: Scalar> Iterator for Rollout<T> {
         Some(self.advance().cloned())
     }
 
-    /// Without copies of the states that are passed over. An error among these ends the iteration;
-    /// [`Self::run`] tells of it.
+    /// Skips states without copying them. An error in a skipped state ends the iteration. [`Self::run`] returns such errors.
     fn nth(&mut self, count: usize) -> Option<Self::Item> {
         for _ in 0..count {
             if self.steps.has_failed || self.advance().is_err() {

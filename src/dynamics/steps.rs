@@ -1,12 +1,12 @@
 //! Steps of a rollout.
 //!
-//! An explicit step is a function from state to state: *drifts*, in which bodies move freely (`free_rotation.rs`: one splitting, continuous
-//! in the moments of inertia), and one *kick*, in which wrenches act at fixed poses. The kick sums the wrenches of all close pairs, then
-//! those of the controls at the middle of the step and of the forces, which see the contacts. Gravity acts by itself. Close pairs are
-//! those whose boxes overlap, by sort and sweep. The wrenches are summed in the order of the pairs, so that threads change no bit.
+//! An explicit step is a function from state to state. In *drifts*, bodies move freely (`free_rotation.rs`: one splitting, continuous in
+//! the moments of inertia). In one *kick*, wrenches act at fixed poses. The kick sums the wrenches of all close pairs, then the mean
+//! controls over the step, then the other forces, which can depend on the contacts. Gravity is added separately. Close pairs are pairs
+//! whose bounding boxes overlap, found by sort and sweep. The wrenches are summed in the order of the pairs, so that the number of threads
+//! changes no bit.
 //!
-//! Angular momentum is the state of rotation. Drifts keep it to rounding errors, and the angular velocity follows from the angular momentum
-//! and the rotated inertia.
+//! Drifts keep the angular momentum to rounding errors. The angular velocity follows from the angular momentum and the rotated inertia.
 
 use super::dyn_world::DynWorld;
 use super::implicit::{ImplicitIntegratorState, IslandRecord, LastStep, Scheme, Step};
@@ -20,34 +20,34 @@ use std::mem;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// The least slip tolerance (m/s) of implicit steps. With 1e-7 m/s, impacts with friction are not solved any more here and there.
+/// Smallest slip tolerance (m/s) of implicit steps. With 1e-7 m/s, some impacts with friction are not solved.
 const LEAST_SLIP_TOLERANCE: f64 = 1e-6;
 
-/// The state that a world's steps have led to.
+/// Stepping state of a rollout: the current and the next state, and what steps carry over.
 #[derive(Debug, Clone)]
 pub(crate) struct Stepper<T> {
     pub(super) state: State<T>,
-    /// The next state while it is computed; `state` stays until that one is known to be finite.
+    /// Next state while it is computed. It replaces `state` only after it is known to be finite.
     next: State<T>,
     workspace: Workspace<T>,
-    /// The contacts of explicit steps that are checked.
+    /// Energy balances of contacts, for the stability check of explicit steps.
     balances: ContactBalances,
-    /// What implicit steps keep; none before the first.
+    /// Solver state of implicit steps; `None` before the first step.
     pub(super) integrator_state: Option<ImplicitIntegratorState>,
-    /// Time (s) of the state that steps are counted from.
+    /// Time (s) at which the step count is zero.
     start: f64,
-    /// Steps taken since then.
+    /// Number of steps taken since `start`.
     step_count: usize,
     pub(super) has_failed: bool,
-    /// Stop flag. Once it is true, steps end, also an implicit step in progress.
+    /// Cancel flag. Once it is true, the steps end, including an implicit step in progress.
     pub(super) stop: Arc<AtomicBool>,
 }
 
-/// What steps need to go on with the same bits.
+/// Everything that later steps need to continue with the same bits.
 #[derive(Debug, Clone)]
 pub(crate) struct Checkpoint {
     pub state: State,
-    /// What the last implicit step carries on to the next; none before the first.
+    /// State that the last implicit step passes to the next step; `None` before the first step.
     last: Option<LastStep>,
 }
 
@@ -68,7 +68,7 @@ impl<T: Scalar> From<State<T>> for Stepper<T> {
 }
 
 impl Stepper<f64> {
-    /// The steps of a world's rollout, so many of which have led here.
+    /// Steps of a rollout that continue from a checkpoint after `step_count` steps.
     pub(super) fn resumed(
         checkpoint: &Checkpoint,
         world: &dyn DynWorld<f64>,
@@ -93,7 +93,7 @@ impl Stepper<f64> {
         }
     }
 
-    /// The ways that the islands of an implicit step have gone in the last one.
+    /// Records of the islands in the last implicit step.
     pub(super) fn island_records(&self) -> &[IslandRecord] {
         self.integrator_state
             .as_ref()
@@ -124,7 +124,7 @@ impl<T: Scalar> Stepper<T> {
         }
         self.next.time = self.state.time;
         self.next.bodies.clone_from(&self.state.bodies);
-        // From the count of steps: a sum of 10⁶ time steps would have drifted.
+        // The time is computed from the step count, because a sum of 10⁶ time steps would drift.
         let end = self.start + step as f64 * plan.time_step();
         match plan.integrator().kind() {
             Kind::Explicit(splitting) => self.advance_explicitly(world, (plan, splitting), step)?,
@@ -188,26 +188,26 @@ impl<T: Scalar> Stepper<T> {
         self.stop_at(error.map(|error| error.into_error(world.model(), (step, start))))
     }
 
-    /// Ends the rollout by an error, if there is one.
+    /// Ends the rollout if there is an error.
     fn stop_at(&mut self, error: Option<RolloutError>) -> Result<(), RolloutError> {
         self.has_failed |= error.is_some();
         error.map_or(Ok(()), Err)
     }
 
-    /// An error, if a path is not finite at the time of the next state.
+    /// Returns an error if a path is not finite at the time of the next state.
     fn path_error(&self, model: &Model<T>, step: usize) -> Option<RolloutError> {
         let is_kinematic = |body: &Body<T>| body.motion.is_kinematic();
         let (time, body) = (self.next.time, self.non_finite_body(model, is_kinematic)?);
         Some(RolloutError::PathNotFinite { step, time, body })
     }
 
-    /// An error, if the next state is not finite.
+    /// Returns an error if the next state is not finite.
     fn state_error(&self, model: &Model<T>, step: usize) -> Option<RolloutError> {
         let (time, body) = (self.next.time, self.non_finite_body(model, |_| true)?);
         Some(RolloutError::NotFinite { step, time, body })
     }
 
-    /// The name of the first of such bodies whose next state is not finite.
+    /// Name of the first checked body whose next state is not finite.
     fn non_finite_body(
         &self,
         model: &Model<T>,

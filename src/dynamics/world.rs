@@ -8,9 +8,7 @@ use nalgebra::Vector3;
 use std::fmt;
 use std::sync::Arc;
 
-/// Bodies, what acts on them, and where they start.
-///
-/// Besides contact and gravity act the [forces](Force) `F` and the [controls](Control) it was given.
+/// Bodies with their initial state. Contact, gravity, the [forces](Force) `F` and the [controls](Control) act on them.
 pub struct World<T = f64, F = ()> {
     pub(crate) model: Model<T>,
     pub(super) forces: Arc<F>,
@@ -24,14 +22,14 @@ impl<T: Clone, F> Clone for World<T, F> {
 }
 
 impl<T, F> World<T, F> {
-    /// These forces in another system.
+    /// World with the same forces and another model.
     pub(crate) fn with_model<U>(&self, model: Model<U>) -> World<U, F> {
         let forces = Arc::clone(&self.forces);
         World { model, forces }
     }
 }
 
-/// Without the forces.
+/// Prints the model, without the forces.
 impl<T: fmt::Debug, F> fmt::Debug for World<T, F> {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut parts = formatter.debug_struct("World");
@@ -39,7 +37,7 @@ impl<T: fmt::Debug, F> fmt::Debug for World<T, F> {
     }
 }
 
-/// A copy to be shared.
+/// Copies the world into an `Arc`.
 impl<T: Clone, F> From<&World<T, F>> for Arc<World<T, F>> {
     fn from(world: &World<T, F>) -> Self {
         Self::new(world.clone())
@@ -47,20 +45,20 @@ impl<T: Clone, F> From<&World<T, F>> for Arc<World<T, F>> {
 }
 
 impl World {
-    /// Starts a world of bodies and settings.
+    /// Creates an empty builder.
     pub fn builder() -> WorldBuilder {
         WorldBuilder::default()
     }
 
-    /// A world without gravity, in which any two bodies may touch.
+    /// World of bodies without gravity, in which no pairs of bodies are ignored.
     ///
     /// # Errors
-    /// As [`WorldBuilder::build`].
+    /// As for [`WorldBuilder::build`].
     pub fn new(bodies: Vec<Body>) -> Result<Self, WorldError> {
         Self::of_bodies(bodies, &[])
     }
 
-    /// A world in which these pairs of bodies pass through each other.
+    /// World in which these pairs of bodies pass through each other.
     pub(super) fn of_bodies(
         bodies: Vec<Body>,
         ignored: &[[String; 2]],
@@ -70,7 +68,7 @@ impl World {
             model = model.ignoring(first, second)?;
         }
         model.check_partners()?;
-        // A body on a path has its pose from there, orthonormal already.
+        // The pose of a kinematic body comes from its path and is already orthonormal.
         for body in &mut model.bodies {
             if !body.motion.is_kinematic() {
                 body.initial.pose = body.initial.pose.orthonormalized();
@@ -79,7 +77,7 @@ impl World {
         Ok(Self::without_forces(model))
     }
 
-    /// A world of a system, without forces of other kinds.
+    /// World of a model, without other forces.
     pub(super) fn without_forces(model: Model) -> Self {
         let forces = Arc::new(());
         Self { model, forces }
@@ -87,7 +85,7 @@ impl World {
 }
 
 impl<F: Force> World<f64, F> {
-    /// The same world with gravity (m/s²).
+    /// Sets gravity (m/s²).
     ///
     /// # Errors
     /// If a component is not finite.
@@ -97,8 +95,8 @@ impl<F: Force> World<f64, F> {
         Ok(self)
     }
 
-    /// The same world with a number that its forces may read, as a stiffness or a thrust: derivatives may be taken by it, which
-    /// they cannot by a constant of the force itself. In place of the one of the same name, if there is one.
+    /// Sets a force parameter: a number that forces read, such as a stiffness or a thrust. Rollouts can be differentiated with respect to
+    /// force parameters, but not with respect to constants inside a force. The value replaces an earlier value of the same name.
     ///
     /// ```
     /// use hydroelastic::dynamics::{Force, ForceContext, World, WrenchAccumulator};
@@ -121,7 +119,7 @@ impl<F: Force> World<f64, F> {
     /// ```
     ///
     /// # Errors
-    /// If the name is empty, the value is not finite, or a force [cannot act](Force::check) with it.
+    /// If the name is empty, the value is not finite, or a force [rejects](Force::check) the value.
     pub fn with_force_parameter(mut self, name: &str, value: f64) -> Result<Self, WorldError> {
         if name.is_empty() {
             return Err(WorldError::UnnamedForceParameter);
@@ -135,7 +133,7 @@ impl<F: Force> World<f64, F> {
         Ok(self)
     }
 
-    /// Checks that the forces can act.
+    /// Checks the forces.
     pub(crate) fn check_forces(&self) -> Result<(), WorldError> {
         let model = &self.model;
         self.forces.check(&model.bodies, &model.force_parameters)?;
@@ -145,11 +143,11 @@ impl<F: Force> World<f64, F> {
         )
     }
 
-    /// Replaces the forces of the world by one force, or by several as a tuple or a list. The world must already have the
-    /// [force parameters](Self::with_force_parameter) that the forces name.
+    /// Replaces the forces of the world by one force, or by several forces as a tuple or a list. The world must already have the [force
+    /// parameters](Self::with_force_parameter) that the forces name.
     ///
     /// # Errors
-    /// If a force [cannot act](Force::check) on the bodies, or [couples](Force::coupling_groups) one that the world does not have.
+    /// If a force [rejects](Force::check) the world, or [couples](Force::coupling_groups) a body that the world does not have.
     pub fn with_forces<G: Force>(self, forces: G) -> Result<World<f64, G>, WorldError> {
         let world = World {
             model: self.model,
@@ -159,12 +157,10 @@ impl<F: Force> World<f64, F> {
         Ok(world)
     }
 
-    /// The same world with another initial state, at its own time. Bodies that forces do not move stay as they are: a fixed
-    /// one where it was, one on a path where that is at the time.
+    /// Sets the initial state and its time. Fixed bodies stay where they are. Kinematic bodies take the state of their path at that time.
     ///
     /// # Errors
-    /// If the state has another number of bodies, a pose that is not rigid, or a number that is not finite, or a path is not
-    /// finite at its time.
+    /// If the state does not fit the world, or a path is not finite at its time.
     pub fn with_initial_state(mut self, state: &State) -> Result<Self, WorldError> {
         state.check_fits(self.bodies())?;
         let placed = self.model.with_prescribed_states(state.clone());
@@ -176,10 +172,10 @@ impl<F: Force> World<f64, F> {
         Ok(self)
     }
 
-    /// The same world with a control, in place of one that its body may have had.
+    /// Adds a control, or replaces the control of the same body.
     ///
     /// # Errors
-    /// If there is no such body, or forces do not move it.
+    /// If the body is unknown or not dynamic.
     pub fn with_control(mut self, control: Control) -> Result<Self, WorldError> {
         let body = &self.model.bodies[self.index_of(control.body())?];
         if body.inertia().is_none() {
@@ -195,11 +191,11 @@ impl<F: Force> World<f64, F> {
         Ok(self)
     }
 
-    /// The same world, in which a body that forces do not move follows a path, or stays where it starts if there is none: what
-    /// takes the paths out of a world that is to be saved, and puts them back.
+    /// Makes a fixed or kinematic body follow a path, or stay at its initial pose if `path` is `None`. Use it to remove the paths from a
+    /// world before it is saved, and to restore them.
     ///
     /// # Errors
-    /// If there is no such body, forces move it, or the path is not finite at the time of the initial state.
+    /// If the body is unknown or dynamic, or the path is not finite at the time of the initial state.
     pub fn with_path(
         mut self,
         body: &str,
@@ -219,27 +215,27 @@ impl<F: Force> World<f64, F> {
         Ok(self)
     }
 
-    /// The same world, in which two bodies pass through each other.
+    /// Lets two bodies pass through each other.
     ///
     /// # Errors
-    /// If there is no body of one of the names, or both are the same.
+    /// If one of the names is unknown, or both are the same.
     pub fn with_ignored(mut self, first: &str, second: &str) -> Result<Self, WorldError> {
         self.model = self.model.ignoring(first, second)?;
         Ok(self)
     }
 
-    /// The same world with another slip tolerance (m/s): see [`SurfaceLaw`](crate::contact::SurfaceLaw). Implicit steps need at
-    /// least 1e-6 m/s.
+    /// Sets the slip tolerance (m/s) of all contacts: see [`SurfaceLaw`](crate::contact::SurfaceLaw). Implicit steps need at least 1e-6
+    /// m/s.
     ///
     /// # Errors
-    /// If it is not from 1e-100 to 1e100 m/s.
+    /// If the slip tolerance is not from 1e-100 to 1e100 m/s.
     pub fn with_slip_tolerance(mut self, slip_tolerance: f64) -> Result<Self, WorldError> {
         check_slip_tolerance(slip_tolerance)?;
         self.model.slip_tolerance = slip_tolerance;
         Ok(self)
     }
 
-    /// The constant world: a world in `T` whose numbers have no derivatives.
+    /// The world in the scalar `T`, with zero derivatives.
     #[must_use]
     pub fn lifted<T: Scalar>(&self) -> World<T, F> {
         self.with_model(self.model.lifted())
@@ -247,7 +243,7 @@ impl<F: Force> World<f64, F> {
 }
 
 impl<T: Scalar, F: Force> World<T, F> {
-    /// The bodies.
+    /// Bodies.
     #[must_use]
     pub fn bodies(&self) -> &[Body<T>] {
         &self.model.bodies
@@ -265,20 +261,20 @@ impl<T: Scalar, F: Force> World<T, F> {
         self.model.slip_tolerance
     }
 
-    /// The pairs of bodies that pass through each other, by their places, the smaller first.
+    /// Indices of the pairs of bodies that pass through each other, the smaller index first.
     pub fn ignored(&self) -> impl Iterator<Item = (usize, usize)> {
         self.model.ignored.iter().copied()
     }
 
-    /// The place of the body of that name, in [`Self::bodies`] and in every state.
+    /// Index of the body with this name, in [`Self::bodies`] and in every state.
     ///
     /// # Errors
-    /// If there is none.
+    /// If no body has the name.
     pub fn index_of(&self, name: &str) -> Result<usize, WorldError> {
         self.model.index_of(name)
     }
 
-    /// The controls.
+    /// Controls.
     #[must_use]
     pub fn controls(&self) -> &[Control<T>] {
         &self.model.controls
@@ -290,13 +286,13 @@ impl<T: Scalar, F: Force> World<T, F> {
         &self.model.force_parameters
     }
 
-    /// The forces besides contact, gravity and controls.
+    /// Forces other than contact, gravity and controls.
     #[must_use]
     pub fn forces(&self) -> &F {
         &self.forces
     }
 
-    /// The state from which rollouts start: at time 0, unless the world [starts from](Self::with_initial_state) another.
+    /// Initial state of rollouts: at time 0, unless [`Self::with_initial_state`] has set another state.
     #[must_use]
     pub fn initial_state(&self) -> State<T> {
         self.model.initial_state()

@@ -17,39 +17,39 @@ use nalgebra::Vector6;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-/// What implicit steps keep from one to the next.
+/// State of an implicit integrator that persists between steps.
 #[derive(Debug, Clone)]
 pub(in crate::dynamics) struct ImplicitIntegratorState {
-    /// The system without derivatives.
+    /// Model without derivatives.
     model: Model,
-    /// The system once more, for the derivatives of forces; none if there are no forces.
+    /// Model for the derivatives of forces; `None` if there are no forces.
     lifted: Option<Model<BodyDual>>,
     coupled: Vec<Vec<usize>>,
     symbolic_cache: SymbolicCache,
     pub last: LastStep,
-    /// All islands in the last step.
+    /// Records of the islands in the last step.
     pub island_records: Vec<IslandRecord>,
     pub report: StepReport,
-    /// Ends a step once it is true.
+    /// Cancel flag. Once it is true, the step ends.
     pub stop: Arc<AtomicBool>,
 }
 
-/// What is carried from one step to the next.
+/// Data that a step passes to the next step.
 #[derive(Debug, Clone)]
 pub(in crate::dynamics) struct LastStep {
-    /// The wrench of contacts and forces on each body at the end of the step; none before the first step.
+    /// Wrench of contacts and forces on each body at the end of the step; `None` before the first step.
     wrenches: Vec<Option<Vector6<f64>>>,
     /// Duration (s) that the errors of each body allow for its next substep.
     allowed: Vec<f64>,
 }
 
-/// One time step.
+/// Settings of one time step.
 pub(in crate::dynamics) struct Step {
     pub scheme: &'static Scheme,
     pub tolerance: f64,
     pub accuracy: Accuracy,
     pub duration: f64,
-    /// The time it leads to (s).
+    /// Time at the end of the step (s).
     pub end: f64,
 }
 
@@ -72,12 +72,12 @@ impl ImplicitIntegratorState {
         }
     }
 
-    /// The same after a step.
+    /// Replaces the data of the last step.
     pub fn after(self, last: LastStep) -> Self {
         Self { last, ..self }
     }
 
-    /// The world from a state on, in a time step.
+    /// Context of a time step that begins at a state.
     pub fn context<'a>(
         &'a self,
         forces: &'a dyn DynForce,
@@ -93,7 +93,7 @@ impl ImplicitIntegratorState {
         )
     }
 
-    /// Takes a state through a step; if that fails, the state and the memory stay as they are.
+    /// Advances a state by a step. If the step fails, the state and the integrator state do not change.
     pub fn advance<T: Scalar>(
         &mut self,
         world: &dyn DynWorld<T>,
@@ -202,7 +202,7 @@ impl ImplicitIntegratorState {
 }
 
 impl StepContext<'_> {
-    /// Boxes that bodies are likely to stay in during a step.
+    /// Boxes in which the bodies probably stay during a step.
     fn predicted_bounds(&self, start: f64, duration: f64) -> Vec<Aabb> {
         let fall = self.model.gravity.norm() * duration * duration;
         let of_body = |(body, state): (usize, &BodyState)| {

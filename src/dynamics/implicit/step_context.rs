@@ -12,26 +12,26 @@ use crate::spatial::Pose;
 use nalgebra::Vector6;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// A world in `f64`, in one of its steps.
+/// World in `f64` during one time step.
 pub(in crate::dynamics) struct StepContext<'a> {
     pub(super) model: &'a Model,
     pub(super) forces: &'a dyn DynForce,
-    /// The system once more, for the derivatives of forces; none if there are no forces.
+    /// Model for the derivatives of forces; `None` if there are no forces.
     pub(super) lifted: Option<&'a Model<BodyDual>>,
-    /// Of matrices that were factorized before.
+    /// Symbolic factors of earlier matrices.
     pub(super) symbolic_cache: &'a SymbolicCache,
-    /// Bodies that a force holds together.
+    /// Groups of bodies that a force couples.
     pub(super) coupled: &'a [Vec<usize>],
     /// Weight and mean control of each body.
     pub(super) applied: Vec<Vector6<f64>>,
-    /// All bodies at the start of the step.
+    /// States of all bodies at the start of the step.
     pub(super) start: &'a [BodyState],
     /// True once the step should end.
     stop: &'a AtomicBool,
 }
 
 impl<'a> StepContext<'a> {
-    /// Creates the scene of a time step.
+    /// Creates the context of a time step.
     pub(super) fn new(
         (model, forces): (&'a Model, &'a dyn DynForce),
         (lifted, coupled, symbolic_cache): (
@@ -60,7 +60,7 @@ impl<'a> StepContext<'a> {
         self.stop.load(Ordering::Relaxed)
     }
 
-    /// Of an island's dynamic bodies.
+    /// Inertias of the dynamic bodies of an island.
     pub(super) fn inertias(&self, island: &Island) -> Vec<&'a Inertia> {
         let bodies = island.dynamic.iter();
         bodies
@@ -68,7 +68,7 @@ impl<'a> StepContext<'a> {
             .collect()
     }
 
-    /// The states of an island's neighbors at a time (s).
+    /// States of the neighbors of an island at a time (s).
     pub(super) fn neighbors_at(&self, island: &Island, time: f64) -> Vec<BodyState> {
         let state = |&body: &usize| match &self.model.bodies[body].motion {
             Motion::Kinematic(path) => state_on(&**path, time),
@@ -77,7 +77,7 @@ impl<'a> StepContext<'a> {
         island.neighbors.iter().map(state).collect()
     }
 
-    /// The pairs of participants that may touch, A first.
+    /// Pairs of participants that may touch, A first.
     pub(super) fn close_pairs<'s>(
         &self,
         island: &Island,
@@ -90,7 +90,7 @@ impl<'a> StepContext<'a> {
         self.overlapping(island, boxes, sweep)
     }
 
-    /// The pairs of participants whose boxes overlap and that may touch, A first.
+    /// Pairs of participants whose boxes overlap and that may touch, A first.
     pub(super) fn overlapping<'s>(
         &self,
         island: &Island,
@@ -104,7 +104,7 @@ impl<'a> StepContext<'a> {
         })
     }
 
-    /// Adds where participants are to where they have been.
+    /// Extends the swept boxes by the boxes of the participants in these states.
     pub(super) fn sweep(&self, island: &Island, states: &[BodyState], swept: &mut Vec<Aabb>) {
         for (participant, state) in states.iter().enumerate() {
             let bounds = self.bounds(island.body(participant), &state.pose);
@@ -115,12 +115,12 @@ impl<'a> StepContext<'a> {
         }
     }
 
-    /// The box around a body.
+    /// Bounding box of a body at a pose.
     pub(super) fn bounds(&self, body: usize, pose: &Pose) -> Aabb {
         self.model.bodies[body].shape.bounds_at(pose)
     }
 
-    /// The smallest extent (m) of the box around a body in its own axes; zero if the body has no bounds.
+    /// Smallest extent (m) of the bounding box of a body in its body frame; zero for an unbounded body.
     pub(super) fn thickness(&self, body: usize) -> f64 {
         let extents = self.bounds(body, &Pose::identity()).half_extents() * 2.0;
         if extents.max().is_finite() {
@@ -130,7 +130,7 @@ impl<'a> StepContext<'a> {
         }
     }
 
-    /// Two participants that may touch, A first.
+    /// Pair of two participants, A first, if they can have a contact.
     pub(super) fn pair<'s>(
         &'s self,
         island: &Island,
@@ -146,7 +146,7 @@ impl<'a> StepContext<'a> {
         })
     }
 
-    /// How the motions of two participants count in their contact.
+    /// Geometry of two participants: maps between motions of their centers of mass and their contact.
     pub(super) fn geometry<'s>(
         &'s self,
         island: &Island,
@@ -160,7 +160,7 @@ impl<'a> StepContext<'a> {
     }
 }
 
-/// Two bodies that may touch.
+/// Two bodies that can have a contact.
 pub(super) struct Pair<'s> {
     bodies: [&'s Body; 2],
     states: [&'s BodyState; 2],
@@ -176,12 +176,12 @@ impl<'s> Pair<'s> {
         PairGeometry::of(self.bodies, self.states)
     }
 
-    /// The contact as it is; none if the bodies do not touch.
+    /// Contact with frozen polygons; `None` if the bodies do not touch.
     pub fn frozen(&self) -> Option<FrozenContact> {
         self.contact.frozen()
     }
 
-    /// The contact with all its first derivatives.
+    /// Contact with all exact first derivatives.
     pub fn linearized(&self) -> LinearizedContact {
         self.contact.linearized()
     }

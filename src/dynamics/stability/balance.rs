@@ -1,10 +1,10 @@
-//! A check of every explicit step, from the contact wrenches of its kick: whether the step may be too long, and whether contact has
-//! created energy.
+//! Check of every explicit step, from the contact wrenches of its kick: whether the step may be too long, and whether contact has created
+//! energy.
 //!
-//! The net work of a contact on its two bodies is at most the energy that the contact stored at the start, because a contact returns
-//! what it absorbed, less the losses by dissipation and friction. This holds in every frame, for bodies on paths, and for any
-//! motion of other bodies. A contact has created energy if it returned more than twice the energy that it absorbed. The factor of
-//! two leaves room for stable steps, in which the energy of a mode swings.
+//! The net work of a contact on its two bodies is at most the energy that the contact stored at the start, because a contact returns the
+//! energy that it absorbed, less the losses by dissipation and friction. This holds in every frame, for kinematic bodies, and for any
+//! motion of other bodies. A contact has created energy if it returned more than twice the energy that it absorbed. The factor of two
+//! leaves room for stable steps, in which the energy of a mode oscillates.
 
 use super::kick::{ContactChange, Kick, KickedBody};
 use super::limit::stiffest;
@@ -15,7 +15,7 @@ use crate::spatial::Pose;
 use nalgebra::Vector6;
 use std::mem;
 
-/// A stability limit beyond this many time steps is far: no comparison is required below half of the limit.
+/// If the stability limit exceeds this number of time steps, it is far away. Below half of the limit, no comparison is required.
 const FAR: f64 = 2.0;
 
 /// The longest pause between comparisons with the limit, in steps. A comparison costs several steps.
@@ -26,11 +26,11 @@ const LONGEST_PAUSE: usize = 31;
 pub(in crate::dynamics) struct ContactBalances {
     /// All bodies at the start of the rollout.
     start: Vec<BodyState>,
-    /// After the last step that was taken.
+    /// Bodies and contacts after the last accepted step.
     last: Kicked,
-    /// After the kick that is checked.
+    /// Bodies and contacts after the kick that is checked.
     next: Kicked,
-    /// The change of the contacts with each body in the kick.
+    /// Change of the contacts with each body in the kick.
     changes: Vec<ContactChange>,
 }
 
@@ -55,11 +55,11 @@ struct Balance {
     now: [Vector6<f64>; 2],
     /// Wrenches in the last kick.
     last: [Vector6<f64>; 2],
-    /// Energy (J) stored at the start of the rollout; none if it was not evaluated yet.
+    /// Energy (J) stored at the start of the rollout; `None` if it has not been evaluated.
     stored: Option<f64>,
     /// Net work (J) since the contact began.
     net_work: f64,
-    /// Largest energy (J) that the bodies have given to the contact, net.
+    /// Largest net energy (J) that the bodies have given to the contact.
     absorbed: f64,
 }
 

@@ -1,4 +1,4 @@
-//! The kick of an explicit step, as the stability check sees it.
+//! Data of the kick of an explicit step for the stability check.
 
 use crate::contact::ContactWrench;
 use crate::dynamics::model::Model;
@@ -8,14 +8,14 @@ use crate::scalar::{Scalar, real_part};
 use crate::spatial::{Pose, Twist, Wrench};
 use nalgebra::Vector6;
 
-/// Secants below this need no exact check. At 1, half of the largest stable step, an impact lasts about three kicks; a longer
-/// step may turn a body around in a single kick, which shows as a secant above 1.
+/// Secants below this value need no exact check. A secant of 1 corresponds to half of the largest stable step, where an impact lasts about
+/// three kicks. A longer step may reverse a body in a single kick, and the secant is then above 1.
 const LARGEST_SECANT: f64 = 1.0;
 
 /// Relative changes of a wrench below this value are round-off of a body at rest. An unstable mode grows through this value.
 const ROUND_OFF: f64 = 1e-6;
 
-/// The kick of an explicit step.
+/// Kick of an explicit step.
 pub(in crate::dynamics) struct Kick<'a, T> {
     pub time_step: f64,
     /// Twists of all bodies before the kick.
@@ -59,7 +59,7 @@ impl<T: Scalar> Kick<'_, T> {
         before.map(|state| state.lifted()).collect()
     }
 
-    /// The body of an index.
+    /// The body with this index.
     pub(super) fn body(&self, model: &Model<T>, index: usize) -> KickedBody<'_> {
         let after = self.after[index].real();
         KickedBody {
@@ -88,8 +88,8 @@ impl KickedBody<'_> {
         wrench.real().about(&arm).to_vector()
     }
 
-    /// The work (J) of a wrench in the kick. A body on a path moves by its twist or by its poses, whichever takes more energy from
-    /// the contact: nothing ensures that the twist of a path is the rate of its poses.
+    /// Work (J) of a wrench in the kick. For a kinematic body, the motion comes from its twist or from its poses, whichever takes more
+    /// energy from the contact, because nothing ensures that the twist of a path is the rate of its poses.
     pub fn work(&self, wrench: &Vector6<f64>, last_pose: Option<&Pose>, time_step: f64) -> f64 {
         let mean = (self.before.to_vector() + self.after.to_vector()) / 2.0;
         let by_twist = wrench.dot(&mean) * time_step;
@@ -108,7 +108,7 @@ impl KickedBody<'_> {
         }
     }
 
-    /// The energy (J) that a wrench gives to the body from rest in the kick.
+    /// Energy (J) that a wrench gives to the body from rest in the kick.
     pub fn energy(&self, wrench: &Vector6<f64>, time_step: f64) -> f64 {
         let velocities = self
             .inertia
