@@ -1,8 +1,8 @@
-//! The derivative pass of a step: the stages that were solved in `f64`, once more in a scalar that carries derivatives.
+//! Derivative pass of a step: repeats the stages that were solved in `f64` in a scalar that carries derivatives.
 //!
-//! At the real solution u₀ of a stage, u = u₀ − J⁻¹·(r(u) − re r(u)) makes the residual r vanish to one order more each time,
-//! with the real matrix J: by the implicit function theorem the first of them gives all first derivatives, and all
-//! parameters share one factorization.
+//! At the real solution u₀ of a stage, the iteration u = u₀ − J⁻¹·(r(u) − re r(u)) with the real matrix J makes the residual r vanish to
+//! one more order in each iteration. By the implicit function theorem, the first iteration gives all first derivatives. All parameters
+//! share one factorization.
 
 use super::island_step::{IslandStep, StepError, Substep};
 use super::rigid::zero6;
@@ -16,10 +16,10 @@ use crate::scalar::{Scalar, change, lift};
 use crate::spatial::Wrench;
 use nalgebra::{DMatrix, DVector, Vector6};
 
-/// The contact of two participants.
+/// Linearized contact of two participants.
 type Linearized = ([usize; 2], LinearizedContact);
 
-/// An island's step in a scalar that carries derivatives.
+/// Step of an island in a scalar that carries derivatives.
 pub(super) struct DualPass<'a, T> {
     world: &'a dyn DynWorld<T>,
     step: &'a IslandStep<'a>,
@@ -45,7 +45,7 @@ impl<'a, T: Scalar> DualPass<'a, T> {
         }
     }
 
-    /// Takes the states of the island's bodies through a substep, among those of all bodies.
+    /// Advances the bodies of the island by a substep. `states` has the states of all bodies of the world.
     pub fn advance(&self, substep: &Substep, states: &mut [BodyState<T>]) -> Result<(), StepError> {
         if self.step.context.is_stopped() {
             return Err(StepError::Stopped);
@@ -62,7 +62,7 @@ impl<'a, T: Scalar> DualPass<'a, T> {
             let start = stages.start(&stage);
             let neighbors = self.step.context.neighbors_at(island, start.time);
             for (&body, state) in island.neighbors.iter().zip(&neighbors) {
-                // A path carries no derivatives; the pose of a fixed body may.
+                // A path carries no derivatives, but the pose of a fixed body may.
                 if self.step.context.model.bodies[body].motion.is_kinematic() {
                     states[body] = state.lifted();
                 }
@@ -81,7 +81,7 @@ impl<'a, T: Scalar> DualPass<'a, T> {
         Ok(())
     }
 
-    /// Adds the derivatives to the real solution of a stage, and sets the states that it leads to.
+    /// Adds the derivatives to the real solution of a stage, and sets the states at its end.
     fn solve(
         &self,
         equations: &StageEquations<'_, T>,
@@ -113,7 +113,7 @@ impl<'a, T: Scalar> DualPass<'a, T> {
         Ok(())
     }
 
-    /// The wrenches of contacts and forces on the dynamic bodies; and the linearized contacts, if they are asked for.
+    /// Wrenches of contacts and forces on the dynamic bodies, and the linearized contacts if `wants_contacts` is true.
     fn wrenches_and_contacts(
         &self,
         equations: &StageEquations<'_, T>,
@@ -162,7 +162,7 @@ impl<'a, T: Scalar> DualPass<'a, T> {
     }
 }
 
-/// J⁻¹ at the real solution of a stage.
+/// Inverse J⁻¹ at the real solution of a stage.
 fn inverse_at(
     equations: &StageEquations,
     root: &DVector<f64>,
@@ -175,7 +175,7 @@ fn inverse_at(
     factors.inverse().ok_or_else(|| equations.singular())
 }
 
-/// u − J⁻¹·(r − re r).
+/// Subtracts J⁻¹·(r − re r) from the velocities.
 fn correct<T: Scalar>(
     velocities: &mut [Vector6<T>],
     inverse: &DMatrix<f64>,

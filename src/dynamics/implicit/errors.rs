@@ -1,9 +1,9 @@
-//! The errors that decide whether a substep is short enough.
+//! Error estimates that decide whether a substep is short enough.
 //!
-//! The *error of values* is the difference from an embedded formula of lower order, taken through the last stage. The *error of
-//! slopes* is that of the derivative along the motion: the time derivative of the state obeys the same linearized equations as
-//! every other sensitivity, and it is known at both ends of a substep as velocities and accelerations. The stages carry the rates
-//! at the start to the end. The difference from the rates there is the error of the derivative along the motion. It serves as the
+//! The *error of values* is the difference from an embedded formula of lower order, propagated through the last stage. The *error of
+//! slopes* is the error of the derivative along the motion. The time derivative of the state obeys the same linearized equations as every
+//! other sensitivity, and it is known at both ends of a substep as velocities and accelerations. The linearized stages propagate the rates
+//! at the start to the end. Their difference from the rates at the end is the error of the derivative along the motion. It serves as the
 //! estimate for all derivatives.
 
 use super::advance::IslandSolver;
@@ -18,11 +18,11 @@ use nalgebra::Vector6;
 /// Errors below this multiple of the solver's tolerance are always accepted, because they may be round-off.
 const ROUND_OFF: f64 = 100.0;
 
-/// Above this error of slopes, relative to the tolerance, the estimate takes exact derivatives of contacts. The solver approximates
-/// those of friction and dissipation, and the approximation would count as an error.
+/// Above this error of slopes, relative to the tolerance, the estimate uses exact derivatives of contacts. The solver approximates the
+/// derivatives of friction and dissipation, and the approximation would count as an error.
 const NEGLIGIBLE: f64 = 0.2;
 
-/// The estimates of the errors of a substep that was solved.
+/// Estimator of the errors of a solved substep.
 pub(super) struct ErrorEstimator<'a> {
     pub solver: &'a IslandSolver<'a>,
     pub estimate: &'a ErrorEstimate,
@@ -30,14 +30,14 @@ pub(super) struct ErrorEstimator<'a> {
     pub solved: Vec<SolvedStage<'a>>,
     /// Largest relative speeds (m/s) of the dynamic bodies in the step so far.
     pub speeds: &'a [f64],
-    /// Start of the substep, from that of the step (s).
+    /// Time from the start of the step to the start of the substep (s).
     pub offset: f64,
     pub duration: f64,
 }
 
 impl ErrorEstimator<'_> {
-    /// The errors of values and of slopes of each dynamic body, relative to its tolerances. Takes the exact derivatives of contacts
-    /// where they matter.
+    /// Errors of values and of slopes of each dynamic body, relative to its tolerances. Exact derivatives of contacts are used if they
+    /// matter.
     pub fn errors(&mut self, work: &mut Work) -> Vec<[f64; 2]> {
         let changed = ChangedBodies::new(self.solver.step);
         let inertias: Vec<_> = changed.inertias.iter().collect();
@@ -67,7 +67,7 @@ impl ErrorEstimator<'_> {
         both.map(|(value, slope)| [value, slope]).collect()
     }
 
-    /// The errors (m/s) of the bodies, relative to their tolerances; infinite if a stage is singular.
+    /// Errors (m/s) of the bodies, relative to their tolerances; infinite if a stage is singular.
     fn relative(
         &self,
         errors: Option<Vec<f64>>,
@@ -89,13 +89,13 @@ impl ErrorEstimator<'_> {
         errors.into_iter().enumerate().map(relative).collect()
     }
 
-    /// The speed (m/s) to which the velocities of the last stage are known.
+    /// Error bound (m/s) of the velocities of the last stage.
     fn velocity_tolerance(&self) -> f64 {
         self.solved.last().map_or(0.0, |stage| stage.root.tolerance)
     }
 
-    /// The error of the velocity (m/s) of each dynamic body, or of its displacement over the duration if that is larger; none if a
-    /// stage is singular.
+    /// Error of the velocity (m/s) of each dynamic body, or of its displacement over the duration if that is larger; `None` if a stage is
+    /// singular.
     fn errors_of_values(
         &self,
         (inertias, applied): (&[&Inertia<Change>], &[Vector6<Change>]),
@@ -114,7 +114,7 @@ impl ErrorEstimator<'_> {
         Some((0..count).map(error).collect())
     }
 
-    /// The start of the last stage with its difference from that of the embedded formula.
+    /// Start of the last stage. Its derivative part is the difference from the embedded formula.
     fn start_with_difference(
         &self,
         last: &SolvedStage,
@@ -151,8 +151,8 @@ impl ErrorEstimator<'_> {
         }
     }
 
-    /// The error of the derivatives of each dynamic body along the motion: that of the rate of displacement (m/s) and that of the
-    /// acceleration (m/s²) times the flight (s); none if a stage is singular, or the step should end.
+    /// Error of the derivatives of each dynamic body along the motion: the error of the rate of displacement (m/s), plus the error of the
+    /// acceleration (m/s²) times the flight time (s). Returns `None` if a stage is singular or the step should end.
     fn errors_of_slopes(
         &self,
         (inertias, applied): (&[&Inertia<Change>], &[Vector6<Change>]),

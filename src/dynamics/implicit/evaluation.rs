@@ -1,4 +1,4 @@
-//! The equations of a stage near a solution: contacts, forces and their derivatives, in `f64`.
+//! Equations of a stage near a solution: contacts, forces and their derivatives, in `f64`.
 
 use super::about_centers::{PairVector, block, joined, part};
 use super::frozen_contact_model::{FrozenContactModel, PairWrenches};
@@ -12,21 +12,21 @@ use crate::dynamics::sweep::Sweep;
 use crate::parallel::mapped_into;
 use nalgebra::{DVector, Matrix6, Vector6};
 
-/// Contacts, forces and states for some velocities, and a model of them nearby.
+/// Contacts, forces and states at given velocities, with a local model of the contacts and forces.
 pub(super) struct Evaluation {
     pub velocities: DVector<f64>,
     pub states: Vec<BodyState>,
     pub contacts: Vec<FrozenContactModel>,
-    /// Sum of contacts and forces on each dynamic body.
+    /// Sum of the wrenches of contacts and forces on each dynamic body.
     pub wrenches: Vec<Vector6<f64>>,
     /// Forces other than contact on each dynamic body; empty if there are none.
     forces: Vec<Vector6<f64>>,
     pub slopes: Vec<ForceJacobian>,
-    /// Whether the derivatives of the contacts here are exact.
+    /// Whether the derivatives of the contacts are exact.
     pub is_exact: bool,
 }
 
-/// The derivatives of the wrench on one body with respect to the displacement and the velocities of another.
+/// Derivatives of the wrench on one body with respect to the displacement and the velocities of another body.
 pub(super) struct ForceJacobian {
     pub row: usize,
     pub column: usize,
@@ -67,12 +67,12 @@ impl StageEquations<'_> {
         }
     }
 
-    /// The residual in an evaluated state.
+    /// Residual in an evaluated state.
     pub fn residual_in(&self, evaluation: &Evaluation) -> DVector<f64> {
         concatenated(self.residual(&evaluation.states, &evaluation.wrenches))
     }
 
-    /// The residual and its matrix near an evaluated state, with the contact polygons of that state.
+    /// Residual and its matrix near an evaluated state, with the contact polygons of that state.
     pub fn residual_near(
         &self,
         evaluation: &Evaluation,
@@ -109,7 +109,7 @@ impl StageEquations<'_> {
         (concatenated(self.residual(&states, &wrenches)), matrix)
     }
 
-    /// The derivatives of the residual with respect to the velocities.
+    /// Derivatives of the residual with respect to the velocities.
     pub fn matrix(
         &self,
         states: &[BodyState],
@@ -155,7 +155,7 @@ impl StageEquations<'_> {
         matrix
     }
 
-    /// The matrix at the solution, from the exact derivatives of its contacts, each of two participants.
+    /// Matrix at the solution, from the exact derivatives of the contacts. Each contact has two participants.
     pub fn exact_matrix<'c>(
         &self,
         states: &[BodyState],
@@ -170,7 +170,7 @@ impl StageEquations<'_> {
         self.matrix(states, &contacts, &self.force_jacobians(states, &contacts))
     }
 
-    /// The error that the matrix of the stage is singular.
+    /// Error of a singular stage matrix.
     pub fn singular(&self) -> StepError {
         StepError::Unsolved {
             body: self.step.island.dynamic[0],
@@ -178,14 +178,14 @@ impl StageEquations<'_> {
         }
     }
 
-    /// The speed (m/s) of velocities of all bodies.
+    /// Norm (m/s) of the speeds of all bodies.
     pub fn speed(&self, velocities: &DVector<f64>) -> f64 {
         let inertias = self.inertias.iter().enumerate();
         let speeds = inertias.map(|(index, inertia)| inertia.speed(&six_of(velocities, index)));
         speeds.map(|speed| speed * speed).sum::<f64>().sqrt()
     }
 
-    /// The body with the largest of these velocities.
+    /// Index of the body with the largest speed.
     pub fn fastest(&self, velocities: &DVector<f64>) -> usize {
         let speed = |index: usize| self.inertias[index].speed(&six_of(velocities, index));
         let indices = 0..self.inertias.len();
@@ -194,7 +194,7 @@ impl StageEquations<'_> {
     }
 }
 
-/// The sum of forces on each dynamic body and the wrenches of contacts, each of two participants.
+/// Adds the wrenches of contacts to the forces on each dynamic body. Each contact has two participants.
 pub(super) fn with_contacts<'c>(
     mut forces: Vec<Vector6<f64>>,
     contacts: impl Iterator<Item = ([usize; 2], &'c PairVector)>,

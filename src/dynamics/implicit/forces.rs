@@ -1,5 +1,5 @@
-//! Forces other than contact in an implicit step: their wrenches, and the derivatives by the states of the bodies that they
-//! depend on.
+//! Forces other than contact in an implicit step: their wrenches, and the derivatives with respect to the states of the bodies on which
+//! they depend.
 
 use super::about_centers::{block, part};
 use super::evaluation::ForceJacobian;
@@ -13,7 +13,7 @@ use crate::spatial::{Twist, Wrench};
 use nalgebra::{Matrix6, Vector6};
 
 impl StageEquations<'_> {
-    /// The wrenches of forces other than contact on the dynamic bodies of the island, at a time (s).
+    /// Wrenches of forces other than contact on the dynamic bodies of the island, at a time (s).
     pub(super) fn forces(
         &self,
         time: f64,
@@ -42,7 +42,7 @@ impl StageEquations<'_> {
         dynamic.map(|&body| sums[body].to_vector()).collect()
     }
 
-    /// Their derivatives by the states of the dynamic bodies, if they depend on any of them.
+    /// Derivatives of the forces with respect to the states of the dynamic bodies; empty if the forces depend on none of them.
     pub(super) fn force_jacobians(
         &self,
         states: &[BodyState],
@@ -54,7 +54,7 @@ impl StageEquations<'_> {
             return Vec::new();
         };
         let all = self.lifted_states(states);
-        // A force may depend on contact, and so on the state of whatever touches.
+        // A force may depend on contact, and therefore on the states of all bodies in contact.
         let is_acted_on = self.step.island.dynamic.iter().any(is_coupled)
             || self.depends_on_contact((model, &all), contacts);
         let columns = 0..self.step.island.dynamic.len();
@@ -64,7 +64,7 @@ impl StageEquations<'_> {
             .collect()
     }
 
-    /// Whether forces on the dynamic bodies depend on what contact does to the participants: by their derivatives along generic
+    /// Whether forces on the dynamic bodies depend on the contact wrenches of the participants. The test uses derivatives along generic
     /// directions.
     fn depends_on_contact(
         &self,
@@ -89,7 +89,7 @@ impl StageEquations<'_> {
         numbers.any(|number| number.eps.iter().any(|slope| *slope != 0.0))
     }
 
-    /// By the state of one body.
+    /// Derivatives of the forces with respect to the state of one body.
     fn force_jacobians_by(
         &self,
         column: usize,
@@ -109,7 +109,7 @@ impl StageEquations<'_> {
         let rows = wrenches.into_iter().enumerate();
         rows.map(|(row, wrench)| {
             let slopes = |first: usize| {
-                // Where a force has no derivative, as a norm at 0, Newton's method does without.
+                // If a force has no derivative, such as a norm at 0, Newton's method uses 0.
                 let slope = |i: usize, j: usize| wrench[i].eps[first + j];
                 Matrix6::from_fn(slope).map(|slope| if slope.is_finite() { slope } else { 0.0 })
             };
@@ -123,7 +123,7 @@ impl StageEquations<'_> {
         .collect()
     }
 
-    /// The states of all bodies of the world, constant.
+    /// States of all bodies of the world, with zero derivatives.
     fn lifted_states(&self, states: &[BodyState]) -> Vec<BodyState<BodyDual>> {
         let mut all: Vec<_> = self
             .step
@@ -138,7 +138,7 @@ impl StageEquations<'_> {
         all
     }
 
-    /// The wrenches on the dynamic bodies, in seeded states and contact of all bodies of the world.
+    /// Wrenches of forces on the dynamic bodies, from seeded states and contact wrenches of all bodies of the world.
     fn seeded_forces(
         &self,
         model: &Model<BodyDual>,
@@ -158,7 +158,7 @@ impl StageEquations<'_> {
         dynamic.map(|&body| sums[body].to_vector()).collect()
     }
 
-    /// The wrench of contact on each body of the world by the state of one of the island.
+    /// Contact wrench on each body of the world, with its derivatives with respect to the state of one dynamic body of the island.
     fn seeded_contact(&self, by: usize, contacts: &[PairWrenches]) -> Vec<Wrench<BodyDual>> {
         let mut wrenches = vec![Wrench::zero(); self.step.context.start.len()];
         for pair in contacts {

@@ -1,27 +1,28 @@
-//! The contact of two bodies near a state.
+//! Local model of the contact of two bodies near a state.
 
 use super::about_centers::{PairGeometry, PairMatrix, PairVector, joined};
 use super::step_context::Pair;
 use crate::contact::{AddedByLaw, ContactWrench, FrozenContact, LinearizedContact};
 use nalgebra::{SMatrix, Vector6};
 
-/// The contact of two bodies near a state, about their centers of mass.
+/// Local model of a contact about the centers of mass: frozen polygons with an exact contact law, plus a linear part.
 pub(super) struct FrozenContactModel {
-    /// The places of the bodies among the island's participants.
+    /// Indices of the bodies among the participants of the island.
     pub bodies: [usize; 2],
     contact: FrozenContact,
     pub wrenches: PairVector,
-    /// Of the elastic contact; and what the polygons as they are leave out, if that is known.
+    /// Derivatives of the elastic contact with respect to displacements, plus the derivatives that frozen polygons omit, if they were
+    /// computed.
     by_displacements: PairMatrix,
-    /// What the polygons as they are leave out, if that is known.
+    /// Derivatives with respect to velocities that frozen polygons omit, if they were computed.
     by_velocities: PairMatrix,
     velocity_maps: [SMatrix<f64, 6, 12>; 2],
     velocity: Vector6<f64>,
 }
 
-/// The wrenches of a contact, and their derivatives.
+/// Wrenches of a contact, with their derivatives.
 pub(super) struct PairWrenches {
-    /// The places of the bodies among the island's participants.
+    /// Indices of the bodies among the participants of the island.
     pub bodies: [usize; 2],
     pub wrenches: PairVector,
     pub by_displacements: PairMatrix,
@@ -29,7 +30,7 @@ pub(super) struct PairWrenches {
 }
 
 impl PairWrenches {
-    /// With all exact first derivatives.
+    /// Wrenches with all exact first derivatives.
     pub fn of(geometry: &PairGeometry, bodies: [usize; 2], contact: &LinearizedContact) -> Self {
         let [by_displacements, by_velocities] = geometry.linearized(contact);
         Self {
@@ -42,8 +43,7 @@ impl PairWrenches {
 }
 
 impl FrozenContactModel {
-    /// With the exact derivatives of what the law adds, or with those of the polygons as they are; none if the bodies do not
-    /// touch.
+    /// Model with the exact derivatives of the contact law, or with the derivatives on frozen polygons; `None` if the bodies do not touch.
     pub fn of(pair: &Pair, bodies: [usize; 2], is_exact: bool) -> Option<Self> {
         let contact = pair.frozen()?;
         let geometry = pair.geometry();
@@ -74,12 +74,12 @@ impl FrozenContactModel {
         self.contact.is_dissipative()
     }
 
-    /// In the state that was evaluated.
+    /// Wrenches in the evaluated state.
     pub fn here(&self) -> PairWrenches {
         self.with(self.wrenches, &self.contact.added)
     }
 
-    /// After displacements of the bodies and changes of their velocities.
+    /// Wrenches after displacements of the bodies and changes of their velocities.
     pub fn near(&self, displacements: &PairVector, velocities: &PairVector) -> PairWrenches {
         let linear =
             self.wrenches + self.by_displacements * displacements + self.by_velocities * velocities;
@@ -91,12 +91,12 @@ impl FrozenContactModel {
         let velocity =
             self.velocity + by_velocities * velocities + by_displacements * displacements;
         let added = self.contact.added(&motion, &velocity);
-        // A wrench on A does the work that its two wrenches in the world do: the maps transposed.
+        // The transposed maps convert the wrench on A into the wrenches on both bodies, because both do the same work.
         let more = by_velocities.tr_mul(&(added.wrench - self.contact.added.wrench));
         self.with(linear + more, &added)
     }
 
-    /// With the derivatives of what the law adds.
+    /// Adds the derivatives of the contact law.
     fn with(&self, wrenches: PairVector, added: &AddedByLaw) -> PairWrenches {
         let [by_velocities, by_displacements] = &self.velocity_maps;
         let moved = added.by_twist * by_displacements - added.by_motion * by_velocities;

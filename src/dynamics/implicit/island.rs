@@ -1,20 +1,20 @@
-//! Bodies that a step must solve together.
+//! Islands: groups of bodies that a step must solve together.
 
 use super::StepContext;
 use crate::dynamics::sweep::Sweep;
 use crate::geometry::Aabb;
 
-/// Dynamic bodies that may push each other within a step, and what else they may touch.
+/// Dynamic bodies that may interact within a step, and the other bodies that they may touch.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(in crate::dynamics) struct Island {
-    /// The places of its dynamic bodies in the world, in their order.
+    /// Indices of the dynamic bodies in the world, in increasing order.
     pub dynamic: Vec<usize>,
-    /// The places of the other bodies that these may touch, or that forces join to them, in their order.
+    /// Indices of the other bodies that the dynamic bodies may touch or that a force couples to them, in increasing order.
     pub neighbors: Vec<usize>,
 }
 
 impl Island {
-    /// The place in the world of a participant: dynamic bodies first.
+    /// Index in the world of a participant. Participants are the dynamic bodies, then the neighbors.
     pub fn body(&self, participant: usize) -> usize {
         let count = self.dynamic.len();
         if participant < count {
@@ -24,14 +24,14 @@ impl Island {
         }
     }
 
-    /// The places in the world of all participants.
+    /// Indices in the world of all participants.
     pub fn bodies(&self) -> impl Iterator<Item = usize> {
         self.dynamic.iter().chain(&self.neighbors).copied()
     }
 }
 
 impl StepContext<'_> {
-    /// The islands of bodies that stay within these boxes, in the order of their first bodies.
+    /// Islands of bodies that stay within these boxes, in the order of their first bodies.
     pub fn islands(&self, boxes: &[Aabb]) -> Vec<Island> {
         let model = self.model;
         let mut sets = Sets::new(boxes.len());
@@ -88,7 +88,7 @@ impl StepContext<'_> {
     }
 }
 
-/// Disjoint sets; the root of each is its least member.
+/// Disjoint sets (union–find). The root of a set is its smallest member.
 struct Sets(Vec<usize>);
 
 impl Sets {

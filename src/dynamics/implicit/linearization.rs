@@ -1,4 +1,4 @@
-//! The linearization of a stage: derivatives of contacts, forces and the residual.
+//! Linearization of a stage: derivatives of contacts, forces and the residual.
 
 use super::about_centers::joined;
 use super::evaluation::{ForceJacobian, with_contacts};
@@ -10,7 +10,7 @@ use crate::dynamics::sweep::Sweep;
 use crate::parallel::mapped_into;
 use nalgebra::Vector6;
 
-/// The linearization of a stage at its solution.
+/// Linearization of a stage at its solution.
 pub(super) struct Linearization {
     pub contacts: Vec<PairWrenches>,
     pub forces: Vec<ForceJacobian>,
@@ -21,8 +21,7 @@ pub(super) struct Linearization {
 }
 
 impl Linearization {
-    /// The change of contacts and forces on each dynamic body, from the displacements and the changes of velocity of all
-    /// participants.
+    /// Change of contacts and forces on each dynamic body, from the displacements and the changes of velocity of all participants.
     pub fn change(&self, count: usize, changes: &[[Vector6<f64>; 2]]) -> Vec<Vector6<f64>> {
         let mut forces = vec![Vector6::zeros(); count];
         for slopes in &self.forces {
@@ -42,7 +41,7 @@ impl Linearization {
 }
 
 impl StageEquations<'_> {
-    /// The linearization with all exact first derivatives.
+    /// Linearization with all exact first derivatives.
     pub fn linearized(&self, states: &[BodyState]) -> Linearization {
         let (context, island) = (self.step.context, self.step.island);
         let mut sweep = Sweep::default();

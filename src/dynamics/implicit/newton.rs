@@ -1,6 +1,5 @@
-//! The solver of one stage. Outer iterations evaluate the contacts; inner iterations of Newton's method hold the contact polygons
-//! fixed. Inner steps are [damped](super::damping). Outer steps are halved until the next correction, with the new matrix, is
-//! smaller.
+//! Solver of one stage. Outer iterations evaluate the contacts. Inner iterations of Newton's method hold the contact polygons fixed. Inner
+//! steps are [damped](super::damping). Outer steps are halved until the next correction, with the new matrix, is smaller.
 
 use super::damping::{DampedStep, SimplifiedCorrection};
 use super::evaluation::Evaluation;
@@ -11,13 +10,13 @@ use super::report::Work;
 use super::stage::StageEquations;
 use nalgebra::DVector;
 
-/// Outer iterations after which a stage counts as not solved.
+/// Maximum number of outer iterations. After them, a stage counts as not solved.
 const MOST_EVALUATIONS: usize = 25;
 
-/// Iterations on frozen polygons.
+/// Maximum number of iterations on frozen polygons.
 const MOST_ITERATIONS: usize = 30;
 
-/// The shortest fraction of an outer step that is tried.
+/// Shortest fraction of an outer step that is tried.
 const SHORTEST_FRACTION: f64 = 1.0 / 8.0;
 
 /// Inner iterations end when the correction is below this fraction of the first one.
@@ -27,27 +26,27 @@ const INNER_REDUCTION: f64 = 1e-4;
 /// tolerance.
 const PREDICTED_FRACTION: f64 = 0.01;
 
-/// If a correction is larger than this fraction of the one before, later evaluations take the exact derivatives of friction and
-/// dissipation, in twice the time.
+/// If a correction is larger than this fraction of the previous correction, later evaluations use the exact derivatives of friction and
+/// dissipation, which doubles their time.
 const SLOW_CONVERGENCE: f64 = 0.1;
 
-/// Largest size against which the natural test measures an inner solution, in sizes of the last correction. A longer one leads to where
-/// the frozen polygons are no longer valid.
+/// Upper bound of the reference size in the natural test, in sizes of the last correction. A longer inner solution is outside the region in
+/// which the frozen polygons are valid.
 const MOST_GROWTH: f64 = 4.0;
 
-/// Velocities that solve a stage.
+/// Solution of a stage.
 pub(super) struct Root {
     pub velocities: DVector<f64>,
-    /// Bound of their error (m/s).
+    /// Error bound of the velocities (m/s).
     pub tolerance: f64,
-    /// The linearization of the last look at the contacts.
+    /// Linearization at the last evaluation of the contacts.
     pub linearization: Linearization,
 }
 
-/// The stage was not solved: the last correction, or the velocities where the matrix is singular or the step was stopped.
+/// Failure to solve a stage, with the last correction. If the matrix is singular or the step was stopped, it has the velocities instead.
 pub(super) struct Unsolved(pub DVector<f64>);
 
-/// A look at the contacts, and the step of Newton's method from there.
+/// Evaluation of the contacts, with the step of Newton's method from there.
 struct NewtonIterate {
     evaluation: Evaluation,
     contacts: Vec<PairWrenches>,
@@ -57,7 +56,7 @@ struct NewtonIterate {
 }
 
 impl NewtonIterate {
-    /// The root that the look leads to.
+    /// Root with the linearization of this iterate.
     fn root(self, velocities: DVector<f64>, tolerance: f64) -> Root {
         Root {
             velocities,
@@ -73,7 +72,7 @@ impl NewtonIterate {
 }
 
 impl StageEquations<'_> {
-    /// The velocities, beginning at a guess, to a tolerance relative to the velocities at hand.
+    /// Solves the stage for its velocities, starting at a guess. The tolerance is relative to the current velocities.
     pub fn solve(
         &self,
         guess: &DVector<f64>,
@@ -87,7 +86,7 @@ impl StageEquations<'_> {
         let mut scale = f64::INFINITY;
         let mut rate = f64::INFINITY;
         while work.looks - first_query < MOST_EVALUATIONS {
-            // The smallest so far: diverging velocities must not loosen the tolerance.
+            // The smallest scale so far, because diverging velocities must not loosen the tolerance.
             scale = scale.min(self.scale(&iterate.evaluation));
             let absolute_tolerance = tolerance * scale + self.rounding();
             let at = &iterate.evaluation.velocities;
@@ -111,7 +110,7 @@ impl StageEquations<'_> {
         Err(Unsolved(iterate.step))
     }
 
-    /// A look at the contacts after a step, which is halved until the correction decreases.
+    /// Next iterate after a step. The step is halved until the correction decreases.
     fn damped(
         &self,
         from: &NewtonIterate,
@@ -134,7 +133,7 @@ impl StageEquations<'_> {
             }
             fraction *= 0.5;
         }
-        // New contacts change the matrix that measures corrections, so a correction that does not grow is accepted, too.
+        // New contacts change the matrix that measures corrections, so a correction that does not grow is also accepted.
         best.filter(|best| best.size <= from.size)
             .ok_or_else(|| Unsolved(step.clone()))
     }
@@ -173,7 +172,7 @@ impl StageEquations<'_> {
         }
     }
 
-    /// The velocities that solve the stage with the polygons held fixed.
+    /// Velocities that solve the stage with the polygons held fixed.
     fn solve_frozen(
         &self,
         iterate: &NewtonIterate,
@@ -218,7 +217,7 @@ impl StageEquations<'_> {
         velocities
     }
 
-    /// The velocities (m/s) that bodies have, or would get from what acts on them.
+    /// Largest speed (m/s) that a body has, or that its momentum and the wrenches on it give to it in the stage.
     fn scale(&self, evaluation: &Evaluation) -> f64 {
         let of_body = |index: usize| {
             let (inertia, pose) = (self.inertias[index], &self.start.poses[index]);
@@ -235,7 +234,7 @@ impl StageEquations<'_> {
         bodies.chain(neighbors).fold(0.0, f64::max)
     }
 
-    /// The velocities (m/s) that the rounding of coordinates makes.
+    /// Velocity error (m/s) from the rounding of coordinates.
     fn rounding(&self) -> f64 {
         let neighbors = self.neighbors.iter().map(|state| &state.pose);
         let poses = self.start.poses.iter().chain(neighbors);

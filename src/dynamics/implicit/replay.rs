@@ -1,4 +1,4 @@
-//! A step that was taken, replayed in `f64` for the reverse sweep.
+//! Replay of a recorded step in `f64`, for the reverse sweep.
 
 use super::island_step::{IslandRecord, IslandStep, StepError, Substep};
 use super::scheme::{Scheme, Stage};
@@ -9,29 +9,29 @@ use crate::dynamics::sweep::Sweep;
 use crate::dynamics::{BodyState, Inertia};
 use nalgebra::Vector6;
 
-/// An island's step that was taken.
+/// Recorded step of an island.
 pub(in crate::dynamics) struct Replay<'a> {
     step: IslandStep<'a>,
     substeps: &'a [Substep],
 }
 
-/// A substep that was taken.
+/// Replayed substep.
 pub(in crate::dynamics) struct ReplayedSubstep<'a> {
-    /// The dynamic bodies at its start.
+    /// States of the dynamic bodies at the start of the substep.
     pub from: Vec<BodyState>,
     pub stages: Vec<ReplayedStage<'a>>,
 }
 
-/// A stage that was solved.
+/// Replayed stage.
 pub(in crate::dynamics) struct ReplayedStage<'a> {
     pub stage: Stage,
     equations: StageEquations<'a>,
-    /// States of all participants at its end.
+    /// States of all participants at the end of the stage.
     pub states: Vec<BodyState>,
 }
 
 impl<'a> Replay<'a> {
-    /// The replay of a trace, of a step that begins at a time (s).
+    /// Replay of the record of a step that begins at a time (s).
     pub fn new(
         context: &'a StepContext<'a>,
         record: &'a IslandRecord,
@@ -53,7 +53,7 @@ impl<'a> Replay<'a> {
         &self.step.inertias
     }
 
-    /// The substeps, the first one first.
+    /// Substeps in the order of time.
     pub fn substeps(&self) -> Vec<ReplayedSubstep<'_>> {
         let bodies = self.step.island.dynamic.iter();
         let mut states: Vec<_> = bodies.map(|&body| self.step.context.start[body]).collect();
@@ -93,12 +93,12 @@ impl<'a> Replay<'a> {
 }
 
 impl ReplayedStage<'_> {
-    /// The start of the stage.
+    /// Start of the stage.
     pub fn start(&self) -> &StageStart {
         &self.equations.start
     }
 
-    /// The pairs of participants that may touch, A first.
+    /// Pairs of participants that may touch, A first.
     pub fn close_pairs(&self) -> Vec<(usize, usize)> {
         let IslandStep {
             context, island, ..
@@ -109,8 +109,8 @@ impl ReplayedStage<'_> {
             .to_vec()
     }
 
-    /// Solves the transposed linearization of the stage: J⁻ᵀ times the derivatives of a number with respect to the velocities
-    /// of each body. The contacts are all of the stage, each of two participants.
+    /// Solves the transposed linearization of the stage: returns J⁻ᵀ times the gradient with respect to the velocities of each body.
+    /// `contacts` has all contacts of the stage, each with its two participants.
     pub fn solve_transposed<'c>(
         &self,
         contacts: impl Iterator<Item = ([usize; 2], &'c LinearizedContact)>,

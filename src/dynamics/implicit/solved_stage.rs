@@ -1,4 +1,4 @@
-//! A solved stage and its response, to first order, to a change of its start.
+//! Solved stage and its first-order response to a change of its start.
 
 use super::island_step::IslandStep;
 use super::newton::Root;
@@ -9,17 +9,17 @@ use crate::scalar::{DenseDual, lift};
 use crate::spatial::{Twist, turn_from_real};
 use nalgebra::{Vector3, Vector6};
 
-/// A number with one derivative: its change.
+/// Number with one derivative.
 pub(super) type Change = DenseDual<1>;
 
-/// Bodies of an island in numbers that carry a change.
+/// Inertias and applied wrenches of an island as numbers with one derivative.
 pub(super) struct ChangedBodies {
     pub inertias: Vec<Inertia<Change>>,
     /// Weight and control of each body of the world.
     pub applied: Vec<Vector6<Change>>,
 }
 
-/// Rates along the motion that the states of the dynamic bodies do not determine.
+/// Time derivatives along the motion that the states of the dynamic bodies do not determine.
 pub(super) struct RatesInTime {
     /// Displacement and velocities of the neighbors, per second.
     pub neighbors: Vec<[Vector6<f64>; 2]>,
@@ -30,28 +30,27 @@ pub(super) struct RatesInTime {
 /// Half the step of central differences in time, as a fraction of the duration of a stage.
 const SHORT: f64 = 1e-3;
 
-/// The displacement of a body about its center of mass, and its velocities: changes of these, or rates.
+/// Changes, or rates, of the displacement of a body about its center of mass and of its velocities.
 pub(super) struct BodyChange {
     pub displacement: Vector6<f64>,
     pub velocities: Vector6<f64>,
 }
 
-/// A stage with its solution.
+/// Stage with its solution.
 pub(super) struct SolvedStage<'a> {
     pub equations: StageEquations<'a>,
-    /// States of all participants at the end.
+    /// States of all participants at the end of the stage.
     pub states: Vec<BodyState>,
     pub root: Root,
 }
 
 impl SolvedStage<'_> {
-    /// Takes the exact derivatives of all contacts.
+    /// Replaces the linearization by the exact derivatives of all contacts.
     pub fn linearize(&mut self) {
         self.root.linearization = self.equations.linearized(&self.states);
     }
 
-    /// The states of the dynamic bodies at the end, from a start with a change and from changes in time; none if the matrix is
-    /// singular.
+    /// States of the dynamic bodies at the end, from a start with a derivative and from rates in time; `None` if the matrix is singular.
     pub fn response(
         &self,
         (inertias, applied): (&[&Inertia<Change>], &[Vector6<Change>]),
@@ -97,7 +96,7 @@ impl SolvedStage<'_> {
         Some(equations.states_with(|index| velocities[index]))
     }
 
-    /// The rates of neighbors and forces at the solution, by differences in time.
+    /// Rates of neighbors and forces at the solution, by differences in time.
     pub fn rates_in_time(&self) -> RatesInTime {
         let StageEquations { step, start, .. } = &self.equations;
         let (context, count) = (step.context, step.inertias.len());
@@ -127,7 +126,7 @@ impl SolvedStage<'_> {
         }
     }
 
-    /// The largest speed (m/s) of a dynamic body relative to the bodies that it touches, and at least that of its own spin.
+    /// Largest speed (m/s) of a dynamic body relative to the bodies that it touches, and at least the speed of its spin.
     pub fn relative_speed(&self, index: usize) -> f64 {
         let inertia = self.equations.inertias[index];
         let center = |participant: usize| {
@@ -168,7 +167,7 @@ impl RatesInTime {
 }
 
 impl ChangedBodies {
-    /// The bodies of an island in a step, without a change yet.
+    /// Bodies of an island in a step, with zero derivatives.
     pub fn new(step: &IslandStep) -> Self {
         let applied = step.context.applied.iter();
         Self {
@@ -183,7 +182,7 @@ impl ChangedBodies {
 }
 
 impl BodyChange {
-    /// The rates of a body on which a wrench acts in total.
+    /// Rates of a body under a total wrench.
     pub fn rates(inertia: &Inertia, state: &BodyState, wrench: &Vector6<f64>) -> Self {
         let displacement = state.twist.to_vector();
         let [by_pose, _] = inertia.momentum_slopes(state);
@@ -194,7 +193,7 @@ impl BodyChange {
         }
     }
 
-    /// The derivative part of a state.
+    /// Derivative part of a state.
     pub fn carried_by(inertia: &Inertia<Change>, state: &BodyState<Change>) -> Self {
         let change = |number: Change| number.eps[0];
         let turn = turn_from_real(state.pose.rotation());
@@ -205,7 +204,7 @@ impl BodyChange {
         }
     }
 
-    /// The state with this derivative part.
+    /// State with this derivative part.
     pub fn applied_to(&self, inertia: &Inertia<Change>, state: &BodyState) -> BodyState<Change> {
         let lifted = state.lifted::<Change>();
         let change = |number: f64| Change::new(0.0, [number]);

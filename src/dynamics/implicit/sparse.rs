@@ -1,5 +1,5 @@
-//! Sparse matrices of Newton's method: the only user of faer. Its LU factorization takes the symbolic part, which depends on
-//! where the blocks are, apart from the numbers. It runs on one thread, so that threads change no bit.
+//! Sparse matrices of Newton's method: the only user of faer. The LU factorization separates the symbolic part, which depends only on the
+//! positions of the blocks, from the numeric part. It runs on one thread, so that the number of threads changes no bit.
 
 use faer::Mat;
 use faer::linalg::solvers::Solve;
@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// A sparse matrix, by its blocks in the order of their columns, then rows.
+/// Sparse matrix. Its blocks are sorted by column, then by row.
 #[derive(Debug)]
 pub(in crate::dynamics) struct SparseMatrix {
     bodies: usize,
@@ -22,17 +22,17 @@ pub(in crate::dynamics) struct SparseFactors {
     size: usize,
 }
 
-/// Where blocks are: columns and rows.
+/// Positions of the blocks: columns and rows.
 type Pattern = Vec<(usize, usize)>;
 
-/// The symbolic factors of a few patterns, so that they are found once while the same bodies touch.
+/// Cache of the symbolic factors of recent patterns. They are computed once while the same bodies touch.
 #[derive(Clone, Default)]
 pub(in crate::dynamics) struct SymbolicCache(Arc<Mutex<Vec<CacheEntry>>>);
 
-/// A pattern with its symbolic factors.
+/// Pattern with its symbolic factors.
 type CacheEntry = (Pattern, SymbolicLu<usize>);
 
-/// How many patterns are kept: those used last.
+/// Number of cached patterns. The most recently used patterns are kept.
 const CACHE_SIZE: usize = 16;
 
 impl SparseMatrix {
@@ -56,7 +56,7 @@ impl SparseMatrix {
         }
     }
 
-    /// None if the matrix is singular.
+    /// Factorizes the matrix; `None` if it is singular.
     pub fn factorized(&self, symbolic_cache: &SymbolicCache) -> Option<SparseFactors> {
         let matrix = self.in_columns();
         let pattern: Pattern = self.blocks.keys().copied().collect();
@@ -87,7 +87,7 @@ impl SparseMatrix {
 }
 
 impl SymbolicCache {
-    /// The symbolic factors of a matrix with this pattern.
+    /// Symbolic factors of a matrix with this pattern.
     fn symbolic(
         &self,
         pattern: Pattern,
@@ -132,7 +132,7 @@ impl SparseFactors {
 mod tests {
     use super::*;
 
-    /// The entries of a matrix whose diagonal blocks weigh most.
+    /// Block of a diagonally dominant matrix.
     fn block(row: usize, column: usize, seed: f64) -> Matrix6<f64> {
         let number = |i: usize, j: usize| {
             let phase = (6 * row + i) as f64 * 1.3 + (6 * column + j) as f64 * 0.7 + seed;

@@ -1,4 +1,4 @@
-//! A trial of a substep: its stages, one after another.
+//! Trial of a substep: solves its stages one after another.
 
 use super::advance::{BodyProgress, IslandSolver, velocities_of};
 use super::errors::ErrorEstimator;
@@ -11,7 +11,7 @@ use crate::dynamics::BodyState;
 use crate::geometry::Aabb;
 use nalgebra::DVector;
 
-/// A substep that was tried.
+/// Result of a trial of a substep.
 pub(super) struct Trial {
     /// Velocities that solve the stages.
     pub roots: Vec<DVector<f64>>,
@@ -20,14 +20,14 @@ pub(super) struct Trial {
     pub swept: Vec<Aabb>,
     /// Largest relative speed (m/s) of each dynamic body in the step so far.
     pub speeds: Vec<f64>,
-    /// The largest motion of two bodies that may hit each other, over the sum of their thicknesses, if it is more than 1.
+    /// Largest relative motion of two bodies that may hit each other, over the sum of their thicknesses; 0 if it is at most 1.
     pub tunneling_ratio: f64,
-    /// The errors of values and of slopes of each dynamic body, relative to its tolerances; none without error control.
+    /// Errors of values and of slopes of each dynamic body, relative to its tolerances; empty without error control.
     pub errors: Vec<[f64; 2]>,
 }
 
 impl Trial {
-    /// The largest error of a body, relative to its tolerance.
+    /// Largest error of a body, relative to its tolerance.
     pub fn error(&self) -> f64 {
         self.errors.iter().flatten().copied().fold(0.0, f64::max)
     }
@@ -42,7 +42,7 @@ impl Trial {
 }
 
 impl IslandSolver<'_> {
-    /// Tries a substep. Returns the work of its stages, too. A substep without a finite error counts as not solved.
+    /// Tries a substep, and returns the trial and the work of its stages. A substep without a finite error counts as not solved.
     pub fn try_substep(&self, offset: f64, duration: f64) -> (Result<Trial, StepError>, Work) {
         let mut work = Work::default();
         let is_infinite = |errors: &[f64; 2]| !errors.iter().all(|error| error.is_finite());
@@ -120,7 +120,7 @@ impl IslandSolver<'_> {
         Ok(trial)
     }
 
-    /// The rates of the dynamic bodies where a substep starts.
+    /// Rates of the dynamic bodies at the start of a substep.
     pub fn rates(&self) -> impl Iterator<Item = BodyChange> {
         let step = self.step;
         let bodies = self.solved.bodies.iter().enumerate();
@@ -131,8 +131,8 @@ impl IslandSolver<'_> {
         })
     }
 
-    /// Velocities from which to solve a stage: on the line through those of the last two stages, or of the start and the first. The
-    /// first stage starts from the accelerations at the start, if error control has evaluated them.
+    /// First guess of the velocities of a stage. It is extrapolated linearly from the velocities of the last two stages, or of the start
+    /// and the first stage. The first stage uses the accelerations at the start, if error control has evaluated them.
     fn guess(
         &self,
         offset: f64,
@@ -162,7 +162,7 @@ impl IslandSolver<'_> {
         }
     }
 
-    /// Solves a stage, beginning at the first guess of its velocities from which it can be solved.
+    /// Solves a stage from the first guess, or from the second guess if the first one fails.
     fn root(
         &self,
         equations: &StageEquations,
@@ -202,7 +202,7 @@ impl IslandSolver<'_> {
         }
     }
 
-    /// The kinetic energy (J).
+    /// Kinetic energy (J).
     fn kinetic(&self, bodies: &[BodyProgress]) -> f64 {
         let bodies = self.step.inertias.iter().zip(bodies);
         let energies = bodies.map(|(inertia, body)| {

@@ -1,4 +1,4 @@
-//! Bodies that might pass through each other in a substep, between two looks at their contacts.
+//! Detection of bodies that might pass through each other in a substep, between two evaluations of their contacts.
 
 use super::advance::IslandSolver;
 use super::solved_stage::SolvedStage;
@@ -11,17 +11,17 @@ use nalgebra::Vector3;
 use std::f64::consts::FRAC_PI_2;
 use std::iter::once;
 
-/// A participant in a state, as far as its motion counts.
+/// Participant in a state, with the center and the radius of its motion.
 struct MovingBody {
-    /// Its center of mass, or its origin if it has none.
+    /// Center of mass, or the origin of a body without inertia.
     center: Vector3<f64>,
     state: BodyState,
-    /// Largest distance (m) of its points from the center.
+    /// Largest distance (m) of points of the body from the center.
     radius: f64,
 }
 
 impl IslandSolver<'_> {
-    /// The states of all participants at the start of a substep.
+    /// States of all participants at the start of a substep.
     fn participants_at(&self, offset: f64) -> Vec<BodyState> {
         let step = self.step;
         let neighbors = step.context.neighbors_at(step.island, step.start + offset);
@@ -29,9 +29,9 @@ impl IslandSolver<'_> {
         bodies.chain(neighbors).collect()
     }
 
-    /// The largest motion of two bodies relative to each other in a substep, over the sum of their thicknesses; 0 if it is at most 1,
-    /// or no two bodies may hit each other. Bodies that touch at the start are omitted if the errors are within the tolerances, because
-    /// error control then follows their contact.
+    /// Largest motion of two bodies relative to each other in a substep, over the sum of their thicknesses; 0 if it is at most 1, or if no
+    /// two bodies may hit each other. Bodies that touch at the start are omitted if the errors are within the tolerances, because error
+    /// control then resolves their contact.
     pub fn tunneling_ratio(
         &self,
         (offset, duration): (f64, f64),
@@ -65,7 +65,7 @@ impl IslandSolver<'_> {
         far.map(|(_, ratio)| ratio).fold(0.0, f64::max)
     }
 
-    /// By how much (m) a participant that spins may leave its boxes at two looks in a row between them.
+    /// Distance (m) by which a spinning participant may leave its boxes between two successive samples.
     fn arc_height(&self, participant: usize, samples: &[&[BodyState]], duration: f64) -> f64 {
         let spins = samples
             .iter()
@@ -75,15 +75,16 @@ impl IslandSolver<'_> {
         if spin <= 0.0 {
             return 0.0;
         }
-        // Two looks are less than half a substep apart. An arc rises above its chord by r (1 − cos φ) with half its angle φ.
+        // Successive samples are less than half a substep apart. An arc rises above its chord by r (1 − cos φ), where φ is half the angle
+        // of the arc.
         let half_angle = (spin * duration / 4.0).min(FRAC_PI_2);
         let (sine, _) = sin_cos(half_angle / 2.0);
         let radius = self.moving(participant, samples[0]).radius;
         2.0 * radius * sine * sine
     }
 
-    /// Upper bound of the motion (m) of two participants relative to each other in a substep: by their speeds at all looks, and by
-    /// their places.
+    /// Upper bound of the motion (m) of two participants relative to each other in a substep, from their speeds and positions at all
+    /// samples.
     fn relative_motion(&self, pair: [usize; 2], samples: &[&[BodyState]], duration: f64) -> f64 {
         let moving =
             |states: &[BodyState]| pair.map(|participant| self.moving(participant, states));
@@ -114,7 +115,7 @@ impl IslandSolver<'_> {
 }
 
 impl MovingBody {
-    /// Upper bound of the speed (m/s) of its points in the axes of another body.
+    /// Upper bound of the speed (m/s) of points of the body relative to another body.
     fn speed_beside(&self, other: &Self) -> f64 {
         let (twist, other_twist) = (&self.state.twist, &other.state.twist);
         let frame = other_twist.linear + other_twist.angular.cross(&(self.center - other.center));

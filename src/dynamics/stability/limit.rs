@@ -44,7 +44,8 @@ pub(super) fn stability_limit(pairs: &[PairRates], body_count: usize) -> Option<
     limit
 }
 
-/// Number s for which K + s has no negative eigenvalue. It is the largest sum over the pairs of one body of their negative eigenvalues.
+/// Number s for which K + s has no negative eigenvalue: the largest sum, over the pairs of one body, of the magnitudes of their lowest
+/// negative eigenvalues.
 fn shift(pairs: &[PairRates], body_count: usize) -> f64 {
     let mut shifts = vec![0.0; body_count];
     for pair in pairs {

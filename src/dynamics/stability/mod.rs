@@ -31,7 +31,7 @@ impl<T: Scalar, F: Force> World<T, F> {
     /// drift together have the determinant 1 − hc and the trace 2 − hc − h²k. Both eigenvalues are in the unit circle if and only if
     /// |trace| ≤ 1 + determinant and |determinant| ≤ 1, that is
     ///
-    /// h²k + 2hc ≤ 4, h ≤ 4/(c + √(c² + 4k)):
+    /// h²k + 2hc ≤ 4, h ≤ 4/(c + √(c² + 4k)).
     ///
     /// The limit is 2/√k without damping and 2/c without stiffness. It is the same for both integrators. Many modes have symmetric matrices
     /// K and C over the masses. An eigenvector x obeys the same quadratic equation with k = x·Kx and c = x·Cx. So h is stable if and only
