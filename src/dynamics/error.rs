@@ -193,7 +193,9 @@ pub enum WorldError {
         previous: f64,
     },
     /// A change of a state has the wrong size.
-    #[error("a change of a state has {found} numbers, but must have {expected}: 12 for each dynamic body")]
+    #[error(
+        "a change of a state has {found} numbers, but must have {expected}: 12 for each dynamic body"
+    )]
     ChangeSize {
         /// Number of given values.
         found: usize,

@@ -150,8 +150,8 @@ impl<'a, T: Scalar> DualPass<'a, T> {
             contacts.extend(linearized.map(|linearized| (pair, linearized)));
         }
         let mut all = contact.clone();
-        let here = (equations.start.time, states, &*contact);
-        model.with_forces(here, &mut all, |wrenches, now| {
+        let inputs = (equations.start.time, states, &*contact);
+        model.with_forces(inputs, &mut all, |wrenches, now| {
             self.world.add_forces(wrenches, now);
         });
         let dynamic = island.dynamic.iter();

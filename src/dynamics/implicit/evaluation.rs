@@ -49,9 +49,9 @@ impl StageEquations<'_> {
         let contacts: Vec<_> = models.into_iter().flatten().collect();
         let (mut forces, mut slopes) = (vec![Vector6::zeros(); self.inertias.len()], Vec::new());
         if !context.forces.is_empty() {
-            let here: Vec<_> = contacts.iter().map(FrozenContactModel::here).collect();
-            forces = self.forces(self.start.time, &states, &here);
-            slopes = self.force_jacobians(&states, &here);
+            let wrenches: Vec<_> = contacts.iter().map(FrozenContactModel::evaluated).collect();
+            forces = self.forces(self.start.time, &states, &wrenches);
+            slopes = self.force_jacobians(&states, &wrenches);
         }
         let contact_wrenches = contacts
             .iter()

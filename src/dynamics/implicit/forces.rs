@@ -33,11 +33,13 @@ impl StageEquations<'_> {
             }
         }
         let mut sums = vec![Wrench::zero(); all.len()];
-        let here = (time, &*all, &*contact);
+        let inputs = (time, &*all, &*contact);
         let forces = context.forces;
-        context.model.with_forces(here, &mut sums, |wrenches, now| {
-            forces.add_real(wrenches, now);
-        });
+        context
+            .model
+            .with_forces(inputs, &mut sums, |wrenches, now| {
+                forces.add_real(wrenches, now);
+            });
         let dynamic = self.step.island.dynamic.iter();
         dynamic.map(|&body| sums[body].to_vector()).collect()
     }

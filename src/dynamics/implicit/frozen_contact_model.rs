@@ -62,9 +62,9 @@ impl FrozenContactModel {
         };
         if is_exact && contact_model.contact.is_dissipative() {
             let [by_displacements, by_velocities] = geometry.linearized(&pair.linearized());
-            let here = contact_model.here();
-            contact_model.by_displacements += by_displacements - here.by_displacements;
-            contact_model.by_velocities = by_velocities - here.by_velocities;
+            let frozen = contact_model.evaluated();
+            contact_model.by_displacements += by_displacements - frozen.by_displacements;
+            contact_model.by_velocities = by_velocities - frozen.by_velocities;
         }
         Some(contact_model)
     }
@@ -75,7 +75,7 @@ impl FrozenContactModel {
     }
 
     /// Wrenches in the evaluated state.
-    pub fn here(&self) -> PairWrenches {
+    pub fn evaluated(&self) -> PairWrenches {
         self.with(self.wrenches, &self.contact.added)
     }
 
@@ -91,7 +91,7 @@ impl FrozenContactModel {
         let velocity =
             self.velocity + by_velocities * velocities + by_displacements * displacements;
         let added = self.contact.added(&motion, &velocity);
-        // The transposed maps convert the wrench on A into the wrenches on both bodies, because both do the same work.
+        // The transposed map converts the added wrench on A into wrenches on both bodies that do the same work.
         let more = by_velocities.tr_mul(&(added.wrench - self.contact.added.wrench));
         self.with(linear + more, &added)
     }

@@ -215,10 +215,10 @@ impl StepContext<'_> {
                 });
             };
             let displacement = state.twist.to_vector() * duration;
-            let there = self.bounds(body, &inertia.displaced(&state.pose, &displacement));
+            let end_bounds = self.bounds(body, &inertia.displaced(&state.pose, &displacement));
             let turn = state.twist.angular.norm() * duration * bounds.half_extents().norm();
             let margin = fall + 0.1 * (state.twist.linear.norm() * duration + turn);
-            bounds.union(&there).inflated(margin)
+            bounds.union(&end_bounds).inflated(margin)
         };
         self.start.iter().enumerate().map(of_body).collect()
     }

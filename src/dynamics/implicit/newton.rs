@@ -154,7 +154,7 @@ impl StageEquations<'_> {
         let contacts: Vec<_> = evaluation
             .contacts
             .iter()
-            .map(FrozenContactModel::here)
+            .map(FrozenContactModel::evaluated)
             .collect();
         let matrix = self.matrix(&evaluation.states, &contacts, &evaluation.slopes);
         let factors = matrix.factorized(self.step.context.symbolic_cache);

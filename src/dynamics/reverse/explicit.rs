@@ -1,27 +1,27 @@
-//! An explicit step, backwards: its parts in closed form, the last first.
+//! Adjoint of an explicit step: reverses its parts in closed form, the last part first.
 
-use super::contact::{LinearizedPair, WrenchCovector};
+use super::contact::{LinearizedPair, WrenchGradient};
 use super::pullback::{EvaluationPoint, Pullback};
 use crate::dynamics::integrator::{Splitting, accelerate};
 use crate::dynamics::sweep::Sweep;
 use crate::dynamics::{BodyState, Inertia, State, TimeSpan};
 use crate::spatial::Wrench;
 
-/// Explicit steps.
+/// Adjoint of explicit steps.
 pub(super) struct ExplicitSteps {
     splitting: Splitting,
     time_step: f64,
     sweep: Sweep,
-    /// All bodies.
+    /// Indices of all bodies.
     bodies: Vec<usize>,
 }
 
-/// All that acts on the bodies in a kick.
+/// Contacts and wrenches in a kick.
 struct KickWrenches<'w> {
     contacts: Vec<LinearizedPair<'w>>,
-    /// The wrench of contact on each body, about its center of mass.
+    /// Contact wrench on each body, about its center of mass.
     contact: Vec<Wrench>,
-    /// The wrench of all but gravity on each body, about its center of mass.
+    /// Wrench of everything but gravity on each body, about its center of mass.
     all: Vec<Wrench>,
 }
 
@@ -35,7 +35,7 @@ impl ExplicitSteps {
         }
     }
 
-    /// Takes the step back that led on from a state.
+    /// Reverses the step that began at a state.
     pub fn step_back(&mut self, pullback: &mut Pullback, before: &State) {
         let model = pullback.model();
         let [approach, complete] = self.splitting.drifts().map(|share| share * self.time_step);
@@ -50,7 +50,7 @@ impl ExplicitSteps {
         drift_back(pullback, before, approach);
     }
 
-    /// What acts in the kick at a state. Controls act by their means over a time step.
+    /// Contacts and wrenches in the kick at a state. Controls are averaged over a time step.
     fn kick_wrenches<'w>(
         &mut self,
         pullback: &Pullback<'w>,
@@ -64,8 +64,8 @@ impl ExplicitSteps {
         let contacts: Vec<_> = contacts.into_iter().flatten().collect();
         let contact = LinearizedPair::net_wrenches(&contacts, model, &state.bodies);
         let mut all = contact.clone();
-        let here = (state.time, &*state.bodies, &*contact);
-        model.with_forces(here, &mut all, |wrenches, now| {
+        let inputs = (state.time, &*state.bodies, &*contact);
+        model.with_forces(inputs, &mut all, |wrenches, now| {
             model.add_controls(wrenches, now, span);
             world.add_forces(wrenches, now);
         });
@@ -76,7 +76,7 @@ impl ExplicitSteps {
         }
     }
 
-    /// Takes the kick back: poses stay, and velocities before it count for the wrenches.
+    /// Reverses the kick. Poses are constant in a kick, and the wrenches depend on the velocities before it.
     fn kick_back(
         &self,
         pullback: &mut Pullback,
@@ -93,7 +93,7 @@ impl ExplicitSteps {
                     self.kick_of_body_back(pullback, body, (inertia, &state.bodies[body]), wrench);
             }
         }
-        let here = EvaluationPoint {
+        let point = EvaluationPoint {
             time: state.time,
             span,
             states: &state.bodies,
@@ -101,17 +101,18 @@ impl ExplicitSteps {
             contacts: &wrenches.contacts,
             net: &wrenches.contact,
         };
-        pullback.pull_back_wrenches(here, &by_wrenches);
+        pullback.pull_back_wrenches(point, &by_wrenches);
     }
 
-    /// The derivative by the wrench on a body about its center of mass. The inertia turns with the body, and grows with its mass.
+    /// Gradient with respect to the wrench on a body about its center of mass. The inertia turns with the body, and is proportional to its
+    /// mass.
     fn kick_of_body_back(
         &self,
         pullback: &mut Pullback,
         body: usize,
         (inertia, state): (&Inertia, &BodyState),
         &Wrench { torque, force }: &Wrench,
-    ) -> WrenchCovector {
+    ) -> WrenchGradient {
         let (rotation, mass) = (state.pose.rotation(), inertia.mass);
         let by_state = &mut pullback.states[body];
         let by_torque = inertia.angular_velocity(rotation, &by_state.spin) * self.time_step;
@@ -132,7 +133,7 @@ impl ExplicitSteps {
     }
 }
 
-/// Takes free motion back to the states before it.
+/// Reverses free motion to the states before it.
 fn drift_back(pullback: &mut Pullback, before: &State, duration: f64) {
     if duration == 0.0 {
         return;

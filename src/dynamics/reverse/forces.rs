@@ -1,7 +1,7 @@
-//! Forces other than contact, backwards: by dual numbers of the width of a body's state.
+//! Adjoint of forces other than contact, by dual numbers with the derivatives with respect to the state of one body.
 
 use super::StateGradient;
-use super::contact::WrenchCovector;
+use super::contact::WrenchGradient;
 use super::pullback::{EvaluationPoint, Pullback};
 use crate::dynamics::dyn_world::{BodyDual, DynForce, DynWorld};
 use crate::dynamics::model::Model;
@@ -10,24 +10,23 @@ use crate::scalar::{SplitMix64, lift, real_part};
 use crate::spatial::{Twist, Wrench};
 use nalgebra::{SVector, Vector3, Vector6};
 
-/// What forces are differentiated in: the world, its numbers constants unless they are seeded.
+/// Model in which forces are differentiated. Its numbers are constants unless they are seeded.
 pub(super) struct SeededForces {
     model: Model<BodyDual>,
-    /// The bodies whose states forces depend on, in their order.
+    /// Indices of the bodies on whose states forces depend, sorted.
     coupled: Vec<usize>,
 }
 
-/// How many numbers of each body a force depends on besides states: the wrench of contact on it (6), mass, modulus, dissipation
-/// and friction.
+/// Number of inputs of a force for each body, besides states: the contact wrench on the body (6), mass, modulus, dissipation and friction.
 const NUMBER_COUNT: usize = 10;
 
-/// Numbers of value 0, the variables from one on.
+/// Variables with the value 0, numbered from `first`.
 fn seeds<const COUNT: usize>(first: usize) -> SVector<BodyDual, COUNT> {
     SVector::from_fn(|i, _| BodyDual::variable(0.0, first + i))
 }
 
 impl SeededForces {
-    /// None if the world has no forces.
+    /// The model, or `None` if the world has no forces.
     pub fn of(world: &dyn DynWorld<f64>) -> Option<Self> {
         let (forces, model) = (world.real_forces(), world.model());
         if forces.is_empty() {
@@ -44,20 +43,20 @@ impl SeededForces {
 }
 
 impl Pullback<'_> {
-    /// Adds what follows from the derivatives by the wrenches of forces about the centers of mass: to those by the net wrenches
-    /// of contact, which the forces see, too.
+    /// Propagates the gradient with respect to the wrenches of forces about the centers of mass. The part that forces depend on through net
+    /// contact wrenches is added to `by_contact`.
     pub(super) fn pull_back_forces(
         &mut self,
-        here: EvaluationPoint,
-        by_wrenches: &[WrenchCovector],
-        by_contact: &mut [WrenchCovector],
+        point: EvaluationPoint,
+        by_wrenches: &[WrenchGradient],
+        by_contact: &mut [WrenchGradient],
     ) {
         let Some(SeededForces { model, coupled }) = &mut self.forces else {
             return;
         };
         let mut seeded =
-            SeededForceContext::of(here, model, (self.world.real_forces(), by_wrenches));
-        for body in here.bodies {
+            SeededForceContext::of(point, model, (self.world.real_forces(), by_wrenches));
+        for body in point.bodies {
             if coupled.binary_search(body).is_ok() {
                 let by_state = seeded.by_state(*body);
                 self.states[*body].add(&StateGradient::from_vector(&by_state));
@@ -80,21 +79,21 @@ impl Pullback<'_> {
     }
 }
 
-/// Forces in one place, to be differentiated.
+/// Inputs of the forces at one evaluation point, which are seeded for differentiation.
 struct SeededForceContext<'a> {
     time: f64,
     model: &'a mut Model<BodyDual>,
     states: Vec<BodyState<BodyDual>>,
     contact: Vec<Wrench<BodyDual>>,
     forces: &'a dyn DynForce,
-    by_wrenches: &'a [WrenchCovector],
+    by_wrenches: &'a [WrenchGradient],
 }
 
 impl<'a> SeededForceContext<'a> {
     fn of(
-        here: EvaluationPoint,
+        point: EvaluationPoint,
         model: &'a mut Model<BodyDual>,
-        (forces, by_wrenches): (&'a dyn DynForce, &'a [WrenchCovector]),
+        (forces, by_wrenches): (&'a dyn DynForce, &'a [WrenchGradient]),
     ) -> Self {
         let constant = |vector: &Vector3<f64>| vector.map(lift::<BodyDual>);
         let wrench = |wrench: &Wrench| Wrench {
@@ -102,16 +101,16 @@ impl<'a> SeededForceContext<'a> {
             force: constant(&wrench.force),
         };
         Self {
-            time: here.time,
+            time: point.time,
             model,
-            states: here.states.iter().map(BodyState::lifted).collect(),
-            contact: here.net.iter().map(wrench).collect(),
+            states: point.states.iter().map(BodyState::lifted).collect(),
+            contact: point.net.iter().map(wrench).collect(),
             forces,
             by_wrenches,
         }
     }
 
-    /// By the state of a body.
+    /// Gradient with respect to the state of a body.
     fn by_state(&mut self, body: usize) -> SVector<f64, STATE_DIM> {
         let constant = self.states[body];
         let state = &mut self.states[body];
@@ -130,7 +129,7 @@ impl<'a> SeededForceContext<'a> {
         gradient.fixed_rows::<3>(0).into_owned()
     }
 
-    /// By each number that forces read.
+    /// Derivative with respect to each force parameter.
     fn by_force_parameters(&mut self) -> Vec<f64> {
         let mut gradient = Vec::new();
         for first in (0..self.model.force_parameters.len()).step_by(STATE_DIM) {
@@ -146,8 +145,8 @@ impl<'a> SeededForceContext<'a> {
         gradient
     }
 
-    /// Shows the derivatives by the [`NUMBERS`] of those bodies of a list for which they are not all 0. Which these are is found
-    /// by derivatives along one generic direction for many bodies together, since most forces depend on none.
+    /// Calls `visit` for the bodies of a list whose gradient with respect to their [`NUMBER_COUNT`] numbers is not zero. Derivatives along
+    /// one generic direction for many bodies together find these bodies, because most forces depend on none of the numbers.
     fn visit_number_gradients(
         &mut self,
         bodies: &[usize],
@@ -172,7 +171,8 @@ impl<'a> SeededForceContext<'a> {
         }
     }
 
-    /// By the numbers of all bodies, divided into parts: `seed` is given the part of a body and the place of the number.
+    /// Derivatives with respect to the numbers of all bodies, divided into parts. `seed` gets the part of a body and the index of the
+    /// number.
     fn by_numbers(
         &mut self,
         parts: &[&[usize]],
@@ -210,18 +210,18 @@ impl<'a> SeededForceContext<'a> {
         }
     }
 
-    /// By what is seeded.
+    /// Derivatives with respect to the seeds.
     fn seeded_derivatives(&self) -> SVector<f64, STATE_DIM> {
         let mut sums = vec![Wrench::zero(); self.by_wrenches.len()];
-        let here = (self.time, &*self.states, &*self.contact);
-        self.model.with_forces(here, &mut sums, |wrenches, now| {
+        let inputs = (self.time, &*self.states, &*self.contact);
+        self.model.with_forces(inputs, &mut sums, |wrenches, now| {
             self.forces.add_seeded(wrenches, now);
         });
         let mut gradient = SVector::zeros();
         for (by_wrench, wrench) in self.by_wrenches.iter().zip(&sums) {
             let numbers: Vector6<BodyDual> = wrench.to_vector();
             for (factor, number) in by_wrench.to_vector().iter().zip(&numbers) {
-                // Where nothing depends on a wrench, its derivatives need not be there.
+                // A wrench without influence may have derivatives that are not finite, so it is skipped.
                 if *factor != 0.0 {
                     gradient += SVector::from(number.eps) * *factor;
                 }

@@ -1,10 +1,11 @@
-//! An implicit step, backwards: the parts of each island as they were taken, the last first, and so the stages of each.
+//! Adjoint of an implicit step: reverses the substeps of each island as they were accepted, the last one first, and the stages of each
+//! substep.
 //!
-//! A stage solves r = P(q̃ ⊕ τu, u) − p̃ − τf = 0 for the velocities u. With J = ∂r/∂u, the derivatives ū of a number by u become
-//! those by −r, λ = J⁻ᵀū, and go on through all that r depends on while u stays. Later stages are made of the velocities of
-//! those before them, and of the wrenches (P − p̃)/τ.
+//! A stage solves r = P(q̃ ⊕ τu, u) − p̃ − τf = 0 for the velocities u. With J = ∂r/∂u, the gradient ū with respect to u becomes the
+//! gradient with respect to −r, λ = J⁻ᵀū. It propagates through all other inputs of r at constant u. Later stages depend on the velocities
+//! of the earlier stages and on their wrenches (P − p̃)/τ.
 
-use super::contact::{LinearizedPair, WrenchCovector};
+use super::contact::{LinearizedPair, WrenchGradient};
 use super::pullback::{EvaluationPoint, Pullback};
 use super::{Kink, StateGradient};
 use crate::dynamics::implicit::{
@@ -16,25 +17,25 @@ use crate::spatial::Wrench;
 use nalgebra::{Vector3, Vector6};
 use std::mem;
 
-/// Implicit steps.
+/// Adjoint of implicit steps.
 pub(super) struct ImplicitSteps {
     scheme: &'static Scheme,
     time_step: f64,
     integrator_state: ImplicitIntegratorState,
 }
 
-/// Derivatives by six numbers of each dynamic body of an island.
+/// One 6-vector for each dynamic body of an island.
 type BodyVectors = Vec<Vector6<f64>>;
 
-/// By what a stage gives to later ones.
+/// Gradient with respect to the rates that a stage passes to later stages.
 #[derive(Clone)]
 struct RateGradient {
     velocities: BodyVectors,
     wrenches: BodyVectors,
 }
 
-/// By where a stage begins: poses by displacements about the centers of mass, momenta.
-struct StageStartGradient {
+/// Gradient with respect to the start of a stage: to poses, as displacements about the centers of mass, and to momenta.
+struct StartGradient {
     poses: BodyVectors,
     momenta: BodyVectors,
 }
@@ -52,7 +53,7 @@ impl ImplicitSteps {
         }
     }
 
-    /// Takes the step back that led on from a state along these ways of its islands.
+    /// Reverses the step that began at a state, along the records of its islands.
     pub fn step_back(
         &self,
         pullback: &mut Pullback,
@@ -77,19 +78,19 @@ impl ImplicitSteps {
     }
 }
 
-/// A step on the way back.
+/// State of the reversal of one step.
 struct StepBack<'a, 'w> {
     pullback: &'a mut Pullback<'w>,
-    /// The time step over which controls are averaged.
+    /// Time step over which controls are averaged.
     span: TimeSpan,
-    /// All bodies, those of an island as they are in its stage.
+    /// States of all bodies. The bodies of the current island have their states in the current stage.
     states: Vec<BodyState>,
-    /// By the wrench on each body, those of the island.
-    by_wrenches: Vec<WrenchCovector>,
+    /// Gradient with respect to the wrench on each body of the current island.
+    by_wrenches: Vec<WrenchGradient>,
 }
 
 impl Pullback<'_> {
-    /// Counts a kink for each body whose errors exceed their tolerances in an island's step.
+    /// Records a kink for each body whose errors exceed their tolerances in the step of an island.
     fn record_unresolved(&mut self, record: &IslandRecord) {
         for body in record.missed() {
             self.gradient
@@ -99,7 +100,7 @@ impl Pullback<'_> {
 }
 
 impl StepBack<'_, '_> {
-    /// Takes an island back to the states that it started from.
+    /// Reverses the step of an island to the states at its start.
     fn island_back(&mut self, replay: &Replay, start: &[BodyState]) -> Result<(), StepError> {
         let island = replay.island();
         for substep in replay.substeps().iter().rev() {
@@ -111,14 +112,14 @@ impl StepBack<'_, '_> {
         Ok(())
     }
 
-    /// From the states after a substep to those before it.
+    /// Propagates the gradient from the states after a substep to the states before it.
     fn substep_back(
         &mut self,
         replay: &Replay,
         substep: &ReplayedSubstep,
     ) -> Result<(), StepError> {
         let zeros = || vec![Vector6::zeros(); substep.from.len()];
-        let mut start = StageStartGradient {
+        let mut start = StartGradient {
             poses: zeros(),
             momenta: zeros(),
         };
@@ -131,10 +132,9 @@ impl StepBack<'_, '_> {
             let Some(stage_rates) = by_rates.pop() else {
                 break;
             };
-            let by_stage_start = self.stage_back(replay, stage, &stage_rates)?;
+            let by_start = self.stage_back(replay, stage, &stage_rates)?;
             for index in 0..substep.from.len() {
-                let (by_pose, by_momentum) =
-                    (&by_stage_start.poses[index], &by_stage_start.momenta[index]);
+                let (by_pose, by_momentum) = (&by_start.poses[index], &by_start.momenta[index]);
                 let [by_pose, by_displacement] =
                     displaced_back(&stage.start().displacements[index], by_pose);
                 start.poses[index] += by_pose;
@@ -149,41 +149,36 @@ impl StepBack<'_, '_> {
         Ok(())
     }
 
-    /// Makes the derivatives by where the first stage begins those by the states before the substep.
-    fn set_by_start(
-        &mut self,
-        replay: &Replay,
-        substep: &ReplayedSubstep,
-        start: &StageStartGradient,
-    ) {
+    /// Sets the gradient with respect to the states before the substep, from the gradient with respect to the start of the first stage.
+    fn set_by_start(&mut self, replay: &Replay, substep: &ReplayedSubstep, start: &StartGradient) {
         for (index, &body) in replay.island().dynamic.iter().enumerate() {
-            let inertia_and_state = (replay.inertias()[index], &substep.from[index]);
+            let (inertia, state) = (replay.inertias()[index], &substep.from[index]);
             let [by_pose, by_twist] =
-                self.pull_back_momentum(body, inertia_and_state, &start.momenta[index]);
+                self.pull_back_momentum(body, (inertia, state), &start.momenta[index]);
             let about_center = StateGradient::from_parts([start.poses[index] + by_pose, by_twist]);
-            let arm = self.pullback.model().arm(body, inertia_and_state.1);
+            let arm = self.pullback.model().arm(body, state);
             self.pullback.states[body] = about_center.about(&-arm);
-            self.add_by_center(body, inertia_and_state.1, &about_center.shift);
+            self.add_by_center(body, state, &about_center.shift);
         }
     }
 
-    /// From where a stage leads, and what later ones take of it, to where it begins.
+    /// Propagates the gradient with respect to the end of a stage, and to the rates that later stages use, to the start of the stage.
     fn stage_back(
         &mut self,
         replay: &Replay,
         stage: &ReplayedStage,
         by_rates: &RateGradient,
-    ) -> Result<StageStartGradient, StepError> {
+    ) -> Result<StartGradient, StepError> {
         let duration = stage.start().duration;
         let bodies = || replay.island().dynamic.iter().copied().enumerate();
-        let inertia_and_state = |index: usize| (replay.inertias()[index], &stage.states[index]);
+        let body_in_stage = |index: usize| (replay.inertias()[index], &stage.states[index]);
         let displacement = |index: usize| stage.states[index].twist.to_vector() * duration;
         let (mut poses, mut by_velocities) = (Vec::new(), Vec::new());
         for (index, body) in bodies() {
-            let by_gained = by_rates.wrenches[index] / duration;
-            let [by_pose, by_twist] = self.take_state_gradient(body, inertia_and_state(index).1);
+            let by_impulse = by_rates.wrenches[index] / duration;
+            let [by_pose, by_twist] = self.take_state_gradient(body, body_in_stage(index).1);
             let [more, by_velocity] =
-                self.pull_back_momentum(body, inertia_and_state(index), &by_gained);
+                self.pull_back_momentum(body, body_in_stage(index), &by_impulse);
             let by_pose = by_pose + more;
             let [_, by_displacement] = displaced_back(&displacement(index), &by_pose);
             by_velocities.push(
@@ -195,18 +190,17 @@ impl StepBack<'_, '_> {
         let mut momenta = Vec::new();
         for (index, body) in bodies() {
             let adjoint = &adjoints[index];
-            let [by_momentum, _] =
-                self.pull_back_momentum(body, inertia_and_state(index), &-adjoint);
-            let [by_acting, _] = self.take_state_gradient(body, inertia_and_state(index).1);
-            let by_pose = poses[index] + by_momentum + by_acting;
+            let [by_momentum, _] = self.pull_back_momentum(body, body_in_stage(index), &-adjoint);
+            let [by_forces, _] = self.take_state_gradient(body, body_in_stage(index).1);
+            let by_pose = poses[index] + by_momentum + by_forces;
             [poses[index], _] = displaced_back(&displacement(index), &by_pose);
             momenta.push(adjoint - by_rates.wrenches[index] / duration);
         }
-        Ok(StageStartGradient { poses, momenta })
+        Ok(StartGradient { poses, momenta })
     }
 
-    /// From the derivatives by the velocities of a stage to those by what its momenta lack, p̃ + τf − P; and from these through
-    /// all wrenches f, at velocities that stay.
+    /// Solves the adjoint equation of a stage: from the gradient with respect to its velocities to λ, the gradient with respect to the
+    /// residual of momenta p̃ + τf − P. Then propagates λ through all wrenches f at constant velocities.
     fn solve_adjoint(
         &mut self,
         replay: &Replay,
@@ -218,23 +212,21 @@ impl StepBack<'_, '_> {
             self.states[island.body(participant)] = *state;
         }
         let participants = stage.close_pairs();
-        let world = |participant: usize| island.body(participant);
+        let body = |participant: usize| island.body(participant);
         let pairs: Vec<_> = participants
             .iter()
-            .map(|&(a, b)| (world(a), world(b)))
+            .map(|&(a, b)| (body(a), body(b)))
             .collect();
         let with_shapes = self.pullback.wants_shapes();
         let pairs = LinearizedPair::of_pairs(model, &self.states, &pairs, with_shapes);
         let touching = participants.into_iter().zip(pairs);
         let (participants, contacts): (Vec<_>, Vec<_>) = touching
-            .filter_map(|((a, b), linearized_pair)| Some(([a, b], linearized_pair?)))
+            .filter_map(|((a, b), pair)| Some(([a, b], pair?)))
             .unzip();
-        let linearized = contacts
-            .iter()
-            .map(|linearized_pair| &linearized_pair.contact);
-        let adjoint =
+        let linearized = contacts.iter().map(|pair| &pair.contact);
+        let adjoints =
             stage.solve_transposed(participants.into_iter().zip(linearized), by_velocities)?;
-        for (&body, adjoint) in island.dynamic.iter().zip(&adjoint) {
+        for (&body, adjoint) in island.dynamic.iter().zip(&adjoints) {
             let by_wrench = Wrench::from_vector(&(adjoint * stage.start().duration));
             self.add_by_weight(body, &by_wrench);
             self.by_wrenches[body] = by_wrench;
@@ -243,7 +235,7 @@ impl StepBack<'_, '_> {
         for &body in &island.dynamic {
             self.by_wrenches[body] = Wrench::zero();
         }
-        Ok(adjoint)
+        Ok(adjoints)
     }
 
     fn pull_back_wrenches(&mut self, time: f64, island: &Island, contacts: &[LinearizedPair]) {
@@ -251,7 +243,7 @@ impl StepBack<'_, '_> {
         let net = forces
             .as_ref()
             .map(|_| LinearizedPair::net_wrenches(contacts, model, &self.states));
-        let here = EvaluationPoint {
+        let point = EvaluationPoint {
             time,
             span: self.span,
             states: &self.states,
@@ -259,11 +251,11 @@ impl StepBack<'_, '_> {
             contacts,
             net: &net.unwrap_or_default(),
         };
-        self.pullback.pull_back_wrenches(here, &self.by_wrenches);
+        self.pullback.pull_back_wrenches(point, &self.by_wrenches);
     }
 
-    /// Adds what follows from the derivative by the wrench on a body, for its weight.
-    fn add_by_weight(&mut self, body: usize, by_wrench: &WrenchCovector) {
+    /// Propagates the gradient with respect to the wrench on a body to gravity and mass, through its weight.
+    fn add_by_weight(&mut self, body: usize, by_wrench: &WrenchGradient) {
         let model = self.pullback.model();
         if let Some(inertia) = model.bodies[body].inertia() {
             let gradient = &mut self.pullback.gradient;
@@ -272,7 +264,7 @@ impl StepBack<'_, '_> {
         }
     }
 
-    /// From the derivatives by the momenta of a body to those by its displacement and by its velocities.
+    /// Propagates the gradient with respect to the momenta of a body to its displacement and its velocities, its mass and its inertia.
     fn pull_back_momentum(
         &mut self,
         body: usize,
@@ -291,7 +283,8 @@ impl StepBack<'_, '_> {
         slopes.map(|slopes| slopes.tr_mul(by_momentum))
     }
 
-    /// The derivatives by the state of a body, which are then 0: by a displacement about the center of mass, and by the velocities.
+    /// Takes the gradient with respect to the state of a body, and replaces it by 0. Returns the parts with respect to a displacement about
+    /// the center of mass and to the velocities.
     fn take_state_gradient(&mut self, body: usize, state: &BodyState) -> [Vector6<f64>; 2] {
         let arm = self.pullback.model().arm(body, state);
         let by_state = mem::replace(&mut self.pullback.states[body], StateGradient::zero());
@@ -299,7 +292,7 @@ impl StepBack<'_, '_> {
         by_state.about(&arm).parts()
     }
 
-    /// Adds what follows from the derivative by the place of a body's center of mass, its origin staying where it is.
+    /// Adds the gradient with respect to the position of the center of mass of a body, at a constant origin.
     fn add_by_center(&mut self, body: usize, state: &BodyState, by_place: &Vector3<f64>) {
         self.pullback.gradient.bodies[body].center += state.pose.rotation().tr_mul(by_place);
     }

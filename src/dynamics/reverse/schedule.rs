@@ -1,16 +1,16 @@
-//! Which steps to keep on the way, if not all can be: by binomial coefficients, so that the fewest are taken again.
+//! Positions of checkpoints if not all steps fit into memory. Binomial coefficients minimize the number of repeated steps.
 //!
 //! Griewank and Walther, "Algorithm 799: revolve", ACM Transactions on Mathematical Software 26 (2000), section 2.
 
 use std::cmp;
 
-/// Of a stretch of `length` steps whose first is kept: how many steps later the next one is to be kept, if beside the first and
-/// the last there is room for so many `others`. At most `length`.
+/// Offset of the next checkpoint in a segment of `length` steps whose first step is stored, with `slots` free slots besides the first and
+/// the last step. The offset is at most `length`.
 pub(super) fn next_checkpoint(length: usize, slots: usize) -> usize {
     let Some(slots_after) = slots.checked_sub(1) else {
         return length;
     };
-    // How often a step is taken again at most, the least that this room allows.
+    // Smallest maximum number of repetitions of a step that these slots allow.
     let mut repetitions = 0;
     while longest_segment(slots, repetitions) < length {
         repetitions += 1;
@@ -24,12 +24,12 @@ pub(super) fn next_checkpoint(length: usize, slots: usize) -> usize {
     )
 }
 
-/// The length of the longest stretch that can be gone back over while, beside the first step and the last, so many `others` are
-/// kept, and none is taken more than `again` times again: the binomial coefficient of others + again + 2 over again + 1.
+/// Length of the longest segment that can be reversed with `slots` checkpoints besides the first and the last step, if no step is repeated
+/// more than `repetitions` times. It is the binomial coefficient of slots + repetitions + 2 over repetitions + 1.
 fn longest_segment(slots: usize, repetitions: usize) -> usize {
     let mut coefficient: u128 = 1;
     for k in 1..=repetitions as u128 + 1 {
-        // Each of these is a binomial coefficient.
+        // Each intermediate value is a binomial coefficient, so the division is exact.
         let next = coefficient.saturating_mul(slots as u128 + 1 + k) / k;
         if next > usize::MAX as u128 {
             return usize::MAX;
@@ -43,7 +43,7 @@ fn longest_segment(slots: usize, repetitions: usize) -> usize {
 mod tests {
     use super::*;
 
-    /// How often each step of a stretch, the first kept, is taken again.
+    /// Number of repetitions of each step of a segment whose first step is stored.
     fn repetitions(length: usize, slots: usize) -> Vec<usize> {
         let mut checkpoints = vec![0];
         let mut counts = vec![0; length];
@@ -96,21 +96,21 @@ mod tests {
         }
     }
 
-    /// √(2l) kept steps of l allow it.
+    /// A million steps need about √(2·10⁶) checkpoints for one repetition.
     #[test]
     fn a_million_steps_are_taken_again_once() {
         let counts = repetitions(1_000_000, 1_415);
         assert_eq!(counts.into_iter().max(), Some(1));
     }
 
-    /// All divisions of short stretches are compared.
+    /// Compares with all divisions of short segments.
     #[test]
     fn hardly_more_steps_are_taken_again_than_the_fewest() {
         const MOST_SLOTS: usize = 9;
         let mut fewest = vec![vec![0]; MOST_SLOTS];
         for length in 1..200 {
             for slots in 0..MOST_SLOTS {
-                // The next one is kept after `next` steps; to go back over these, they are taken again.
+                // The next checkpoint is after `next` steps. To reverse these steps, they are repeated.
                 let divided = |next: usize| {
                     let after = fewest[slots - 1][length - next];
                     after

@@ -9,42 +9,42 @@ use std::cmp;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-/// As many steps are kept even where they take more than the memory allowed.
+/// Minimum number of recorded steps, even if they need more memory than allowed.
 const LEAST: usize = 16;
 
-/// The steps of a rollout, to be read from the last to the first. As many are kept as the memory allows; from these the others are
-/// taken again, with the same bits.
+/// Recorded steps of a rollout, which are read from the last to the first. The tape keeps as many steps as the memory allows. The other
+/// steps are repeated from these, with the same bits.
 pub(crate) struct Tape<'w> {
     world: &'w dyn DynWorld<f64>,
     plan: &'w Plan,
-    /// How many steps may be kept, beside the one that is read next.
+    /// Maximum number of recorded steps, besides the step that is read next.
     capacity: usize,
-    /// In the order of their places.
+    /// Recorded steps in the order of time.
     entries: Vec<TapeEntry>,
-    /// The place of the next step to be kept.
+    /// Step count at the next step to be recorded.
     next_checkpoint: usize,
-    /// Ends steps that are taken again once it is true.
+    /// Cancel flag. Once it is true, repeated steps end.
     stop: Arc<AtomicBool>,
 }
 
 struct TapeEntry {
-    /// How many steps were taken before it.
+    /// Number of steps before the recorded step.
     step_count: usize,
     step: RecordedStep,
 }
 
-/// A step that was taken.
+/// Recorded step.
 #[derive(Debug)]
 pub(crate) struct RecordedStep {
-    /// From where it went on.
+    /// Checkpoint before the step.
     pub before: Checkpoint,
-    /// The ways of the islands, if it is implicit.
+    /// Records of the islands, if the step is implicit.
     pub(super) island_records: Vec<IslandRecord>,
 }
 
 impl<'w> Tape<'w> {
-    /// Without steps yet, with room for as many as go into this memory (bytes): counted as if none were divided, although
-    /// divided steps take more.
+    /// Empty tape with the capacity of this memory (bytes). The capacity is computed for steps without subdivision, although divided steps
+    /// need more memory.
     pub fn new(
         world: &'w dyn DynWorld<f64>,
         plan: &'w Plan,
@@ -61,7 +61,7 @@ impl<'w> Tape<'w> {
         let of_step = size_of::<TapeEntry>() + of_body * world.model().bodies.len();
         let capacity = (memory / of_step).max(LEAST);
         let mut entries = Vec::new();
-        // Where there is not so much to be had, it grows as far as steps are taken.
+        // If the allocation fails, the list grows as steps are recorded.
         let _ = entries.try_reserve_exact(cmp::min(capacity + 1, plan.steps()));
         Self {
             world,
@@ -73,13 +73,13 @@ impl<'w> Tape<'w> {
         }
     }
 
-    /// Keeps the step that comes next, if it is one to be kept, and how the last one went. To be called before the first step,
-    /// and after each, with the number of steps `taken`.
+    /// Records the next step if the schedule selects it, and the islands of the last step. Call this method before the first step and after
+    /// each step, with the number of steps taken.
     pub fn record(&mut self, step_count: usize, steps: &Stepper<f64>) {
         self.record_up_to(self.plan.steps(), step_count, steps);
     }
 
-    /// [`Self::keep`], where the steps lead to an end.
+    /// [`Self::record`] for steps that lead to an end.
     fn record_up_to(&mut self, end: usize, step_count: usize, steps: &Stepper<f64>) {
         if let Some(last) = self.entries.last_mut()
             && last.step_count + 1 == step_count
@@ -99,7 +99,7 @@ impl<'w> Tape<'w> {
         }
     }
 
-    /// Chooses which step is to be kept after the last one that is, where the steps lead to an end.
+    /// Chooses the step to record after the last recorded step, for steps that lead to an end.
     fn plan_next(&mut self, end: usize) {
         if let Some(last) = self.entries.last() {
             let slots = self.capacity.saturating_sub(self.entries.len());
@@ -107,7 +107,7 @@ impl<'w> Tape<'w> {
         }
     }
 
-    /// The step that so many others came before. Later ones are forgotten: each call is to ask for an earlier step than the last.
+    /// The step after `step_count` steps. Later steps are removed, so each call must request an earlier step than the last call.
     pub fn rewind_to(&mut self, step_count: usize) -> Result<&RecordedStep, RolloutError> {
         let count = self
             .entries
@@ -119,14 +119,14 @@ impl<'w> Tape<'w> {
         Ok(&self.entries[self.entries.len() - 1].step)
     }
 
-    /// Takes the steps from the last that is kept to an end.
+    /// Repeats the steps from the last recorded step to an end.
     fn repeat_steps(&mut self, end: usize) -> Result<(), RolloutError> {
         self.plan_next(end);
         let last = &self.entries[self.entries.len() - 1];
         let first = last.step_count;
         let steps = Stepper::resumed(&last.step.before, self.world, first);
         let mut steps = steps.with_cancel_flag(Arc::clone(&self.stop));
-        // They were checked when they were taken first.
+        // The steps were checked when they were taken first.
         let plan = self.plan.without_stability_check();
         for step_count in first + 1..=end {
             steps.advance(self.world, &plan)?;
@@ -164,7 +164,7 @@ mod tests {
         world.with_gravity(vector![0.0, 0.0, -9.81]).unwrap()
     }
 
-    /// All steps, the last first, as they are written down to the last bit.
+    /// All steps from the last to the first, printed to the last bit.
     fn read(world: &World, plan: &Plan, capacity: usize) -> Vec<String> {
         let mut tape = Tape {
             capacity,
@@ -198,7 +198,7 @@ mod tests {
         }
     }
 
-    /// Without the wrenches of the last step, those at the start of the next one would be evaluated anew.
+    /// Without the wrenches of the last step, a resumed step would evaluate the wrenches at its start again.
     #[test]
     fn steps_resumed_from_a_checkpoint_take_what_the_others_take() {
         let world = world();
@@ -218,7 +218,7 @@ mod tests {
         }
     }
 
-    /// A rollout that is stopped, or ends early, needs no memory for the steps that it does not take.
+    /// A rollout that ends early needs no memory for the steps that it does not take.
     #[test]
     fn plans_longer_than_any_memory_are_begun() {
         let (world, plan) = (world(), Plan::new(5e-3, usize::MAX).unwrap());
