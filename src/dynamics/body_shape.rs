@@ -65,7 +65,7 @@ impl BodyShape {
     /// Mass properties of a dynamic body with this shape.
     ///
     /// # Errors
-    /// - If the mass properties are not those of a solid.
+    /// - If no solid has the mass properties.
     /// - If the shape is a half-space, which has no mass.
     pub(super) fn mass_properties(
         &self,
@@ -109,7 +109,7 @@ impl BodyShape {
         }
     }
 
-    /// Whether both are the same shared shape. Equal shapes in different allocations are not the same.
+    /// Whether both values share one shape. Equal shapes in different allocations do not count.
     #[must_use]
     pub fn is_same(&self, other: &Self) -> bool {
         match (self, other) {

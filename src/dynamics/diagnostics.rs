@@ -123,7 +123,7 @@ impl<T: Scalar> Model<T> {
     /// Energies and momentum of a state that fits the bodies.
     fn diagnostics(&self, state: &State<T>) -> Diagnostics<T> {
         let zero = lift_vector(&Vector3::zeros());
-        let mut report = Diagnostics {
+        let mut diagnostics = Diagnostics {
             kinetic_energy: self.kinetic_energy(state),
             gravitational_energy: lift(0.0),
             contact_energy: self.contact_energy(state),
@@ -140,11 +140,11 @@ impl<T: Scalar> Model<T> {
             let center = pose.translation() + pose.rotated_constant(&inertia.center_of_mass);
             let linear = twist.linear * inertia.mass;
             let spin = inertia.angular_momentum(pose.rotation(), &twist.angular);
-            report.gravitational_energy -= self.gravity.dot(&center) * inertia.mass;
-            report.momentum.linear += linear;
-            report.momentum.angular += spin + center.cross(&linear);
+            diagnostics.gravitational_energy -= self.gravity.dot(&center) * inertia.mass;
+            diagnostics.momentum.linear += linear;
+            diagnostics.momentum.angular += spin + center.cross(&linear);
         }
-        report
+        diagnostics
     }
 
     /// Kinetic energy (J) of all dynamic bodies.
@@ -171,11 +171,11 @@ impl<T: Scalar> Model<T> {
     fn fully_submerged(&self, state: &State<T>) -> Vec<[usize; 2]> {
         let mut sweep = Sweep::default();
         let pairs = self.close_pairs(&state.bodies, &mut sweep).iter();
-        let sunk = pairs.filter(|&&(i, j)| {
+        let submerged = pairs.filter(|&&(i, j)| {
             let pair = self.pair_of([i, j], [&state.bodies[i], &state.bodies[j]]);
             pair.is_some_and(|pair| pair.has_sunk_through())
         });
-        sunk.map(|&(i, j)| [i, j]).collect()
+        submerged.map(|&(i, j)| [i, j]).collect()
     }
 
     /// Returns an error if a dynamic body is wholly below the surface of a half-space without a contact that would push it out.

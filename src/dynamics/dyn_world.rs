@@ -18,7 +18,7 @@ pub(crate) trait DynWorld<T>: Send + Sync {
     /// Adds the wrenches of the forces on all bodies.
     fn add_forces(&self, wrenches: &mut WrenchAccumulator<T>, now: &ForceContext<T>);
 
-    /// The forces.
+    /// Forces other than contact, gravity and controls.
     fn real_forces(&self) -> &dyn DynForce;
 
     /// Whether the world has forces.

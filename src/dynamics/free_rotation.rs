@@ -12,10 +12,10 @@ type Inner = DenseDual<6>;
 impl PrincipalInertia {
     /// Orientation and spin (rad/s, world axes) of a free body after a time (s).
     ///
-    /// The energy is that of a sphere with the middle moment M₂, which turns steadily about the momentum ℓ, plus d₁ℓ₁²/2 + d₃ℓ₃²/2 with d =
-    /// 1/M − 1/M₂. One step turns the body about axis 1 for half the time, about axis 3 for the whole time, and about axis 1 for half the
-    /// time. It then adds the steady turn, which commutes with these turns. The step is symplectic, symmetric and of second order, and
-    /// keeps the momentum. It is exact for spheres and symmetric tops.
+    /// The energy is the energy of a sphere with the middle moment M₂, which turns steadily about the momentum ℓ, plus d₁ℓ₁²/2 + d₃ℓ₃²/2
+    /// with d = 1/M − 1/M₂. One step turns the body about axis 1 for half the time, about axis 3 for the whole time, and about axis 1 for
+    /// half the time. It then adds the steady turn, which commutes with these turns. The step is symplectic, symmetric and of second order,
+    /// and keeps the momentum. It is exact for spheres and symmetric tops.
     pub fn turned_freely<T: Scalar>(
         &self,
         rotation: &Matrix3<T>,

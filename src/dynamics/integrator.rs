@@ -37,9 +37,9 @@ pub enum Integrator {
     Leapfrog,
     /// Three implicit stages, third order, L-stable and stiffly accurate \[Alexander 1977\]. The time step is the longest substep and the
     /// interval between states. A step is divided until the errors of values and of derivatives are below the tolerances of
-    /// [`Plan::with_accuracy`](super::Plan::with_accuracy), so that derivatives approximate those of the motion. Rest, sliding and flight
-    /// take one substep. If two separate bodies might collide within a substep, their relative motion in it is at most the sum of their
-    /// thicknesses.
+    /// [`Plan::with_accuracy`](super::Plan::with_accuracy), so that the derivatives approximate the derivatives of the motion. Rest,
+    /// sliding and flight take one substep. If two separate bodies might collide within a substep, their relative motion in it is at most
+    /// the sum of their thicknesses.
     Sdirk3,
     /// One implicit stage, first order. It is the cheapest method, and damps motion that is fast compared with the step: bodies come to
     /// rest and do not bounce. Its derivatives are those of the damped motion. They are right for pushing, sliding and settling, and wrong
@@ -55,7 +55,7 @@ impl Integrator {
         matches!(self.kind(), Kind::Implicit(_))
     }
 
-    /// The kind of the integrator, with its splitting or scheme.
+    /// Kind of the integrator, with its splitting or scheme.
     pub(super) fn kind(self) -> Kind {
         match self {
             Self::SymplecticEuler => Kind::Explicit(Splitting::KickDrift),

@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 /// Tolerance of the asymmetry of an inertia matrix, relative to its largest entry. Rotating the matrix makes such round-off.
 const SYMMETRY: f64 = 1e-9;
 
-/// Relative tolerance within which mass properties are those of a uniform solid. Numbers in a file have nine digits.
+/// Relative tolerance of mass properties of a uniform solid. Numbers in a file have nine digits.
 const UNIFORM: f64 = 1e-9;
 
 /// Mass of a dynamic body.

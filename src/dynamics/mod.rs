@@ -63,7 +63,7 @@ mod rollout_error;
 mod serial;
 mod stability;
 mod state;
-mod steps;
+mod stepper;
 mod sweep;
 mod tangent;
 mod trajectory;

@@ -80,12 +80,12 @@ impl Plan {
 
     /// Turns off the stability check of explicit steps.
     ///
-    /// By default, explicit steps are checked where contact begins or changes fast. If a check fails, the rollout ends at the last
-    /// good state with one of two errors:
+    /// By default, explicit steps are checked if contact begins or changes fast. If a check fails, the rollout ends at the last good state
+    /// with one of two errors:
     ///
     /// - [`RolloutError::TimeStepTooLong`](super::RolloutError::TimeStepTooLong) if the time step exceeds
-    ///   [`World::largest_stable_step`](super::World::largest_stable_step) at the poses where the contacts act. Friction is left
-    ///   out, because the chatter of bodies at rest is bounded.
+    ///   [`World::largest_stable_step`](super::World::largest_stable_step) at the poses where the contacts act. Friction is omitted,
+    ///   because the chatter of bodies at rest is bounded.
     /// - [`RolloutError::EnergyGained`](super::RolloutError::EnergyGained) if a contact returns more than twice the energy that
     ///   it has absorbed, in this step or over many.
     ///

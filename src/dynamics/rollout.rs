@@ -1,5 +1,5 @@
 use super::dyn_world::DynWorld;
-use super::steps::Stepper;
+use super::stepper::Stepper;
 use super::{
     Force, Plan, RolloutError, RolloutFailure, RolloutResult, State, StepReport, Trajectory, World,
     WorldError,
@@ -23,7 +23,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 pub struct Rollout<T = f64> {
     world: Arc<dyn DynWorld<T>>,
     plan: Plan,
-    steps: Stepper<T>,
+    stepper: Stepper<T>,
     count: Option<Arc<AtomicUsize>>,
 }
 
@@ -43,9 +43,9 @@ impl<T: Scalar, F: Force> World<T, F> {
     /// - If the next state is not finite or fails the stability check.
     pub fn step(&self, state: &State<T>, plan: &Plan) -> Result<State<T>, RolloutError> {
         state.check_fits(self.bodies())?;
-        let mut steps = Stepper::from(self.model.with_prescribed_states(state.clone()));
-        steps.advance(self, plan)?;
-        Ok(steps.state)
+        let mut stepper = Stepper::from(self.model.with_prescribed_states(state.clone()));
+        stepper.advance(self, plan)?;
+        Ok(stepper.state)
     }
 }
 
@@ -58,11 +58,11 @@ impl<T: Scalar> Rollout<T> {
 
     /// Rollout of a type-erased world.
     pub(crate) fn of(world: Arc<dyn DynWorld<T>>, plan: &Plan) -> Self {
-        let steps = Stepper::from(world.model().initial_state());
+        let stepper = Stepper::from(world.model().initial_state());
         Self {
             world,
             plan: *plan,
-            steps,
+            stepper,
             count: None,
         }
     }
@@ -73,20 +73,20 @@ impl<T: Scalar> Rollout<T> {
     /// If the state has another number of bodies, a pose that is not rigid, or a number that is not finite.
     pub fn with_state(self, state: State<T>) -> Result<Self, WorldError> {
         state.check_fits(&self.world.model().bodies)?;
-        let steps = Stepper::from(self.world.model().with_prescribed_states(state));
-        let steps = steps.with_cancel_flag(self.steps.stop);
-        Ok(Self { steps, ..self })
+        let stepper = Stepper::from(self.world.model().with_prescribed_states(state));
+        let stepper = stepper.with_cancel_flag(self.stepper.stop);
+        Ok(Self { stepper, ..self })
     }
 
     /// Ends the rollout with [`RolloutError::Stopped`] once the flag is true: before its next step, or during an implicit step.
     /// Another thread or a signal handler can set the flag. [`Self::state`] stays the state before the step.
     #[must_use]
     pub fn with_cancel_flag(self, flag: Arc<AtomicBool>) -> Self {
-        let steps = self.steps.with_cancel_flag(flag);
-        Self { steps, ..self }
+        let stepper = self.stepper.with_cancel_flag(flag);
+        Self { stepper, ..self }
     }
 
-    /// Sets a counter to which [`Self::run`] adds 1 for each step. Another thread can read it to show the progress.
+    /// Sets a counter to which [`Self::run`] adds 1 for each step. Another thread can read it to observe the progress.
     #[must_use]
     pub fn with_step_counter(self, count: Arc<AtomicUsize>) -> Self {
         let count = Some(count);
@@ -96,13 +96,13 @@ impl<T: Scalar> Rollout<T> {
     /// Last returned state, or the initial state.
     #[must_use]
     pub fn state(&self) -> &State<T> {
-        &self.steps.state
+        &self.stepper.state
     }
 
     /// Report of the last implicit step, including rejected substeps. `None` before the first step and for explicit steps.
     #[must_use]
     pub fn step_report(&self) -> Option<&StepReport> {
-        self.steps
+        self.stepper
             .integrator_state
             .as_ref()
             .map(|integrator_state| &integrator_state.report)
@@ -111,7 +111,7 @@ impl<T: Scalar> Rollout<T> {
     /// Takes the planned number of steps and returns the recorded states.
     ///
     /// # Errors
-    /// The error contains the trajectory up to that step.
+    /// The error contains the trajectory up to the last good state.
     ///
     /// - If a state is not finite or fails the stability check.
     /// - If an implicit step is not solved.
@@ -124,11 +124,11 @@ impl<T: Scalar> Rollout<T> {
     /// [`Self::run`] with an observer, which is called before the first step and after every step with the number of steps taken.
     pub(crate) fn run_with_observer(
         mut self,
-        mut show: impl FnMut(usize, &Stepper<T>),
+        mut observe: impl FnMut(usize, &Stepper<T>),
     ) -> RolloutResult<T> {
         let mut trajectory = Trajectory::starting_with(self.state().clone());
-        show(0, &self.steps);
-        match contained(|| self.record(&mut trajectory, show)) {
+        observe(0, &self.stepper);
+        match contained(|| self.record(&mut trajectory, observe)) {
             Ok(()) => Ok(trajectory),
             Err(error) => Err(RolloutFailure { error, trajectory }),
         }
@@ -137,13 +137,13 @@ impl<T: Scalar> Rollout<T> {
     fn record(
         &mut self,
         trajectory: &mut Trajectory<T>,
-        mut show: impl FnMut(usize, &Stepper<T>),
+        mut observe: impl FnMut(usize, &Stepper<T>),
     ) -> Result<(), RolloutError> {
         for step in 1..=self.plan.steps() {
-            self.steps.advance(&*self.world, &self.plan)?;
-            show(step, &self.steps);
+            self.stepper.advance(&*self.world, &self.plan)?;
+            observe(step, &self.stepper);
             if self.plan.records(step) {
-                trajectory.push(self.steps.state.clone());
+                trajectory.push(self.stepper.state.clone());
             }
             if let Some(count) = &self.count {
                 count.fetch_add(1, Ordering::Relaxed);
@@ -165,7 +165,7 @@ impl<T: Scalar> Rollout<T> {
     /// - If an implicit step is not solved.
     /// - If the rollout is [stopped](Self::with_cancel_flag).
     pub fn advance(&mut self) -> Result<&State<T>, RolloutError> {
-        self.steps.advance(&*self.world, &self.plan)
+        self.stepper.advance(&*self.world, &self.plan)
     }
 }
 
@@ -174,7 +174,7 @@ impl<T: fmt::Debug> fmt::Debug for Rollout<T> {
         formatter
             .debug_struct("Rollout")
             .field("plan", &self.plan)
-            .field("steps", &self.steps)
+            .field("steps", &self.stepper)
             .finish_non_exhaustive()
     }
 }
@@ -183,7 +183,7 @@ impl<T: Scalar> Iterator for Rollout<T> {
     type Item = Result<State<T>, RolloutError>;
 
     fn next(&mut self) -> Option<Self::Item> {
-        if self.steps.has_failed {
+        if self.stepper.has_failed {
             return None;
         }
         Some(self.advance().cloned())
@@ -192,7 +192,7 @@ impl<T: Scalar> Iterator for Rollout<T> {
     /// Skips states without copying them. An error in a skipped state ends the iteration. [`Self::run`] returns such errors.
     fn nth(&mut self, count: usize) -> Option<Self::Item> {
         for _ in 0..count {
-            if self.steps.has_failed || self.advance().is_err() {
+            if self.stepper.has_failed || self.advance().is_err() {
                 return None;
             }
         }

@@ -57,8 +57,8 @@ pub struct Thruster {
     pub force: [f64; 3],
 }
 
-/// A spring shorter than this fraction of its rest length has no direction, because the derivatives of the direction would be
-/// larger than those of the length by the inverse of this fraction.
+/// A spring shorter than this fraction of its rest length has no direction, because the derivatives of the direction would exceed the
+/// derivatives of the length by the inverse of this fraction.
 const NO_LENGTH: f64 = 1e-9;
 
 /// Rounding-error bound of the difference of two points, relative to their coordinates, with a margin of about 50.

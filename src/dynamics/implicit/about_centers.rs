@@ -19,9 +19,9 @@ pub(super) struct PairGeometry<'s> {
 
 /// Derivatives of the velocity of A relative to B (angular, linear at the origin of A, in the axes of A).
 pub(super) struct RelativeVelocity {
-    /// With respect to the velocities of both bodies about their centers of mass.
+    /// Derivative with respect to the velocities of both bodies about their centers of mass.
     pub by_velocities: Maps,
-    /// With respect to displacements of both bodies, which move with their velocities.
+    /// Derivative with respect to displacements of both bodies, which move with their velocities.
     pub by_displacements: Maps,
 }
 
@@ -91,7 +91,7 @@ impl<'s> PairGeometry<'s> {
     pub fn linearized(&self, contact: &LinearizedContact) -> [PairMatrix; 2] {
         let mut by_poses = contact.by_poses;
         for body in 0..2 {
-            // The origin's velocity v − ω × r changes by −ω × (θ × r).
+            // The velocity v − ω × r of the origin changes by −ω × (θ × r).
             let spin = skew(&self.states[body].twist.angular);
             let change = spin * skew(&self.arms[body]);
             let by_origin = contact.by_twists.fixed_columns::<3>(6 * body + 3) * change;

@@ -3,7 +3,7 @@
 
 use nalgebra::DVector;
 
-/// The shortest fraction that is tried.
+/// Shortest fraction that is tried.
 const SHORTEST: f64 = 1e-3;
 
 /// Smallest and largest factor of the fraction after a failed test.
@@ -15,7 +15,7 @@ pub(super) struct DampedStep {
     pub step: DVector<f64>,
     /// Norm of the step (m/s).
     pub size: f64,
-    /// Between 0 and 1.
+    /// Fraction of the step that is tried, between 0 and 1.
     pub fraction: f64,
 }
 
@@ -67,7 +67,7 @@ impl DampedStep {
         let size = norm(&step);
         let difference = norm(&(&simplified.step - &step));
         let predicted = self.fraction * self.size * simplified.size / (difference * size);
-        // Without a difference the prediction may be NaN.
+        // The prediction may be NaN if the difference is zero.
         let fraction = if predicted < 1.0 {
             predicted.max(2.0 * SHORTEST)
         } else {

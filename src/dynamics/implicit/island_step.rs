@@ -48,7 +48,7 @@ pub(in crate::dynamics) enum StepError {
     Force { body: usize, time: f64 },
     /// No solution of a stage was found, down to the shortest duration (s) that was tried. The body is the farthest from a solution.
     Unsolved { body: usize, duration: f64 },
-    /// The step should end.
+    /// The step was stopped.
     Stopped,
 }
 

@@ -6,7 +6,7 @@ use nalgebra::Vector6;
 /// Coefficients of a method.
 #[derive(Debug)]
 pub(in crate::dynamics) struct Scheme {
-    /// For each stage, the weights of the earlier stages and the diagonal coefficient.
+    /// Weights of the earlier stages and diagonal coefficient, for each stage.
     stages: &'static [(&'static [f64], f64)],
     /// Estimate of the local error; `None` for a method without error control.
     pub estimate: Option<ErrorEstimate>,

@@ -54,7 +54,7 @@ impl StepSize {
         self.allowed
     }
 
-    /// The next duration (s), from the time that remains (s).
+    /// Next duration (s), from the remaining time (s).
     ///
     /// Durations are the shortest one times 2^(k/8) with an integer k, except for the last one or two of a step, which share the
     /// remaining time. Most small changes of the state change no duration, so derivatives hold the durations fixed.

@@ -43,8 +43,8 @@ impl SeededForces {
 }
 
 impl Pullback<'_> {
-    /// Propagates the gradient with respect to the wrenches of forces about the centers of mass. The part that forces depend on through net
-    /// contact wrenches is added to `by_contact`.
+    /// Propagates the gradient with respect to the wrenches of forces about the centers of mass. Forces may depend on the net contact
+    /// wrenches. This part of the gradient is added to `by_contact`.
     pub(super) fn pull_back_forces(
         &mut self,
         point: EvaluationPoint,

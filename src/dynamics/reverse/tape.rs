@@ -2,7 +2,7 @@ use super::schedule::next_checkpoint;
 use crate::dynamics::dyn_world::DynWorld;
 use crate::dynamics::implicit::IslandRecord;
 use crate::dynamics::integrator::Kind;
-use crate::dynamics::steps::{Checkpoint, Stepper};
+use crate::dynamics::stepper::{Checkpoint, Stepper};
 use crate::dynamics::{BodyState, Plan, RolloutError};
 use nalgebra::Vector6;
 use std::cmp;
@@ -75,19 +75,19 @@ impl<'w> Tape<'w> {
 
     /// Records the next step if the schedule selects it, and the islands of the last step. Call this method before the first step and after
     /// each step, with the number of steps taken.
-    pub fn record(&mut self, step_count: usize, steps: &Stepper<f64>) {
-        self.record_up_to(self.plan.steps(), step_count, steps);
+    pub fn record(&mut self, step_count: usize, stepper: &Stepper<f64>) {
+        self.record_up_to(self.plan.steps(), step_count, stepper);
     }
 
     /// [`Self::record`] for steps that lead to an end.
-    fn record_up_to(&mut self, end: usize, step_count: usize, steps: &Stepper<f64>) {
+    fn record_up_to(&mut self, end: usize, step_count: usize, stepper: &Stepper<f64>) {
         if let Some(last) = self.entries.last_mut()
             && last.step_count + 1 == step_count
         {
-            last.step.island_records = steps.island_records().to_vec();
+            last.step.island_records = stepper.island_records().to_vec();
         }
         if step_count < end && (step_count == self.next_checkpoint || step_count + 1 == end) {
-            let (before, island_records) = (steps.checkpoint(), Vec::new());
+            let (before, island_records) = (stepper.checkpoint(), Vec::new());
             self.entries.push(TapeEntry {
                 step_count,
                 step: RecordedStep {
@@ -124,13 +124,13 @@ impl<'w> Tape<'w> {
         self.plan_next(end);
         let last = &self.entries[self.entries.len() - 1];
         let first = last.step_count;
-        let steps = Stepper::resumed(&last.step.before, self.world, first);
-        let mut steps = steps.with_cancel_flag(Arc::clone(&self.stop));
+        let stepper = Stepper::resumed(&last.step.before, self.world, first);
+        let mut stepper = stepper.with_cancel_flag(Arc::clone(&self.stop));
         // The steps were checked when they were taken first.
         let plan = self.plan.without_stability_check();
         for step_count in first + 1..=end {
-            steps.advance(self.world, &plan)?;
-            self.record_up_to(end, step_count, &steps);
+            stepper.advance(self.world, &plan)?;
+            self.record_up_to(end, step_count, &stepper);
         }
         Ok(())
     }
@@ -170,11 +170,11 @@ mod tests {
             capacity,
             ..Tape::new(world, plan, 0, Arc::default())
         };
-        let mut steps = Stepper::from(world.initial_state());
-        tape.record(0, &steps);
+        let mut stepper = Stepper::from(world.initial_state());
+        tape.record(0, &stepper);
         for step_count in 1..=plan.steps() {
-            steps.advance(world, plan).unwrap();
-            tape.record(step_count, &steps);
+            stepper.advance(world, plan).unwrap();
+            tape.record(step_count, &stepper);
         }
         let counts = (0..plan.steps()).rev();
         counts
@@ -204,12 +204,12 @@ mod tests {
         let world = world();
         let plan = Plan::new(5e-3, 40).unwrap();
         let plan = plan.with_integrator(Integrator::Sdirk3);
-        let mut steps = Stepper::from(world.initial_state());
+        let mut stepper = Stepper::from(world.initial_state());
         for step_count in 0..plan.steps() {
-            let mut resumed = Stepper::resumed(&steps.checkpoint(), &world, step_count);
-            let reports = [&mut steps, &mut resumed].map(|steps| {
-                steps.advance(&world, &plan).unwrap();
-                steps
+            let mut resumed = Stepper::resumed(&stepper.checkpoint(), &world, step_count);
+            let reports = [&mut stepper, &mut resumed].map(|stepper| {
+                stepper.advance(&world, &plan).unwrap();
+                stepper
                     .integrator_state
                     .as_ref()
                     .map(|state| state.report.clone())
@@ -224,11 +224,11 @@ mod tests {
         let (world, plan) = (world(), Plan::new(5e-3, usize::MAX).unwrap());
         for memory in [0, usize::MAX] {
             let mut tape = Tape::new(&world, &plan, memory, Arc::default());
-            let mut steps = Stepper::from(world.initial_state());
-            tape.record(0, &steps);
+            let mut stepper = Stepper::from(world.initial_state());
+            tape.record(0, &stepper);
             for step_count in 1..=3 {
-                steps.advance(&world, &plan).unwrap();
-                tape.record(step_count, &steps);
+                stepper.advance(&world, &plan).unwrap();
+                tape.record(step_count, &stepper);
             }
             assert!(!tape.entries.is_empty());
         }

@@ -18,10 +18,10 @@ use std::mem;
 /// If the stability limit exceeds this number of time steps, it is far away. Below half of the limit, no comparison is required.
 const FAR: f64 = 2.0;
 
-/// The longest pause between comparisons with the limit, in steps. A comparison costs several steps.
+/// Longest pause between comparisons with the limit, in steps. A comparison costs several steps.
 const LONGEST_PAUSE: usize = 31;
 
-/// The contacts of a rollout, over its explicit steps.
+/// Energy balances of the contacts of a rollout, over its explicit steps.
 #[derive(Debug, Clone, Default)]
 pub(in crate::dynamics) struct ContactBalances {
     /// All bodies at the start of the rollout.
@@ -46,7 +46,7 @@ struct Kicked {
     last_pause: usize,
 }
 
-/// The work of a contact on its two bodies.
+/// Work of a contact on its two bodies.
 #[derive(Debug, Clone)]
 struct Balance {
     /// Indices of the two bodies, A first.
@@ -63,7 +63,7 @@ struct Balance {
     absorbed: f64,
 }
 
-/// The reason why a step is too long. `bodies` are the indices of the two bodies of the contact.
+/// Reason why a step is too long. `bodies` are the indices of the two bodies of the contact.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::dynamics) enum Instability {
     /// The time step exceeds the stability limit (s). The contact is the stiffest one.
@@ -204,7 +204,7 @@ impl Balance {
         }
     }
 
-    /// Adds the change since the last kick to those of both bodies.
+    /// Adds the change since the last kick to the changes of both bodies.
     fn add_change(&self, bodies: &[KickedBody; 2], changes: &mut [ContactChange]) {
         let power = |side: usize| {
             let change = self.now[side] - self.last[side];
@@ -231,8 +231,8 @@ impl Balance {
         self.absorbed = self.absorbed.max(-self.net_work);
     }
 
-    /// The energy (J) that the forces of one kick give to the bodies from rest. The forces are all but contact, and this contact if it
-    /// acted in the last kick, too. Friction at rest may reverse velocities of this size in each step, but they do not grow.
+    /// Energy (J) that the forces of one kick give to the bodies from rest. These are all forces except contact, and this contact if it
+    /// also acted in the last kick. Friction at rest may reverse velocities of this size in each step, but they do not grow.
     fn allowed(&self, bodies: &[KickedBody; 2], others: &[Vector6<f64>; 2], time_step: f64) -> f64 {
         let energy = |wrenches: &[Vector6<f64>; 2]| {
             let energies = bodies.iter().zip(wrenches);
@@ -244,7 +244,7 @@ impl Balance {
     }
 
     /// Whether the contact has returned more than twice the energy that it absorbed or stored, and more than an allowed energy (J).
-    /// Infinite energy is left to the error for states that are not finite.
+    /// Infinite energy does not count, because a state that is not finite has its own error.
     fn has_created(&self, allowed: f64) -> bool {
         let most = self.absorbed + 2.0 * self.stored.unwrap_or(0.0) + allowed;
         self.net_work > most && self.net_work.is_finite()

@@ -121,10 +121,9 @@ impl KickedBody<'_> {
 
     /// Whether contact with the body begins, or changes so fast that the time step (s) may be too long for it.
     ///
-    /// With the change ΔW of the wrench and the velocities v that led to it, h ΔW·M⁻¹ΔW/|ΔW·v| is a Rayleigh quotient of h²K. The
-    /// power ΔW·v is that of both bodies of each contact, so it depends on their relative velocities. For elastic contact with a
-    /// body at rest, the quotient is a lower bound of the largest eigenvalue, and it approaches this eigenvalue as an unstable mode
-    /// grows.
+    /// With the change ΔW of the wrench and the velocities v that led to it, h ΔW·M⁻¹ΔW/|ΔW·v| is a Rayleigh quotient of h²K. The power
+    /// ΔW·v includes both bodies of each contact, so it depends on their relative velocities. For elastic contact with a body at rest, the
+    /// quotient is a lower bound of the largest eigenvalue, and it approaches this eigenvalue as an unstable mode grows.
     pub fn may_exceed_limit(&self, contact: &ContactChange, time_step: f64) -> bool {
         let ContactChange { last, now, power } = contact;
         let change = now - last;
