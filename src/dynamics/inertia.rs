@@ -124,9 +124,9 @@ impl PrincipalInertia {
         }
     }
 
-    /// Whether a solid can have these moments, in increasing order: they are positive and finite, and the largest is at most the sum of the
-    /// others, up to rounding to five digits. Construction and loading share this check, so every world that can be constructed can be
-    /// loaded.
+    /// Whether a solid can have these moments, in increasing order. They must be positive and finite, and the largest must be at most the
+    /// sum of the others, up to rounding to five digits. Construction and loading share this check, so every world that can be constructed
+    /// can be loaded.
     pub fn is_of_solid(&self) -> bool {
         let [smallest, middle, largest] = self.moments.into();
         let is_ordered = 0.0 < smallest && smallest <= middle && middle <= largest;

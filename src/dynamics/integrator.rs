@@ -37,14 +37,14 @@ pub enum Integrator {
     Leapfrog,
     /// Three implicit stages, third order, L-stable and stiffly accurate \[Alexander 1977\]. The time step is the longest substep and the
     /// interval between states. A step is divided until the errors of values and of derivatives are below the tolerances of
-    /// [`Plan::with_accuracy`](super::Plan::with_accuracy), so that the derivatives approximate the derivatives of the motion. Rest,
-    /// sliding and flight take one substep. If two separate bodies might collide within a substep, their relative motion in it is at most
-    /// the sum of their thicknesses.
+    /// [`Plan::with_accuracy`](super::Plan::with_accuracy). The derivatives then approximate the derivatives of the motion. Rest, sliding
+    /// and flight take one substep. If two separate bodies might collide within a substep, their relative motion in it is at most the sum
+    /// of their thicknesses.
     Sdirk3,
     /// One implicit stage, first order. It is the cheapest method, and damps motion that is fast compared with the step: bodies come to
-    /// rest and do not bounce. Its derivatives are those of the damped motion. They are right for pushing, sliding and settling, and wrong
-    /// for bouncing. A step is divided only if a stage is not solved. A body that moves by more than its own size in a step may pass
-    /// through another body, and a body that is wholly inside another body feels no force.
+    /// rest and do not bounce. Its derivatives are the derivatives of the damped motion. They are right for pushing, sliding and settling,
+    /// and wrong for bouncing. A step is divided only if a stage is not solved. A body that moves by more than its own size in a step may
+    /// pass through another body. A body that is wholly inside another body feels no force.
     ImplicitEuler,
 }
 

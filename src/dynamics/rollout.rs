@@ -154,8 +154,8 @@ impl<T: Scalar> Rollout<T> {
 
     /// Takes a step and returns the next state: [`Iterator::next`] without a copy.
     ///
-    /// Explicit steps allocate nothing once the buffers are large enough, with two exceptions: the stability check linearizes contacts, and
-    /// many contacts, or a large contact, are computed by several threads. Implicit steps allocate, because the size of their matrices
+    /// Explicit steps allocate nothing once the buffers are large enough, with two exceptions. The stability check linearizes contacts.
+    /// Many contacts, or a large contact, are computed by several threads. Implicit steps allocate, because the size of their matrices
     /// depends on which bodies touch.
     ///
     /// # Errors

@@ -17,7 +17,7 @@ pub enum RolloutError {
         /// Names of the body and of the half-space.
         bodies: [String; 2],
     },
-    /// The slip tolerance of the world is too small for implicit steps: friction would change by its full value within the accuracy of the
+    /// The slip tolerance of the world is too small for implicit steps. Friction would change by its full value within the accuracy of the
     /// velocities of a stage.
     #[error(
         "implicit steps need a slip tolerance of at least {least:e} m/s, but that of the world is {found:e} m/s: raise it by World::with_slip_tolerance"

@@ -9,9 +9,9 @@ use std::slice;
 
 /// Spring and damper between points of two bodies, along the line that joins the points.
 ///
-/// The force on the first point is k·r − k·L·d + c·(v·d)·d, with the stiffness k, the damping c, the rest length L, the vector r from the
-/// first point to the second, its rate of change v and its direction d. Without rest length and damping the force is linear in r, so it has
-/// derivatives even if the points coincide.
+/// The force on the first point is k·r − k·L·d + c·(v·d)·d, with the stiffness k, the damping c and the rest length L. The vector r points
+/// from the first point to the second, v is its rate of change and d its direction. Without rest length and damping the force is linear in
+/// r, so it has derivatives even if the points coincide.
 ///
 /// The direction d is undefined if the points are closer than a billionth of the rest length, or closer than the rounding error of their
 /// coordinates. The force is then k·r + c·v.
@@ -57,8 +57,8 @@ pub struct Thruster {
     pub force: [f64; 3],
 }
 
-/// A spring shorter than this fraction of its rest length has no direction, because the derivatives of the direction would exceed the
-/// derivatives of the length by the inverse of this fraction.
+/// A spring shorter than this fraction of its rest length has no direction. The derivatives of the direction would exceed the derivatives
+/// of the length by the inverse of this fraction.
 const NO_LENGTH: f64 = 1e-9;
 
 /// Rounding-error bound of the difference of two points, relative to their coordinates, with a margin of about 50.

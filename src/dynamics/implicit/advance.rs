@@ -13,7 +13,7 @@ use crate::scalar::portable::power;
 use nalgebra::{DVector, Vector6};
 
 /// Shortest substep, as a fraction of the time step. If contact begins with a jump of stiffness, such as a flat face on a half-space,
-/// substeps become so short that one of them ends at the first contact.
+/// substeps become very short. One of them then ends at the first contact.
 const SHORTEST: f64 = 1.0 / (1 << 30) as f64;
 
 /// Maximum number of substeps of a time step that are rejected because a stage is not solved.

@@ -1,8 +1,8 @@
 //! Derivative pass of a step: repeats the stages that were solved in `f64` in a scalar that carries derivatives.
 //!
-//! At the real solution u₀ of a stage, the iteration u = u₀ − J⁻¹·(r(u) − re r(u)) with the real matrix J makes the residual r vanish to
-//! one more order in each iteration. By the implicit function theorem, the first iteration gives all first derivatives. All parameters
-//! share one factorization.
+//! Let u₀ be the real solution of a stage, and J the real matrix. Each iteration u = u₀ − J⁻¹·(r(u) − re r(u)) makes the residual r vanish
+//! to one more order. By the implicit function theorem, the first iteration gives all first derivatives. All parameters share one
+//! factorization.
 
 use super::island_step::{IslandStep, StepError, Substep};
 use super::rigid::zero6;

@@ -2,8 +2,8 @@
 //!
 //! The *error of values* is the difference from an embedded formula of lower order, propagated through the last stage. The *error of
 //! slopes* is the error of the derivative along the motion. The time derivative of the state obeys the same linearized equations as every
-//! other sensitivity, and it is known at both ends of a substep as velocities and accelerations. The linearized stages propagate the rates
-//! at the start to the end. Their difference from the rates at the end is the error of the derivative along the motion. It serves as the
+//! other sensitivity. It is known at both ends of a substep as velocities and accelerations. The linearized stages propagate the rates at
+//! the start to the end. Their difference from the rates at the end is the error of the derivative along the motion. It serves as the
 //! estimate for all derivatives.
 
 use super::advance::IslandSolver;
@@ -151,8 +151,8 @@ impl ErrorEstimator<'_> {
         }
     }
 
-    /// Error of the derivatives of each dynamic body along the motion: the error of the rate of displacement (m/s), plus the error of the
-    /// acceleration (m/s²) times the flight time (s). Returns `None` if a stage is singular or the step should end.
+    /// Error of the derivatives of each dynamic body along the motion; `None` if a stage is singular or the step should end. It is the
+    /// error of the rate of displacement (m/s), plus the error of the acceleration (m/s²) times the flight time (s).
     fn errors_of_slopes(
         &self,
         (inertias, applied): (&[&Inertia<Change>], &[Vector6<Change>]),

@@ -23,8 +23,8 @@
 //!    derivatives of friction too. The matrix has 6×6 blocks. From 16 bodies on it is sparse (`sparse.rs`, the only user of faer), and its
 //!    symbolic factors are cached while the same bodies touch.
 //! 4. `DualPass` repeats the accepted substeps in `T`. At the real root, u − J⁻¹(r − re r) with the exact real J gives all first
-//!    derivatives at once, and each repetition gives the derivatives of the next order. `Replay` repeats the substeps in `f64` for the
-//!    reverse sweep.
+//!    derivatives at once. Each repetition gives the derivatives of the next order. `Replay` repeats the substeps in `f64` for the reverse
+//!    sweep.
 //!
 //! The following rules hold:
 //!

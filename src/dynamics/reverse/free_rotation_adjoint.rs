@@ -11,8 +11,8 @@ use nalgebra::{Matrix3, Vector3};
 /// change of the axes is the limit for equal values.
 const EQUAL: f64 = 1e-6;
 
-/// Gradient with respect to the rotation of a free body: to a turn in world axes, to the spin, and to the inertia over the mass, in the
-/// axes of the body frame.
+/// Gradient with respect to the rotation of a free body. The parts are the gradients with respect to a turn in world axes, to the spin, and
+/// to the inertia over the mass in the axes of the body frame.
 struct RotationGradient {
     turn: Vector3<f64>,
     spin: Vector3<f64>,
@@ -125,7 +125,7 @@ impl PrincipalInertia {
     }
 
     /// Gradient with respect to the inertia over the mass, in the axes of the body frame, through the momentum over the mass of a spin. The
-    /// gradient with respect to the momentum and the spin are in world axes.
+    /// spin and the gradient with respect to the momentum are in world axes.
     pub(super) fn by_inertia_in_momentum(
         &self,
         rotation: &Matrix3<f64>,
@@ -137,8 +137,8 @@ impl PrincipalInertia {
         self.axes * by_moments * self.axes.transpose()
     }
 
-    /// Gradient with respect to the inertia over the mass, in the axes of the body frame, through the change of spin by an impulse: a
-    /// torque over the mass, times a time (s). The gradient with respect to the spin and the impulse are in world axes.
+    /// Gradient with respect to the inertia over the mass, in the axes of the body frame, through the change of spin by an impulse. The
+    /// impulse is a torque over the mass, times a time (s). It and the gradient with respect to the spin are in world axes.
     pub(super) fn by_inertia_in_kick(
         &self,
         rotation: &Matrix3<f64>,
@@ -158,8 +158,8 @@ impl AxisTurn {
         self.time * (per_moments[self.axis] - per_moments[1])
     }
 
-    /// Adds the gradient with respect to the inverse inertia in its principal axes: to its principal values, and separately to the tilt of
-    /// an axis if two principal values are equal.
+    /// Adds the gradient with respect to the inverse inertia in its principal axes. `by_inverse` receives the part of the principal values.
+    /// `by_tilts` receives the part of the tilt of an axis, which is used if two principal values are equal.
     fn add_by_inverse(
         &self,
         momentum: &Vector3<f64>,
@@ -172,16 +172,16 @@ impl AxisTurn {
         by_inverse[(self.axis, self.axis)] += along;
         by_inverse[(1, 1)] -= along;
         by_tilts[(self.axis, 1)] += by_all[(self.axis, 1)];
-        // If all principal values are equal, the turns about two axes each last the whole time, so the pair of the first and the last axis
-        // counts once.
+        // If all principal values are equal, the turns about two axes each last the whole time. The pair of the first and the last axis
+        // therefore counts once.
         if self.axis == 2 {
             by_tilts[(0, 2)] += by_all[(0, 2)];
         }
     }
 }
 
-/// Adds the gradient with respect to the off-diagonal entries of the inverse inertia in its principal axes, from the gradient with respect
-/// to a turn of all axes in the body. If two principal values are equal, it is the limit.
+/// Adds the gradient with respect to the off-diagonal entries of the inverse inertia in its principal axes. It follows from the gradient
+/// with respect to a turn of all axes in the body, or from the limit if two principal values are equal.
 fn add_by_axes(
     by_inverse: &mut Matrix3<f64>,
     by_axes: &Vector3<f64>,

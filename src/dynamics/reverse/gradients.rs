@@ -39,9 +39,9 @@ impl StateGradient {
         }
     }
 
-    /// Gradient from the derivatives with respect to the entries of the rotation matrix and of the position, as programs for automatic
-    /// differentiation return them, and with respect to spin and velocity (`by_twist`). `rotation` is the orientation of the body. Only
-    /// three combinations of the nine entries matter, because a small turn θ changes the rotation R by θ × R.
+    /// Gradient from the derivatives with respect to the entries of the rotation matrix and of the position, and to spin and velocity
+    /// (`by_twist`). Programs for automatic differentiation return such derivatives. `rotation` is the orientation of the body. Only three
+    /// combinations of the nine entries matter, because a small turn θ changes the rotation R by θ × R.
     #[must_use]
     pub fn from_entries(
         rotation: &Matrix3<f64>,

@@ -199,8 +199,8 @@ impl StepBack<'_, '_> {
         Ok(StartGradient { poses, momenta })
     }
 
-    /// Solves the adjoint equation of a stage: from the gradient with respect to its velocities to λ, the gradient with respect to the
-    /// residual of momenta p̃ + τf − P. Then propagates λ through all wrenches f at constant velocities.
+    /// Solves the adjoint equation of a stage for λ, the gradient with respect to p̃ + τf − P. Then propagates λ through all wrenches f at
+    /// constant velocities.
     fn solve_adjoint(
         &mut self,
         replay: &Replay,

@@ -5,12 +5,12 @@
 //! differentiated with dual numbers. One sweep gives the derivatives with respect to any number of parameters.
 //!
 //! The rollout in `f64` records its steps on a `Tape`: all steps, or as many as the memory allows, at positions chosen by binomial
-//! coefficients (`schedule.rs`). The other steps are repeated with the same bits. A recorded step is the `Checkpoint` before it and, if it
-//! is implicit, the `IslandRecord` of each island: its substeps with the velocities of their stages, so that no stage is solved twice.
-//! [`ReverseSweep`] reverses each step. The path from wrenches back to contacts, forces, controls and parameters is the same for all steps
-//! (`Pullback`). In an explicit step, `free_rotation_adjoint.rs` is the adjoint of the drift. An implicit step is reversed through its
-//! accepted stages: λ = J⁻ᵀū with the exact matrix at the root, transposed, then from λ through the residual at constant velocities to the
-//! earlier stages.
+//! coefficients (`schedule.rs`). The other steps are repeated with the same bits. A recorded step has the `Checkpoint` before it. If it is
+//! implicit, it also has the `IslandRecord` of each island: its substeps with the velocities of their stages, so that no stage is solved
+//! twice. [`ReverseSweep`] reverses each step. The path from wrenches back to contacts, forces, controls and parameters is the same for all
+//! steps (`Pullback`). In an explicit step, `free_rotation_adjoint.rs` is the adjoint of the drift. An implicit step is reversed through
+//! its accepted stages. Each stage solves λ = J⁻ᵀū with the exact matrix at the root. From λ, the gradient propagates through the residual
+//! at constant velocities to the earlier stages.
 
 mod contact;
 mod explicit;

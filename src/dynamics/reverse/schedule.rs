@@ -24,8 +24,8 @@ pub(super) fn next_checkpoint(length: usize, slots: usize) -> usize {
     )
 }
 
-/// Length of the longest segment that can be reversed with `slots` checkpoints besides the first and the last step, if no step is repeated
-/// more than `repetitions` times. It is the binomial coefficient of slots + repetitions + 2 over repetitions + 1.
+/// Length of the longest segment that can be reversed with `slots` checkpoints besides the first and the last step. No step is repeated
+/// more than `repetitions` times. The length is the binomial coefficient of slots + repetitions + 2 over repetitions + 1.
 fn longest_segment(slots: usize, repetitions: usize) -> usize {
     let mut coefficient: u128 = 1;
     for k in 1..=repetitions as u128 + 1 {

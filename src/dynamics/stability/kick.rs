@@ -89,7 +89,7 @@ impl KickedBody<'_> {
     }
 
     /// Work (J) of a wrench in the kick. For a kinematic body, the motion comes from its twist or from its poses, whichever takes more
-    /// energy from the contact, because nothing ensures that the twist of a path is the rate of its poses.
+    /// energy from the contact. Nothing ensures that the twist of a path is the rate of its poses.
     pub fn work(&self, wrench: &Vector6<f64>, last_pose: Option<&Pose>, time_step: f64) -> f64 {
         let mean = (self.before.to_vector() + self.after.to_vector()) / 2.0;
         let by_twist = wrench.dot(&mean) * time_step;
@@ -123,7 +123,7 @@ impl KickedBody<'_> {
     ///
     /// With the change ΔW of the wrench and the velocities v that led to it, h ΔW·M⁻¹ΔW/|ΔW·v| is a Rayleigh quotient of h²K. The power
     /// ΔW·v includes both bodies of each contact, so it depends on their relative velocities. For elastic contact with a body at rest, the
-    /// quotient is a lower bound of the largest eigenvalue, and it approaches this eigenvalue as an unstable mode grows.
+    /// quotient is a lower bound of the largest eigenvalue. It approaches this eigenvalue as an unstable mode grows.
     pub fn may_exceed_limit(&self, contact: &ContactChange, time_step: f64) -> bool {
         let ContactChange { last, now, power } = contact;
         let change = now - last;

@@ -39,11 +39,11 @@ impl<T: Scalar, F: Force> World<T, F> {
     ///
     /// # By hand
     ///
-    /// A contact of area A (m²) between fields with the pressure gradients κ_A and κ_B (modulus times gradient of the extent, Pa/m) has the
-    /// stiffness κA with κ = κ_Aκ_B/(κ_A + κ_B). If it is pressed with the force F, dissipation d adds the damping dF. Friction μ adds the
-    /// tangential damping μF/v_s, at slip below the slip tolerance v_s. With the effective mass m, 1/m = 1/m_A + 1/m_B, the rates are k =
-    /// κA/m and c = dF/m. Friction also turns the bodies: at the distance r from their centers, each body adds r²/I to 1/m (in total
-    /// 3.5/m_A for a ball, 2.5/m_A for a cube), and c = μF/(m v_s).
+    /// Consider a contact of area A (m²) between fields with the pressure gradients κ_A and κ_B (modulus times gradient of the extent,
+    /// Pa/m). Its stiffness is κA with κ = κ_Aκ_B/(κ_A + κ_B). If it is pressed with the force F, dissipation d adds the damping dF.
+    /// Friction μ adds the tangential damping μF/v_s, at slip below the slip tolerance v_s. With the effective mass m, 1/m = 1/m_A + 1/m_B,
+    /// the rates are k = κA/m and c = dF/m. Friction also turns the bodies. At the distance r from its center, each body adds r²/I to 1/m,
+    /// so 1/m is 3.5/m_A for a ball and 2.5/m_A for a cube on a fixed body. Then c = μF/(m v_s).
     ///
     /// # Scope
     ///
@@ -59,7 +59,7 @@ impl<T: Scalar, F: Force> World<T, F> {
     ///   bounded.
     /// - Derivatives of the state are ignored.
     ///
-    /// Each contact is linearized once, and each contact with friction twice.
+    /// Each contact without friction is linearized once, and each contact with friction twice.
     ///
     /// ```
     /// use hydroelastic::contact::Shape;
