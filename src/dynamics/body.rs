@@ -273,7 +273,7 @@ pub(super) fn index_of<T: Scalar>(name: &str, bodies: &[Body<T>]) -> Option<usiz
 }
 
 /// Index of the body with this name, or an error that lists the known names.
-pub(super) fn known_index_of<T: Scalar>(
+pub(super) fn require_index_of<T: Scalar>(
     name: &str,
     bodies: &[Body<T>],
 ) -> Result<usize, WorldError> {

@@ -1,4 +1,4 @@
-use super::body::known_index_of;
+use super::body::require_index_of;
 use super::motion::state_on;
 use super::validate::check_finite;
 use super::{Body, BodyState, Control, Motion, State, WorldError};
@@ -128,7 +128,7 @@ impl<T: Scalar> Model<T> {
 
     /// Index of the body with this name.
     pub(crate) fn index_of(&self, name: &str) -> Result<usize, WorldError> {
-        known_index_of(name, &self.bodies)
+        require_index_of(name, &self.bodies)
     }
 
     /// Initial state of rollouts.

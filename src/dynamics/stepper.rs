@@ -9,7 +9,7 @@
 //! Drifts keep the angular momentum to rounding errors. The angular velocity follows from the angular momentum and the rotated inertia.
 
 use super::dyn_world::DynWorld;
-use super::implicit::{ImplicitIntegratorState, IslandRecord, LastStep, Scheme, Step};
+use super::implicit::{ImplicitIntegratorState, IslandRecord, LastStep, Scheme, StepSettings};
 use super::integrator::{Kind, Splitting};
 use super::model::Model;
 use super::stability::{ContactBalances, Instability, Kick};
@@ -176,7 +176,7 @@ impl<T: Scalar> Stepper<T> {
         self.stop_at((found < LEAST_SLIP_TOLERANCE).then_some(error))?;
         let new = || ImplicitIntegratorState::of(world, Arc::clone(&self.stop));
         let integrator_state = self.integrator_state.get_or_insert_with(new);
-        let step = Step {
+        let step = StepSettings {
             scheme,
             tolerance: plan.solver_tolerance(),
             accuracy: plan.accuracy(),

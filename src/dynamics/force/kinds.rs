@@ -1,6 +1,6 @@
 use super::ForceNumber;
 use super::{Force, ForceContext, WrenchAccumulator};
-use crate::dynamics::body::{index_of, known_index_of};
+use crate::dynamics::body::{index_of, require_index_of};
 use crate::dynamics::validate::check_finite;
 use crate::dynamics::{Body, WorldError};
 use crate::scalar::{Scalar, real_part, real_vector};
@@ -98,7 +98,7 @@ impl Force for Spring {
         if a == b {
             return Err(WorldError::SameBody(a.clone()));
         }
-        let moves = |name| Ok(bodies[known_index_of(name, bodies)?].inertia().is_some());
+        let moves = |name| Ok(bodies[require_index_of(name, bodies)?].inertia().is_some());
         if !(moves(a)? | moves(b)?) {
             return Err(WorldError::NeitherDynamic {
                 bodies: self.bodies.clone(),
@@ -162,7 +162,7 @@ fn together(names: &[String], bodies: &[Body]) -> Vec<Vec<usize>> {
 
 /// Checks that there is a dynamic body with this name.
 fn check_dynamic(name: &str, quantity: &'static str, bodies: &[Body]) -> Result<(), WorldError> {
-    match bodies[known_index_of(name, bodies)?].inertia() {
+    match bodies[require_index_of(name, bodies)?].inertia() {
         Some(_) => Ok(()),
         None => Err(WorldError::NotDynamic {
             body: name.to_owned(),

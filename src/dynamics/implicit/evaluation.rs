@@ -21,7 +21,7 @@ pub(super) struct Evaluation {
     pub wrenches: Vec<Vector6<f64>>,
     /// Forces other than contact on each dynamic body; empty if there are none.
     forces: Vec<Vector6<f64>>,
-    pub slopes: Vec<ForceJacobian>,
+    pub force_jacobians: Vec<ForceJacobian>,
     /// Whether the derivatives of the contacts are exact.
     pub is_exact: bool,
 }
@@ -47,11 +47,12 @@ impl StageEquations<'_> {
             FrozenContactModel::of(&pair, [i, j], is_exact)
         });
         let contacts: Vec<_> = models.into_iter().flatten().collect();
-        let (mut forces, mut slopes) = (vec![Vector6::zeros(); self.inertias.len()], Vec::new());
+        let (mut forces, mut force_jacobians) =
+            (vec![Vector6::zeros(); self.inertias.len()], Vec::new());
         if !context.forces.is_empty() {
             let wrenches: Vec<_> = contacts.iter().map(FrozenContactModel::evaluated).collect();
             forces = self.forces(self.start.time, &states, &wrenches);
-            slopes = self.force_jacobians(&states, &wrenches);
+            force_jacobians = self.force_jacobians(&states, &wrenches);
         }
         let contact_wrenches = contacts
             .iter()
@@ -63,7 +64,7 @@ impl StageEquations<'_> {
             states,
             contacts,
             forces,
-            slopes,
+            force_jacobians,
         }
     }
 
@@ -97,11 +98,11 @@ impl StageEquations<'_> {
         let mut contacts = Vec::new();
         mapped_into(&mut contacts, &evaluation.contacts, near);
         let mut forces = evaluation.forces.clone();
-        for slopes in &evaluation.slopes {
+        for slopes in &evaluation.force_jacobians {
             forces[slopes.row] += slopes.by_displacement * displacements[slopes.column]
                 + slopes.by_velocities * six_of(&change, slopes.column);
         }
-        let matrix = self.matrix(&states, &contacts, &evaluation.slopes);
+        let matrix = self.matrix(&states, &contacts, &evaluation.force_jacobians);
         let contact_wrenches = contacts
             .iter()
             .map(|contact| (contact.bodies, &contact.wrenches));

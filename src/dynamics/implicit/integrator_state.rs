@@ -44,7 +44,7 @@ pub(in crate::dynamics) struct LastStep {
 }
 
 /// Settings of one time step.
-pub(in crate::dynamics) struct Step {
+pub(in crate::dynamics) struct StepSettings {
     pub scheme: &'static Scheme,
     pub tolerance: f64,
     pub accuracy: Accuracy,
@@ -98,7 +98,7 @@ impl ImplicitIntegratorState {
         &mut self,
         world: &dyn DynWorld<T>,
         state: &mut State<T>,
-        step: &Step,
+        step: &StepSettings,
     ) -> Result<(), StepError> {
         let start: Vec<BodyState> = state.bodies.iter().map(BodyState::real).collect();
         let span = TimeSpan::new(state.time, step.duration);
@@ -156,7 +156,7 @@ impl ImplicitIntegratorState {
         &self,
         context: &StepContext,
         start: f64,
-        step: &Step,
+        step: &StepSettings,
     ) -> Result<Vec<(Island, SolvedStep)>, StepError> {
         let mut boxes = context.predicted_bounds(start, step.duration);
         let mut solved: Vec<(Island, SolvedStep)> = Vec::new();

@@ -63,7 +63,7 @@ mod step_size;
 mod substep;
 mod tunneling;
 
-pub(super) use integrator_state::{ImplicitIntegratorState, LastStep, Step};
+pub(super) use integrator_state::{ImplicitIntegratorState, LastStep, StepSettings};
 pub(super) use island::Island;
 pub(super) use island_step::{IslandRecord, StepError};
 pub(super) use replay::{Replay, ReplayedStage, ReplayedSubstep};

@@ -63,7 +63,7 @@ impl NewtonIterate {
             tolerance,
             linearization: Linearization {
                 contacts: self.contacts,
-                forces: self.evaluation.slopes,
+                forces: self.evaluation.force_jacobians,
                 factors: self.factors,
                 is_exact: self.evaluation.is_exact,
             },
@@ -80,12 +80,12 @@ impl StageEquations<'_> {
         work: &mut Work,
     ) -> Result<Root, Unsolved> {
         work.solves += 1;
-        let first_query = work.looks;
+        let queries_before = work.looks;
         let mut iterate = self.iterate_at(guess.clone(), false, work)?;
         let mut is_exact = false;
         let mut scale = f64::INFINITY;
         let mut rate = f64::INFINITY;
-        while work.looks - first_query < MOST_EVALUATIONS {
+        while work.looks - queries_before < MOST_EVALUATIONS {
             // The smallest scale so far, because diverging velocities must not loosen the tolerance.
             scale = scale.min(self.scale(&iterate.evaluation));
             let absolute_tolerance = tolerance * scale + self.rounding();
@@ -156,7 +156,7 @@ impl StageEquations<'_> {
             .iter()
             .map(FrozenContactModel::evaluated)
             .collect();
-        let matrix = self.matrix(&evaluation.states, &contacts, &evaluation.slopes);
+        let matrix = self.matrix(&evaluation.states, &contacts, &evaluation.force_jacobians);
         let factors = matrix.factorized(self.step.context.symbolic_cache);
         let step = factors.solve(&-self.residual_in(&evaluation));
         let size = step.as_ref().map_or(f64::INFINITY, |step| self.speed(step));
