@@ -1,6 +1,6 @@
 //! Does a ball on a slope roll or slide with the accelerations of the textbook?
 //!
-//! `cargo run --release --example ball_on_incline [-- --record FILE.glb --plot FILE.svg]`
+//! `cargo run --release -p hydroelastic-examples --example ball_on_incline [-- --record FILE.glb --plot FILE.svg]`
 //!
 //! A solid ball that rolls gains (5/7)·g·sin θ; one with too little friction for that slides and
 //! gains g·(sin θ − μ·cos θ). Both are means of the contact force, whatever its course, so they hold

@@ -1,6 +1,6 @@
 //! How much does the aim of a shot matter after three collisions?
 //!
-//! `cargo run --release --example billiards [-- --record FILE.glb --plot FILE.svg]`
+//! `cargo run --release -p hydroelastic-examples --example billiards [-- --record FILE.glb --plot FILE.svg]`
 //!
 //! The first ball hits the second, that the third, and that the last, each off center. The
 //! derivative of where the last ball gets by the first one's velocity is held against differences.

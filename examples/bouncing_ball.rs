@@ -1,6 +1,6 @@
 //! Does a ball come back to the height it was dropped from (the paper's first video)?
 //!
-//! `cargo run --release --example bouncing_ball [-- --record FILE.glb --plot FILE.svg]`
+//! `cargo run --release -p hydroelastic-examples --example bouncing_ball [-- --record FILE.glb --plot FILE.svg]`
 
 mod show;
 

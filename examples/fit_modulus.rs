@@ -1,6 +1,6 @@
 //! Does Gauss–Newton find a ball's modulus in a measured force–depth curve?
 //!
-//! `cargo run --release --example fit_modulus`
+//! `cargo run --release -p hydroelastic-examples --example fit_modulus`
 //!
 //! An indenter presses a soft ball against a rigid plate and records force and depth, with noise. The forces are those of the
 //! closed form, F = πE(d² − 2d³/(3R)); the model is a mesh of the ball. The modulus is fitted by its logarithm: it stays

@@ -1,6 +1,6 @@
 //! Do the closed-form derivatives of the forces on a non-convex part agree with differences?
 //!
-//! `cargo run --release --example forces_and_jacobian [FILE.vtk]`
+//! `cargo run --release -p hydroelastic-examples --example forces_and_jacobian [FILE.vtk]`
 //!
 //! A ball is pressed into the inner corner of a bracket meshed by Gmsh. The contact surface is
 //! written for ParaView, to the path given or to the folder for temporary files.
@@ -12,7 +12,7 @@ use hydroelastic::spatial::{Pose, Twist, Wrench};
 use nalgebra::{SMatrix, SVector, Vector3};
 use std::path::{Path, PathBuf};
 
-const BRACKET: &str = "tests/data/meshes_from_mesher/bracket.msh";
+const BRACKET: &str = "../tests/data/meshes_from_mesher/bracket.msh";
 /// Radius of the ball (m), moduli of ball and bracket (Pa).
 const RADIUS: f64 = 0.04;
 const MODULI: [f64; 2] = [2e5, 1e6];

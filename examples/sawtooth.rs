@@ -1,6 +1,6 @@
 //! Does the height after an impact depend smoothly on the speed before it, and does its derivative converge to that of the motion?
 //!
-//! `cargo run --release --example sawtooth [-- --record FILE.glb --plot FILE.svg]`
+//! `cargo run --release -p hydroelastic-examples --example sawtooth [-- --record FILE.glb --plot FILE.svg]`
 
 mod show;
 

@@ -1,6 +1,6 @@
 //! Do ten blocks dropped on each other come to rest, and how far does a push slide those above one that is slippery?
 //!
-//! `cargo run --release --example stack [-- --record FILE.glb --plot FILE.svg]`
+//! `cargo run --release -p hydroelastic-examples --example stack [-- --record FILE.glb --plot FILE.svg]`
 
 mod show;
 

@@ -1,6 +1,6 @@
 //! Can gradient descent find the throw that meets a target after bouncing off floor and wall?
 //!
-//! `cargo run --release --example throw_to_target [-- --record FILE.glb --plot FILE.svg]`
+//! `cargo run --release -p hydroelastic-examples --example throw_to_target [-- --record FILE.glb --plot FILE.svg]`
 
 mod room;
 mod show;

@@ -1,14 +1,13 @@
-//! No code: the guide, in six chapters.
+//! Guide to the library, in six chapters. This module has no code.
 //!
-//! 1. [`pressure_fields`]: shapes, meshes of one's own, and how to choose a modulus.
-//! 2. [`contact`]: from two posed bodies to wrench, surface, energy and Jacobian.
-//! 3. [`dynamics`]: worlds that move, how long a step may be, and saving what happened.
-//! 4. [`gradients`]: derivatives of rollouts, and how far to trust them.
-//! 5. [`performance`]: what costs what.
-//! 6. [`time_steps`]: which integrator when, and what implicit steps take.
+//! 1. [`pressure_fields`]: shapes, your own meshes, and the choice of a modulus.
+//! 2. [`contact`]: wrench, surface, energy and Jacobian of two posed bodies.
+//! 3. [`dynamics`]: worlds, rollouts, limits of the time step, and files.
+//! 4. [`gradients`]: derivatives of rollouts, and their accuracy.
+//! 5. [`performance`]: cost of each stage.
+//! 6. [`time_steps`]: choice of an integrator, and cost of implicit steps.
 //!
-//! The chapters are the files of `docs/guide`. Every Rust block in them runs under
-//! `cargo test --doc`.
+//! The chapters are the files of `docs/guide`. `cargo test --doc` runs every Rust block in them.
 
 #[doc = include_str!("../docs/guide/1_pressure_fields.md")]
 pub mod pressure_fields {}

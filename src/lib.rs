@@ -1,15 +1,14 @@
 //! Differentiable pressure-field (hydroelastic) contact between soft-skinned rigid bodies.
 //!
-//! Each body is a tetrahedral mesh with a pressure that grows from 0 on its surface to a maximum
-//! inside. Where two bodies overlap, the surface on which their pressures are equal carries the
-//! contact: the force is the integral of pressure times normal over it. Such forces are
-//! continuous and have derivatives, and this library computes both exactly.
+//! Each body is a tetrahedral mesh with a pressure field that grows from zero on its surface to a maximum inside. If two bodies
+//! overlap, the contact surface is the surface on which their pressures are equal. The contact force is the integral of pressure
+//! times normal over the contact surface. This force is continuous and has derivatives. The library computes the force and its
+//! derivatives exactly.
 //!
-//! The modules are the stages of one route, each using only those before it:
+//! The modules are the stages of a pipeline. Each module uses only the modules before it:
 //!
 //! [`scalar`] → [`spatial`] → [`geometry`] → [`mesh`] → [`broad_phase`] → [`contact`] →
-//! [`dynamics`] → [`gradient`], with [`io`] for files. Start at [`contact`], or with the [`guide`], six short
-//! chapters on how to use it all.
+//! [`dynamics`] → [`gradient`], with [`io`] for files. Start with [`contact`], or with the six chapters of the [`guide`].
 //!
 //! # Conventions
 //!
@@ -22,28 +21,26 @@
 //!
 //! # The same bits
 //!
-//! A program gives the same bits in every run, with any number of threads: wrenches, Jacobians, rollouts,
-//! batches and files. The compiler neither fuses nor reorders floating-point operations, so builds should agree
-//! as well: those at optimization levels 0 and 2 did (`cargo test --test threads reproducible:: -- --nocapture` prints
-//! hashes to compare).
+//! A program gives the same bits in every run and with any number of threads: wrenches, Jacobians, rollouts, batches and files.
+//! The compiler neither fuses nor reorders floating-point operations, so different builds should agree as well. Builds at
+//! optimization levels 0 and 2 agreed (`cargo test --test threads reproducible:: -- --nocapture` prints hashes to compare).
 //!
 //! Contacts, rollouts and their derivatives also have the same bits on every processor and with every C library
-//! (`cargo test --test threads every_processor::`). Several contact polygons are computed at a time, and the
-//! bits do not depend on how many.
-//! Sines, arc tangents and logarithms are computed by the crate `libm`, which uses only operations that IEEE 754 defines. Three
-//! exceptions depend on the platform:
+//! (`cargo test --test threads every_processor::`). The bits do not depend on the number of SIMD lanes. The crate `libm` computes
+//! sines, arctangents and logarithms, with only operations that IEEE 754 defines. Three exceptions depend on the platform:
 //!
-//! - Implicit steps of 16 or more bodies: the sparse solver (feature `sparse`) uses fused multiply-add if the processor has it.
-//! - Your own forces, paths and losses that call `sin`, `ln` and the like on `f64` or dual numbers.
+//! - Implicit steps of at least 16 bodies, because the sparse solver (feature `sparse`) uses fused multiply-add if the processor
+//!   has it.
+//! - User-defined forces, paths and losses that call functions such as `sin` and `ln` on `f64` or dual numbers.
 //! - Quaternions in recordings, which have single precision.
 //!
 //! Bits may differ between versions of this library, between `f64` and dual numbers, and between dual numbers of different widths.
-//! These agree to round-off.
+//! The results agree to round-off.
 //!
 //! # References
 //!
-//! - *The paper*: "An Efficient Implementation of Pressure Field Models", whose system (in Julia,
-//!   Hydroelastics.jl) this library rebuilds, with the derivatives it could not have.
+//! - *The paper*: "An Efficient Implementation of Pressure Field Models". This library reimplements its system (in Julia,
+//!   Hydroelastics.jl), and adds the derivatives that the paper's system lacks.
 //! - \[Clarke 1983\] F. H. Clarke, *Optimization and Nonsmooth Analysis*, Wiley, 1983.
 //! - \[Elandt 2019\] R. Elandt, E. Drumwright, M. Sherman, A. Ruina, "A pressure field model for
 //!   fast, robust approximation of net contact force and moment between nominally rigid objects",
@@ -55,7 +52,7 @@
 //! - \[Okabe 2008\] M. Okabe, K. Ito, "Color Universal Design: how to make figures and presentations
 //!   that are friendly to colorblind people", 2008.
 
-// The last bits of these methods depend on the platform. `scalar::portable` has replacements.
+// The last bits of the disallowed methods depend on the platform. `scalar::portable` has replacements.
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
 pub mod broad_phase;
@@ -78,12 +75,12 @@ mod search;
 mod seeds;
 pub mod spatial;
 
-/// The version of nalgebra whose vectors and matrices are in this crate's interfaces.
+/// Re-export of nalgebra, whose vectors and matrices the interfaces of this crate use.
 pub use nalgebra;
-/// The version of num-dual whose numbers implement [`scalar::Scalar`].
+/// Re-export of num-dual, whose numbers implement [`scalar::Scalar`].
 pub use num_dual;
 
-/// Compiles and runs the README's program.
+/// Compiles and runs the program of the README.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;

@@ -6,7 +6,7 @@ recordings=$(mktemp -d)
 made() { # example, time, further options
     local example=$1 time=$2
     shift 2
-    (cd ../.. && cargo run --release --quiet --example "$example" -- \
+    (cd ../.. && cargo run --release --quiet -p hydroelastic-examples --example "$example" -- \
         --record "$recordings/$example.glb" --plot "$recordings/$example.svg")
     npm run --silent validate -- "$recordings/$example.glb"
     npm run --silent picture -- "$recordings/$example.glb" "../pictures/$example.png" --time "$time" "$@"
@@ -25,6 +25,6 @@ rm ../pictures/{identify_material,grasp,stack}.png
 cp "$recordings"/{throw_to_target,identify_material,grasp,stack}.svg ../pictures/
 # Of these, the plot alone.
 for example in push_to_goal design_bumper; do
-    (cd ../.. && cargo run --release --quiet --example "$example" -- --plot "docs/pictures/$example.svg")
+    (cd ../.. && cargo run --release --quiet -p hydroelastic-examples --example "$example" -- --plot "docs/pictures/$example.svg")
 done
 rm -r "$recordings"

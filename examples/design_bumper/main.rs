@@ -1,7 +1,7 @@
 //! Which shape of a soft cushion catches a thrown ball, so that it comes to rest at a target? Hundreds of vertex coordinates,
 //! by the reverse sweep through contact, friction and dissipation; the cushion's volume is kept.
 //!
-//! `cargo run --release --example design_bumper [-- --record FILE.glb --plot FILE.svg]`
+//! `cargo run --release -p hydroelastic-examples --example design_bumper [-- --record FILE.glb --plot FILE.svg]`
 
 mod cushion;
 #[path = "../show/mod.rs"]

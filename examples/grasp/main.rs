@@ -1,6 +1,6 @@
 //! Do two soft fingers lift and tilt a mug, and what is the least squeeze with which it does not slip?
 //!
-//! `cargo run --release --example grasp [-- --record FILE.glb --plot FILE.svg]`
+//! `cargo run --release -p hydroelastic-examples --example grasp [-- --record FILE.glb --plot FILE.svg]`
 //!
 //! The mug is a mesh of Gmsh, not convex. One finger follows a path, the other is pressed against the mug from the other side.
 //! Newton's method finds the least squeeze from the exact derivative of the slip by the force of that finger.

@@ -1,6 +1,6 @@
 //! Can Gauss–Newton tell a ball's modulus, dissipation and friction from a recorded bounce?
 //!
-//! `cargo run --release --example identify_material [-- --record FILE.glb --plot FILE.svg]`
+//! `cargo run --release -p hydroelastic-examples --example identify_material [-- --record FILE.glb --plot FILE.svg]`
 
 mod bounce;
 #[path = "../show/mod.rs"]

@@ -1,6 +1,6 @@
 //! The figures of the paper, drawn from what this library computes: SVG files in a folder.
 //!
-//! `cargo run --release --example paper_figures [FOLDER]`
+//! `cargo run --release -p hydroelastic-examples --example paper_figures [FOLDER]`
 //!
 //! Without a folder they go to `hydroelastic_figures` in the directory for temporary files. Every
 //! figure is checked before it is drawn.

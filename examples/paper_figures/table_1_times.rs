@@ -5,7 +5,7 @@ pub struct Row {
     pub name: &'static str,
     /// The paper's Julia program on its authors' machine, orders 1 to 3: its Table I.
     pub paper: &'static [f64],
-    /// This library, orders 1 to 4: `cargo bench --bench ablation`, the run in docs/measurements.md.
+    /// This library, orders 1 to 4: `cargo bench --bench ablation`, the run in docs/dev/measurements.md.
     pub ours: &'static [f64],
 }
 

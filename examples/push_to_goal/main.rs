@@ -1,6 +1,6 @@
 //! Which pushes bring a block, sliding with friction, to rest at a goal pose?
 //!
-//! `cargo run --release --example push_to_goal [-- --record FILE.glb --plot FILE.svg]`
+//! `cargo run --release -p hydroelastic-examples --example push_to_goal [-- --record FILE.glb --plot FILE.svg]`
 //!
 //! Found in two ways, with the same prices of pushes and of missing the goal. By a regulator: 20 pushes, by the motion linearized
 //! over each of their intervals. By L-BFGS: a push of its own in each step, 3,000 numbers, by the gradient swept back.

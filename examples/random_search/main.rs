@@ -1,7 +1,7 @@
 //! Which of 1,000 random throws ends nearest to a target, and does Newton's method meet it from the
 //! best eight? Ctrl-C ends the search with the throws that were finished.
 //!
-//! `cargo run --release --example random_search [-- --record FILE.glb --plot FILE.svg]`
+//! `cargo run --release -p hydroelastic-examples --example random_search [-- --record FILE.glb --plot FILE.svg]`
 
 #[path = "../room/mod.rs"]
 mod room;

@@ -1,6 +1,6 @@
 //! How does a block with its weight off center come to rest on soft ground?
 //!
-//! `cargo run --release --example settle [-- --record FILE.glb --plot FILE.svg]`
+//! `cargo run --release -p hydroelastic-examples --example settle [-- --record FILE.glb --plot FILE.svg]`
 //!
 //! At rest the contact wrench balances the weight. Newton's method finds that pose from the exact
 //! Jacobian, without a step in time; a rollout from there then shows that nothing moves, and one from

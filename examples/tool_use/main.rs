@@ -1,6 +1,6 @@
 //! With what force does a soft block resist a rigid tool that presses into it and slides over it?
 //!
-//! `cargo run --release --example tool_use [-- --record FILE.glb --plot FILE.svg]`
+//! `cargo run --release -p hydroelastic-examples --example tool_use [-- --record FILE.glb --plot FILE.svg]`
 //!
 //! The tool is a hook from an STL file, the block stands on a half-space. Below its upper face the block's pressure is κ times
 //! the depth, as in a liquid of the weight κ per volume, so Archimedes knows the answer for a tool of any shape: on the tool

@@ -14,7 +14,7 @@ pub const BLOCK: usize = 0;
 pub const TOOL: usize = 1;
 
 /// Made by make_tool.py, in millimeters.
-const TOOL_FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/tool_use/tool.stl");
+const TOOL_FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tool_use/tool.stl");
 const MILLIMETER: f64 = 0.001;
 /// Density of the tool (kg/m³).
 const STEEL: f64 = 7850.0;

@@ -1,7 +1,7 @@
 //! Prints what the library gives for the scenes of `tests/test_bits.py`, as the bits of every number in hexadecimal:
 //!
 //! ```sh
-//! cargo run --release --example reference_bits > tests/data/reference_bits.json
+//! cargo run --release -p hydroelastic-examples --example reference_bits > tests/data/reference_bits.json
 //! ```
 
 use hydroelastic::contact::{

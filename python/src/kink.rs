@@ -1,5 +1,6 @@
 //! Places where a rollout has no derivative.
 
+use crate::arrays::{Whole, count, whole};
 use hydroelastic::dynamics;
 use pyo3::prelude::*;
 
@@ -40,17 +41,17 @@ impl Kink {
     fn new(
         kind: String,
         bodies: Vec<String>,
-        steps: usize,
-        first_step: usize,
-        last_step: usize,
-    ) -> Self {
-        Self {
+        #[pyo3(from_py_with = whole)] steps: Whole,
+        #[pyo3(from_py_with = whole)] first_step: Whole,
+        #[pyo3(from_py_with = whole)] last_step: Whole,
+    ) -> PyResult<Self> {
+        Ok(Self {
             kind,
             bodies,
-            steps,
-            first_step,
-            last_step,
-        }
+            steps: count(steps, "steps")?,
+            first_step: count(first_step, "first_step")?,
+            last_step: count(last_step, "last_step")?,
+        })
     }
 
     fn __repr__(&self) -> String {

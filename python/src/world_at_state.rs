@@ -29,7 +29,7 @@ impl World {
     }
 
     /// Energies and momentum of a state. The contact energy takes longer than a step.
-    fn report(&self, py: Python<'_>, state: &State) -> PyResult<Diagnostics> {
+    fn diagnostics(&self, py: Python<'_>, state: &State) -> PyResult<Diagnostics> {
         let report = py
             .detach(|| self.inner.diagnostics(&state.0))
             .map_err(refused)?;
@@ -76,7 +76,7 @@ impl World {
     /// (12 d,) float64: the change that takes one state to another, 12 numbers for each of d dynamic bodies: the motion of its
     /// pose (angular, at most half a turn, linear), and the change of its twist (angular, linear).
     #[pyo3(signature = (start, end))]
-    fn displacement<'py>(
+    fn difference<'py>(
         &self,
         py: Python<'py>,
         start: &State,

@@ -269,10 +269,11 @@ def cases(folder):
             {"force_parameters": 1.0},
         ),
         "World.derivative_check": (lambda **it: world.derivative_check(plan, gravity, **it), {"width": Positive(1e-3)}),
-        "World.sweeps_back": (lambda **it: world.sweeps_back(plan, gravity, **it), {"losses": 1}),
+        "World._sweeps_back": (lambda **it: world._sweeps_back(plan, gravity, **it), {"losses": 1}),
         "World (along z)": (lambda **it: he.World([], **it), {"gravity": -9.81}),
         "World.replace": (world.replace, {"gravity": POINT, "slip_tolerance": Positive(1e-3)}),
         "World.perturbed": (lambda **it: world.perturbed(gravity, **it), {"changes": POINT}),
+        "World.with_values": (lambda **it: world.with_values(gravity, **it), {"values": POINT}),
         "World.integrate": (lambda **it: world.integrate(state, **it), {"change": np.full(12, 0.1)}),
         "World.vjp": (lambda **it: world.vjp(plan, gravity, **it), covectors | {"memory": 4096}),
         "World.write_recording": (
@@ -303,6 +304,10 @@ def cases(folder):
         "Parameter.control": (lambda **it: he.Parameter.control("ball", **it), {"interval": 0}),
         "Parameter.controls": (lambda **it: he.Parameter.controls(["ball"], **it), {"intervals": 1}),
         "TrajectoryJacobian": (he.TrajectoryJacobian, {"poses": np.ones((2, 1, 4, 4, 3)), "twists": np.ones((2, 1, 6, 3))}),
+        "Kink": (
+            lambda **it: he.Kink("flush faces", ["ball", "floor"], **it),
+            {"steps": 2, "first_step": 1, "last_step": 4},
+        ),
         "Diagnostics": (
             lambda momenta, **it: he.Diagnostics(momenta=(momenta, POINT), **it),
             energies | {"momenta": POINT},
@@ -418,16 +423,16 @@ def test_jax_refuses_what_the_package_refuses():
             {"pose_a": he.pose([0.0, 0.0, 0.19]), "pose_b": EYE, "twist_a": TWIST, "twist_b": TWIST}
             | {"moduli": np.array([1e5, 1e5]), "law": np.array([0.1, 0.2])},
         ),
-        "rollout": (lambda taken, **it: soft.rollout(world, plan, gravity, start=start, start_step=taken, **it), changes | {"taken": 0}),
+        "rollout": (lambda **it: soft.rollout(world, plan, gravity, start=start, **it), changes | {"start_step": 0}),
         "final_state": (
-            lambda taken, **it: soft.final_state(world, plan, gravity, start=start, start_step=taken, **it),
-            changes | {"taken": 0},
+            lambda **it: soft.final_state(world, plan, gravity, start=start, **it),
+            changes | {"start_step": 0},
         ),
         "final_state (of a start)": (
             lambda poses, twists: soft.final_state(world, plan, start=soft.State(poses, twists)),
             {"poses": state.poses, "twists": state.twists},
         ),
-        "step": (lambda taken, **it: soft.step(world, plan, start, gravity, start_step=taken, **it), changes | {"taken": 0}),
+        "step": (lambda **it: soft.step(world, plan, start, gravity, **it), changes | {"start_step": 0}),
     }
     assert_complete(callables_of(soft), table, {})
     for call, arguments in table.values():

@@ -415,15 +415,15 @@ def test_a_step_to_first_order(case):
     plain = robot.step(q, v, tau, time_step)
     assert np.allclose(found.q, plain[0], rtol=0.0, atol=1e-13) and np.allclose(found.v, plain[1], rtol=1e-12, atol=1e-13)
 
-    def integrate(change, torque=np.zeros(nv), robot=robot):
+    def after_a_step(change, torque=np.zeros(nv), robot=robot):
         start = pinocchio.integrate(model, q, change[:nv])
         after = robot.step(start, v + change[nv:], tau + torque, time_step)
         return np.r_[pinocchio.difference(model, found.q, after[0]), after[1] - found.v]
 
     still = np.zeros(2 * nv)
-    assert deviation(found.by_state, slopes(displaced, 2 * nv)) <= DERIVATIVE
-    assert deviation(found.by_tau, slopes(lambda torque: displaced(still, torque), nv)) <= DERIVATIVE
-    by_material = by_materials(robot, lambda other: displaced(still, robot=other))
+    assert deviation(found.by_state, slopes(after_a_step, 2 * nv)) <= DERIVATIVE
+    assert deviation(found.by_tau, slopes(lambda torque: after_a_step(still, torque), nv)) <= DERIVATIVE
+    by_material = by_materials(robot, lambda other: after_a_step(still, robot=other))
     assert material_deviation(found.by_material[nv:], by_material[nv:]) <= DERIVATIVE
     # A step moves q by the new velocity alone; differences of q itself have the round-off of q.
     assert material_deviation(found.by_material[:nv], by_material[:nv]) <= 1e-4

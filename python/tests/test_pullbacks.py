@@ -98,10 +98,10 @@ def test_worlds_of_a_batch_have_the_bits_of_each(driven):
 def test_reverse_mode_begins_at_as_many_numbers_as_in_the_library(driven, integrator, most):
     # The numbers of tests/gradient/trajectory_gradients.rs.
     plan, by = he.Plan(1e-3, 2, integrator), [he.Parameter.mass("ball")]
-    assert not driven.sweeps_back(plan, by * most)
-    assert driven.sweeps_back(plan, by * (most + 1))
+    assert not driven._sweeps_back(plan, by * most)
+    assert driven._sweeps_back(plan, by * (most + 1))
     # Two sweeps take about as long as a rollout that carries 96 derivatives.
-    assert driven.sweeps_back(plan, by * 97, 4) and not driven.sweeps_back(plan, by * 97, 5)
+    assert driven._sweeps_back(plan, by * 97, 4) and not driven._sweeps_back(plan, by * 97, 5)
 
 
 def test_controls_of_bodies_over_time_are_an_array():

@@ -100,7 +100,7 @@ def test_bad_arguments_are_refused_as_by_the_local_batch(Batch, bounce):
     world, plan = bounce
     small = he.State(0.0, np.eye(4)[None], np.zeros((1, 6)))
     calls = [
-        lambda batch: batch.jacobians_perturbed(world, BY, throws(2).astype(np.float32)),
+        lambda batch: batch.jacobians_perturbed(world, BY, throws(2).astype(np.complex128)),
         lambda batch: batch.jacobians_perturbed(world, BY, throws(2)[0]),
         lambda batch: batch.rollouts_perturbed(world, [3], throws(2)),
         lambda batch: batch.rollouts_perturbed(3, BY, throws(2)),

@@ -224,7 +224,7 @@ def test_a_rollout_in_use_by_another_thread_is_refused():
     thread = threading.Thread(target=record)
     thread.start()
     assert began.wait(60.0)
-    for use in (lambda: rollout.state, lambda: rollout.steps_taken, lambda: next(rollout), rollout.recorded, lambda: repr(rollout)):
+    for use in (lambda: rollout.state, lambda: rollout.steps_taken, lambda: next(rollout), rollout.run, lambda: repr(rollout)):
         with pytest.raises(he.HydroelasticError, match="another thread is taking steps of this rollout"):
             use()
     refusals.append(True)

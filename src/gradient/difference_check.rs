@@ -1,10 +1,10 @@
+use super::dual_widths::DifferentiableOutcome;
 use super::error::same_length;
-use super::widths::DifferentiableOutcome;
 use super::{Experiment, GradientError, Outcome, Parameter};
 use nalgebra::{DMatrix, DVector, DVectorView};
 use std::fmt;
 
-/// Steps that differences are taken with, in typical changes of each parameter.
+/// Steps of the differences, in typical changes of each parameter.
 const STEPS: [f64; 7] = [1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9];
 
 /// A derivative below this fraction of the largest in its row, or of the outcome, counts as zero. Rounding errors of the outcome,
@@ -14,13 +14,14 @@ const ZERO: f64 = 1e-6;
 /// A step lies on the plateau if its error is within this factor of the best.
 const PLATEAU: f64 = 10.0;
 
-/// How well a Jacobian agrees with central differences.
+/// Relative errors of a Jacobian compared with central differences at several step sizes.
 ///
-/// A difference over too long a step is off by the curvature (and by kinks it straddles), over too
-/// short a one by rounding; a correct derivative shows as a plateau between the two, where the error
-/// is small whatever the step. Errors are relative to the largest entry of a column, that is, of
-/// the derivatives by one parameter. A column that should be zero holds only rounding errors.
-/// Errors are therefore relative to at least a millionth of the largest entry of the row and of the largest number of the outcome.
+/// The error of a difference over a long step comes from curvature and from kinks within the step. Over a short step it comes
+/// from rounding. The error of a correct derivative has a plateau between the two, where it is small for all steps.
+///
+/// Errors are relative to the largest entry of a column, that is, of the derivatives with respect to one number. A column that
+/// should be zero holds only rounding errors. Errors are therefore relative to at least a millionth of the largest entry of the
+/// row and of the largest number of the outcome.
 ///
 /// If a derivative or the outcome is not finite, the errors at all steps are infinite. If a difference is not finite, the error at its
 /// step is infinite.
@@ -35,20 +36,20 @@ const PLATEAU: f64 = 10.0;
 )]
 #[non_exhaustive]
 pub struct DifferenceCheck {
-    /// Steps, in typical changes of a parameter: its value for materials and masses, else 1 SI unit.
+    /// Steps, in typical changes of a parameter. The typical change is the value for materials, masses and force parameters, and 1
+    /// SI unit otherwise.
     pub steps: Vec<f64>,
-    /// What each column is by: a parameter, and which of its numbers.
+    /// Name of the number of each column: a parameter, and a component if there are several.
     pub numbers: Vec<String>,
-    /// For each step (row) and number of the parameters (column) the relative error.
+    /// Relative error for each step (row) and each number of the parameters (column).
     pub errors: DMatrix<f64>,
 }
 
 impl DifferenceCheck {
-    /// For each number of the parameters the error at the step that agrees best; infinite if none is
-    /// finite.
+    /// Smallest error over all steps, for each number of the parameters. Infinite if no error is finite.
     #[must_use]
     pub fn best_by_parameter(&self) -> Vec<f64> {
-        self.errors.column_iter().map(least).collect()
+        self.errors.column_iter().map(smallest).collect()
     }
 
     /// The largest of [`Self::best_by_parameter`].
@@ -57,12 +58,12 @@ impl DifferenceCheck {
         self.best_by_parameter().into_iter().fold(0.0, f64::max)
     }
 
-    /// Shortest and longest step at which one number of the parameters agrees within ten times its
-    /// best; `None` if its error is finite at no step, or if there is no such number.
+    /// Shortest and longest step at which the error of a number is at most ten times its smallest error. `None` if no error is
+    /// finite, or if the index is out of range.
     #[must_use]
     pub fn plateau(&self, number: usize) -> Option<(f64, f64)> {
         let column = self.errors.column_iter().nth(number)?;
-        let limit = (PLATEAU * least(column)).min(f64::MAX);
+        let limit = (PLATEAU * smallest(column)).min(f64::MAX);
         let steps = self.steps.iter().zip(column.iter());
         let on_plateau = steps.filter(|(_, error)| **error <= limit);
         on_plateau
@@ -71,9 +72,8 @@ impl DifferenceCheck {
     }
 }
 
-/// The smallest number of a column, infinite if there is none: `min` passes over those that are not
-/// numbers.
-fn least(column: DVectorView<f64>) -> f64 {
+/// Smallest number of a column, ignoring NaN. Infinite if the column is empty or all NaN.
+fn smallest(column: DVectorView<f64>) -> f64 {
     column.iter().copied().fold(f64::INFINITY, f64::min)
 }
 
@@ -96,15 +96,14 @@ impl fmt::Display for DifferenceCheck {
 impl Experiment {
     /// Compares the Jacobian with central differences at seven step sizes.
     ///
-    /// Derivatives that are not finite, which [`Self::jacobian`] refuses, are infinite errors here, so
-    /// that the others can be compared.
+    /// [`Self::jacobian`] returns an error for a derivative that is not finite. This check reports an infinite error for it instead,
+    /// and compares the other derivatives.
     ///
-    /// A material's number should be positive: at zero a difference reaches below it, where no
-    /// material is.
+    /// Numbers of materials should be positive, because a central difference at zero evaluates a negative value.
     ///
     /// # Errors
-    /// As [`Self::jacobian`], except that derivatives that are not finite are no error; also if a rollout beside the
-    /// parameters ends early.
+    /// - As [`Self::jacobian`], except for derivatives that are not finite.
+    /// - If a rollout at perturbed parameters ends early.
     pub fn difference_check(
         &self,
         parameters: &[Parameter],
@@ -113,13 +112,13 @@ impl Experiment {
         self.difference_check_of(parameters, outcome)
     }
 
-    /// Not generic, so that it is compiled in this library.
+    /// [`Self::difference_check`], but not generic, so that it is compiled in this library.
     fn difference_check_of(
         &self,
         parameters: &[Parameter],
         outcome: &dyn DifferentiableOutcome,
     ) -> Result<DifferenceCheck, GradientError> {
-        let (expected, _) = self.differentiated(parameters, outcome)?;
+        let (expected, _) = self.jacobian_unchecked(parameters, outcome)?;
         let scales = self.scales(parameters)?;
         let has_value = are_finite(&expected.value);
         let mut derivatives = expected.jacobian;
@@ -127,19 +126,19 @@ impl Experiment {
             column *= *scale;
         }
         let largest_value = expected.value.amax();
-        let of_row = |row: usize| ZERO * derivatives.row(row).amax().max(largest_value);
-        let least = DVector::from_fn(derivatives.nrows(), |row, _| of_row(row));
+        let row_scale = |row: usize| ZERO * derivatives.row(row).amax().max(largest_value);
+        let smallest_scales = DVector::from_fn(derivatives.nrows(), |row, _| row_scale(row));
         let mut errors = DMatrix::zeros(STEPS.len(), scales.len());
         for (row, step) in STEPS.iter().enumerate() {
             for (column, scale) in scales.iter().enumerate() {
                 let mut change = vec![0.0; scales.len()];
                 change[column] = step * scale;
-                let [ahead, behind] = self.values_beside(parameters, &change, outcome)?;
+                let [ahead, behind] = self.values_on_both_sides(parameters, &change, outcome)?;
                 same_length([&expected.value, &ahead, &behind])?;
                 let difference = (ahead - behind) / 2.0 / *step;
                 errors[(row, column)] = if has_value {
                     let derivative = derivatives.column(column).into_owned();
-                    relative_error(&derivative, &difference, &least)
+                    relative_error(&derivative, &difference, &smallest_scales)
                 } else {
                     f64::INFINITY
                 };
@@ -155,37 +154,38 @@ impl Experiment {
         })
     }
 
-    /// The outcomes after a change and after its opposite.
-    fn values_beside(
+    /// Outcomes after a change and after the opposite change.
+    fn values_on_both_sides(
         &self,
         parameters: &[Parameter],
         change: &[f64],
         outcome: &dyn DifferentiableOutcome,
     ) -> Result<[DVector<f64>; 2], GradientError> {
         let opposite: Vec<f64> = change.iter().map(|number| -number).collect();
-        let ahead = DVector::from_vec(self.value_beside(parameters, change, outcome)?);
-        let behind = DVector::from_vec(self.value_beside(parameters, &opposite, outcome)?);
+        let ahead = DVector::from_vec(self.value_perturbed_unchecked(parameters, change, outcome)?);
+        let behind =
+            DVector::from_vec(self.value_perturbed_unchecked(parameters, &opposite, outcome)?);
         Ok([ahead, behind])
     }
 }
 
-/// The largest difference of two columns, relative to the largest number in them, or to the scale of the row in `least` if that is
-/// larger. Infinite if a number is not finite.
+/// Largest difference of two columns, relative to the largest number in them, or to the smallest scale of the row if it is larger.
+/// Infinite if a number is not finite.
 fn relative_error(
     derivative: &DVector<f64>,
     difference: &DVector<f64>,
-    least: &DVector<f64>,
+    smallest_scales: &DVector<f64>,
 ) -> f64 {
-    // `amax` passes over what is not a number.
+    // `amax` ignores NaN.
     if !are_finite(derivative) || !are_finite(difference) {
         return f64::INFINITY;
     }
     let largest = derivative.amax().max(difference.amax());
-    let errors = (difference - derivative).zip_map(least, |error, least| {
+    let errors = (difference - derivative).zip_map(smallest_scales, |error, smallest_scale| {
         if error == 0.0 {
             0.0
         } else {
-            error.abs() / largest.max(least)
+            error.abs() / largest.max(smallest_scale)
         }
     });
     errors.amax()

@@ -4,20 +4,20 @@ use crate::mesh::DensityError;
 use crate::parallel::Panicked;
 use nalgebra::DVector;
 
-/// Why a gradient could not be computed.
+/// Reason why a gradient cannot be computed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum GradientError {
-    /// The world, or a parameter's body, is not as it must be.
+    /// The world or the body of a parameter is invalid.
     #[error(transparent)]
     World(#[from] WorldError),
     /// The rollout did not reach its end.
     #[error(transparent)]
     Rollout(#[from] RolloutError),
-    /// The density of a body is out of range, or gives mass properties that are not finite.
+    /// The density of a body is out of range, or its mass properties are not finite.
     #[error(transparent)]
     Density(#[from] DensityError),
-    /// The parameter belongs to a body that forces do not move.
+    /// The parameter belongs to a fixed or kinematic body, which forces do not move.
     #[error(
         "{parameter} has no effect, because forces do not move body {body:?}: it is fixed or follows a path"
     )]
@@ -28,140 +28,141 @@ pub enum GradientError {
         parameter: String,
     },
     /// The modulus of a rigid body is a parameter.
-    #[error("body {body:?} is rigid: it has no modulus to differentiate by")]
+    #[error("body {body:?} is rigid: it has no modulus to differentiate with respect to")]
     NoModulus {
         /// Name of the body.
         body: String,
     },
-    /// The friction of a body is a parameter, but its material takes the friction of its partners.
+    /// The friction of a body is a parameter, but its material uses the friction of its contact partners.
     #[error(
-        "body {body:?} has no friction of its own, but takes the friction of its partners: give its material a friction to differentiate by"
+        "body {body:?} has no friction of its own, but uses the friction of its partners: set the friction of its material to differentiate with respect to it"
     )]
     NoOwnFriction {
         /// Name of the body.
         body: String,
     },
-    /// Derivatives by the coefficients of friction of two bodies that may touch, both of which are 0: the
-    /// coefficient of the pair, 2ab/(a + b), has none there, only directional ones, 0 by each and not 0
-    /// by both.
+    /// The coefficients of friction of two bodies that can collide are both zero, and both are parameters. The coefficient of the
+    /// pair, 2ab/(a + b), has only directional derivatives there: zero along each coefficient, and nonzero along both.
     #[error(
-        "bodies {:?} and {:?} both have the friction 0, where that of the pair has no derivative by both: take one alone, or begin above 0",
+        "bodies {:?} and {:?} both have zero friction, so the friction of the pair has no derivative with respect to both: use one of them as a parameter, or start above zero",
         .bodies[0], .bodies[1]
     )]
     NoFriction {
-        /// Names of the two bodies, in the order of the world's.
+        /// Names of the two bodies, in the order of the world.
         bodies: [String; 2],
     },
-    /// The number of values or changes is not that of the parameters.
+    /// The number of values or changes differs from the number of numbers of the parameters.
     #[error("the parameters have {expected} numbers, but got {found} values or changes")]
     NumberCount {
-        /// Number of values or changes that were passed.
+        /// Number of values or changes.
         found: usize,
         /// Number of numbers of the parameters.
         expected: usize,
     },
-    /// A number of the outcome is NaN or infinite, at states that are finite.
+    /// A number of the outcome is NaN or infinite, although all states are finite.
     #[error(
         "number {row} of the outcome, counted from 0, is {value}, but must be finite: the outcome may divide by zero, or take a root or a logarithm of a negative number"
     )]
     OutcomeNotFinite {
         /// Index of the number.
         row: usize,
-        /// Its value.
+        /// Value of the number.
         value: f64,
     },
-    /// A derivative of a state is not finite, and neither is one of the outcome's by the same number.
+    /// A derivative of a state and a derivative of the outcome with respect to the same number are not finite.
     #[error(
-        "step {step} (t = {time} s) took body {body:?} to a state whose derivative by {number} is not finite: a force may take a root or a norm of zero"
+        "step {step} (t = {time} s) took body {body:?} to a state whose derivative with respect to {number} is not finite: a force may take a root or a norm of zero"
     )]
     StateDerivativeNotFinite {
-        /// The first step that gave such a state, counted from 1.
+        /// First step after which a derivative is not finite, counted from 1.
         step: usize,
-        /// The time of the state (s).
+        /// Time of the state (s).
         time: f64,
         /// Name of the body.
         body: String,
-        /// Which number of the parameters it is by, the first if there are several: a name as in
-        /// [`DifferenceCheck::numbers`](super::DifferenceCheck::numbers).
+        /// Name of the parameter's number, as in [`DifferenceCheck::numbers`](super::DifferenceCheck::numbers). The first, if there
+        /// are several.
         number: String,
-        /// What was computed. Columns that are finite are right.
+        /// All computed derivatives. Finite columns are correct.
         found: Box<OutcomeJacobian>,
     },
-    /// A derivative of the outcome is not finite, though those of all states are.
+    /// A derivative of the outcome is not finite, although the derivatives of all states are finite.
     #[error(
-        "number {row} of the outcome, counted from 0, has a derivative by {number} that is not finite, though those of all states are: the outcome may take a root or a norm of zero"
+        "number {row} of the outcome, counted from 0, has a derivative with respect to {number} that is not finite, although the derivatives of all states are finite: the outcome may take a root or a norm of zero"
     )]
     OutcomeDerivativeNotFinite {
-        /// Which number of the outcome: the row of the Jacobian.
+        /// Index of the number of the outcome, which is the row of the Jacobian.
         row: usize,
-        /// Which number of the parameters it is by, the first if there are several: a name as in
-        /// [`DifferenceCheck::numbers`](super::DifferenceCheck::numbers).
+        /// Name of the parameter's number, as in [`DifferenceCheck::numbers`](super::DifferenceCheck::numbers). The first, if there
+        /// are several.
         number: String,
-        /// What was computed. Numbers that are finite are right.
+        /// All computed derivatives. Finite numbers are correct.
         found: Box<OutcomeJacobian>,
     },
-    /// A derivative by a state is not finite, in a sweep from the outcome back to the start.
+    /// A derivative with respect to a state is not finite in a reverse sweep.
     #[error(
-        "the derivative of the outcome by the state of body {body:?} before step {step} is not finite: the outcome or a force may take a root or a norm of zero"
+        "the derivative of the outcome with respect to the state of body {body:?} before step {step} is not finite: the outcome or a force may take a root or a norm of zero"
     )]
     BackwardNotFinite {
-        /// The last step, counted from 1, that such a derivative leads back to; one more than there are if the outcome has none
-        /// by the last state.
+        /// Last step, counted from 1, that starts from a state with such a derivative. The number of steps plus 1 if the derivative
+        /// with respect to the final state is not finite.
         step: usize,
         /// Name of the body.
         body: String,
     },
-    /// There is no number of this name for the world's forces.
+    /// The forces of the world have no parameter of this name.
     #[error("the world has no force parameter {0:?}")]
     NoForceParameter(String),
-    /// Derivatives by a center of mass in a world whose forces may depend on it.
+    /// Derivatives with respect to the mass properties of a body are unknown, because forces may depend on its center of mass.
     #[error(
-        "the derivatives by the mass properties of body {0:?} are not known, because forces act that may depend on its center of mass"
+        "the derivatives with respect to the mass properties of body {0:?} are unknown, because the world has forces that may depend on its center of mass"
     )]
     ForcesByCenter(String),
-    /// Derivatives by the vertices of a body whose mass properties are not those of its shape at a uniform density.
+    /// Derivatives with respect to the vertices of a body are unknown, because its mass properties are not those of its shape at a
+    /// uniform density.
     #[error(
-        "how the mass properties of body {0:?} depend on its vertices is not known: they are not those of its shape at a uniform density"
+        "the mass properties of body {0:?} depend on its vertices in an unknown way: they are not those of its shape at a uniform density"
     )]
     NotUniform(String),
-    /// Derivatives by recorded states do not pair up with the states.
+    /// The derivatives with respect to recorded states do not match the states.
     #[error(
-        "derivatives by {states} recorded states of {bodies} bodies each were expected, but those given are by {}",
-        bodies_given(found)
+        "expected derivatives with respect to {states} recorded states of {bodies} bodies each, but got derivatives with respect to {}",
+        counts_found(found)
     )]
     CovectorCount {
-        /// By how many bodies there are derivatives, for each state that there are any for.
+        /// Number of bodies with derivatives, for each state with derivatives.
         found: Vec<usize>,
-        /// How many states are recorded.
+        /// Number of recorded states.
         states: usize,
-        /// How many bodies there are.
+        /// Number of bodies.
         bodies: usize,
     },
-    /// The world has no control on the body, or it has not so many intervals.
-    #[error("interval {interval} of the control of body {body:?} was asked for, but {}", intervals_found(*intervals))]
+    /// The world has no control of the body, or the control has fewer intervals.
+    #[error("interval {interval} of the control of body {body:?} does not exist: {}", intervals_found(*intervals))]
     NoControl {
         /// Name of the body.
         body: String,
-        /// The interval asked for, counted from 0.
+        /// Index of the interval, counted from 0.
         interval: usize,
-        /// How many there are.
+        /// Number of intervals; 0 without a control.
         intervals: usize,
     },
-    /// An outcome of more or fewer numbers in one rollout than in another: beside the world's parameters,
-    /// or on other dual numbers.
+    /// The length of the outcome differs between rollouts: at perturbed parameters, or on other dual numbers.
     #[error(
         "the outcome has {found} numbers in one rollout and {expected} in another, but its length must not depend on values"
     )]
     OutcomeLength {
-        /// How many numbers it has in the later one.
+        /// Length in the later rollout.
         found: usize,
-        /// How many it has in the first.
+        /// Length in the first rollout.
         expected: usize,
     },
-    /// A gradient was asked of an outcome that is not one number.
-    #[error("a gradient needs an outcome of one number, but it has {count}: use a Jacobian")]
+    /// The outcome of a gradient is not one number.
+    #[error(
+        "a gradient requires an outcome of one number, but the outcome has {count}: use a Jacobian"
+    )]
     NotALoss {
-        /// How many numbers it has.
+        /// Length of the outcome.
         count: usize,
     },
 }
@@ -177,7 +178,7 @@ pub(super) fn check_outcome(numbers: &[f64]) -> Result<(), GradientError> {
     }
 }
 
-/// Checks that outcomes have as many numbers as the first of them.
+/// Checks that all outcomes have the same length.
 pub(super) fn same_length<'o>(
     outcomes: impl IntoIterator<Item = &'o DVector<f64>>,
 ) -> Result<(), GradientError> {
@@ -192,8 +193,8 @@ pub(super) fn same_length<'o>(
 }
 
 impl<T> From<RolloutFailure<T>> for GradientError {
-    fn from(interrupted: RolloutFailure<T>) -> Self {
-        interrupted.error.into()
+    fn from(failure: RolloutFailure<T>) -> Self {
+        failure.error.into()
     }
 }
 
@@ -203,7 +204,7 @@ impl From<Panicked> for GradientError {
     }
 }
 
-/// Which intervals a body's control has.
+/// Describes the intervals of the control of a body.
 fn intervals_found(intervals: usize) -> String {
     match intervals.checked_sub(1) {
         None => "the body has no control".into(),
@@ -211,14 +212,14 @@ fn intervals_found(intervals: usize) -> String {
     }
 }
 
-/// How many bodies each of some states has, the first that differs from the first of all.
-fn bodies_given(found: &[usize]) -> String {
-    let count = found.len();
-    let Some((&first, rest)) = found.split_first() else {
+/// Describes the number of states, the number of bodies in the first state, and the first different number of bodies.
+fn counts_found(body_counts: &[usize]) -> String {
+    let state_count = body_counts.len();
+    let Some((&first, rest)) = body_counts.split_first() else {
         return "no state".into();
     };
     match rest.iter().find(|&&bodies| bodies != first) {
-        None => format!("{count} states of {first}"),
-        Some(other) => format!("{count} states, of {first} and of {other}"),
+        None => format!("{state_count} states of {first}"),
+        Some(other) => format!("{state_count} states, of {first} and of {other}"),
     }
 }

@@ -1,47 +1,35 @@
+use super::dual_widths::{DifferentiableOutcome, DifferentiableWorld, OutcomeIn, WIDE};
 use super::error::check_outcome;
 use super::slots::Slots;
 use super::values::{perturbed, with_values};
-use super::widths::{DifferentiableOutcome, DifferentiableWorld, OutcomeIn, WIDE};
-use super::{GradientError, Mode, Outcome, Parameter};
+use super::{GradientError, Mode, Outcome, OutcomeJacobian, Parameter};
 use crate::dynamics::{Body, DynWorld, Force, Model, Plan, Rollout, RolloutResult, World};
 use crate::parallel::contained;
 use crate::scalar::Scalar;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 use std::fmt;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize};
 
-/// Memory (bytes) for the steps that a sweep back goes over, unless [`Experiment::with_memory`] sets another.
-const MEMORY: usize = 256 << 20;
+/// Default memory (bytes) of a reverse sweep for recorded steps. [`Experiment::with_memory`] changes it.
+const DEFAULT_MEMORY: usize = 256 << 20;
 
-/// A world rolled out for a number of steps, to be differentiated.
+/// A world and a plan, whose rollout can be differentiated.
 ///
-/// A rollout that ends early has no outcome. The error says when and why; [`Self::trajectory`] gives
-/// the states before. A panic in a function that was passed in (a force, a path, an
-/// outcome) is such an error too.
+/// A rollout that ends early has no outcome. The error holds the time and the cause, and [`Self::trajectory`] returns the states
+/// before it. A panic in a user function (a force, a path or an outcome) also becomes an error.
 #[derive(Clone)]
 pub struct Experiment {
     world: Arc<dyn DifferentiableWorld>,
     plan: Plan,
     stop: Arc<AtomicBool>,
     count: Arc<AtomicUsize>,
-    /// Memory (bytes) for the steps that a sweep back goes over.
+    /// Memory (bytes) of a reverse sweep for recorded steps.
     memory: usize,
 }
 
-/// What an outcome is, and its derivatives.
-#[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct OutcomeJacobian {
-    /// The outcome.
-    pub value: DVector<f64>,
-    /// Its derivatives: a row for each number of the outcome, a column for each number of the
-    /// parameters, in the order given.
-    pub jacobian: DMatrix<f64>,
-}
-
 impl Experiment {
-    /// Rollouts of a world, which may be shared, from its initial state, by a plan.
+    /// Creates an experiment that rolls a world out from its initial state, with a plan. The world can be shared.
     #[must_use]
     pub fn new<F: Force>(world: impl Into<Arc<World<f64, F>>>, plan: &Plan) -> Self {
         let world: Arc<World<f64, F>> = world.into();
@@ -50,7 +38,7 @@ impl Experiment {
             plan: *plan,
             stop: Arc::default(),
             count: Arc::default(),
-            memory: MEMORY,
+            memory: DEFAULT_MEMORY,
         }
     }
 
@@ -61,37 +49,39 @@ impl Experiment {
         Self { stop: flag, ..self }
     }
 
-    /// The same experiment, whose rollouts add 1 to a number for each step taken: for another thread to read.
-    /// [`Self::step_count_for`] tells how many there will be. Steps taken back, or taken again on the way back, are not counted.
+    /// Adds 1 to a counter for each step of the rollouts. Another thread can read the counter. [`Self::step_count_for`] returns
+    /// the final count. Backward steps and recomputed steps of a reverse sweep are not counted.
     #[must_use]
     pub fn with_step_counter(self, count: Arc<AtomicUsize>) -> Self {
         Self { count, ..self }
     }
 
-    /// The same experiment, whose sweeps back keep as many steps of the rollout as go into about this memory (bytes; 256 MiB
-    /// unless set), and at least sixteen. Values and derivatives have the same bits with any memory.
+    /// Sets the approximate memory (bytes) in which a reverse sweep stores steps of the rollout. The default is 256 MiB. At least
+    /// 16 steps are stored. The memory does not change the bits of values and derivatives.
     ///
-    /// A step takes 144 bytes a body, an implicit one about 500, or more where it was divided. If s of l steps are kept, none
-    /// is taken again more than r times, where r is the least number with (s + r + 1)! / (s! (r + 1)!) ≥ l: for
-    /// s ≥ √(2l) once, which is a further rollout at most; for 27 of a million steps five times.
+    /// An explicit step takes 144 bytes per body. An implicit step takes about 500 bytes per body, or more if it was subdivided.
+    ///
+    /// If s of l steps are stored, each step is recomputed at most r times, where r is the smallest number with
+    /// (s + r + 1)! / (s! (r + 1)!) ≥ l. For s ≥ √(2l) this is once, so the sweep costs at most one additional rollout. For 27
+    /// stored steps of a million it is five times.
     #[must_use]
     pub fn with_memory(self, memory: usize) -> Self {
         Self { memory, ..self }
     }
 
-    /// Memory (bytes) for the steps that a sweep back goes over.
+    /// Memory (bytes) of a reverse sweep for recorded steps.
     pub(super) fn memory(&self) -> usize {
         self.memory
     }
 
-    /// How many steps a Jacobian by so many `numbers` of the parameters takes: those of the plan, once for every 96 numbers. A
-    /// value, and a gradient that is swept back, take those of the plan, as by 0 numbers.
+    /// Number of steps for a Jacobian with respect to `numbers` numbers of parameters: the steps of the plan, once for every 96
+    /// numbers. A value and a reverse-mode gradient take the steps of the plan once, as for 0 numbers.
     #[must_use]
     pub fn step_count_for(&self, numbers: usize) -> usize {
         self.plan.steps() * numbers.div_ceil(WIDE).max(1)
     }
 
-    /// The same experiment by another plan.
+    /// Returns the experiment with another plan.
     pub(super) fn with_plan(&self, plan: Plan) -> Self {
         Self {
             plan,
@@ -99,19 +89,19 @@ impl Experiment {
         }
     }
 
-    /// Stop flag of the experiment.
+    /// Cancel flag of the experiment.
     pub(super) fn stop(&self) -> Arc<AtomicBool> {
         Arc::clone(&self.stop)
     }
 
-    /// The rollout of the world, or of one that was made of it.
+    /// Returns a rollout of the world of the experiment or of a perturbed world.
     pub(super) fn rollout_of<T: Scalar>(&self, world: Arc<dyn DynWorld<T>>) -> Rollout<T> {
         let rollout = Rollout::of(world, &self.plan).with_cancel_flag(self.stop());
         rollout.with_step_counter(Arc::clone(&self.count))
     }
 
-    /// All of the world but its forces.
-    pub(super) fn system(&self) -> &Model {
+    /// All data of the world except its forces.
+    pub(super) fn model(&self) -> &Model {
         self.world.model()
     }
 
@@ -126,25 +116,26 @@ impl Experiment {
         &self.plan
     }
 
-    /// The recorded states.
+    /// Runs the rollout and returns the recorded states.
     ///
     /// # Errors
-    /// If the rollout ends early; the error holds the trajectory up to there.
+    /// If the rollout ends early. The error holds the trajectory up to that time.
     pub fn trajectory(&self) -> RolloutResult {
         self.rollout_of(self.world.clone()).run()
     }
 
-    /// The outcome without derivatives.
+    /// Value of the outcome, without derivatives.
     ///
     /// # Errors
-    /// If the rollout ends early, or a number of the outcome is not finite.
+    /// - If the rollout ends early.
+    /// - [`GradientError::OutcomeNotFinite`] if a number of the outcome is not finite.
     pub fn value(&self, outcome: &impl Outcome) -> Result<Vec<f64>, GradientError> {
         let value = self.value_of(outcome)?;
         check_outcome(&value)?;
         Ok(value)
     }
 
-    /// The outcome in the world itself. Not generic, so that it is compiled in this library.
+    /// Outcome of the unperturbed world. Not generic, so that it is compiled in this library.
     pub(super) fn value_of(
         &self,
         outcome: &dyn DifferentiableOutcome,
@@ -152,19 +143,19 @@ impl Experiment {
         self.outcome_of(self.world.clone(), outcome)
     }
 
-    /// The outcome and its derivatives by the parameters: forward mode, all in one rollout on dual
-    /// numbers if they are no more than 96 numbers, else 96 at a time.
+    /// Outcome and its derivatives with respect to the parameters, in forward mode. Each rollout on dual numbers handles up to 96
+    /// numbers of the parameters.
     ///
     /// # Errors
-    /// - If a parameter is not one of the world's, or the rollout ends early.
+    /// - If the world does not have one of the parameters.
+    /// - If the rollout ends early.
     /// - [`GradientError::OutcomeNotFinite`] if a number of the outcome is not finite.
-    /// - If a derivative of the outcome is not finite. The error tells by which number of the parameters,
-    ///   and the first step that led to a state with such a derivative, or that the outcome itself has
-    ///   lost it; it holds the value and the other derivatives. To find the step takes the rollout's time
-    ///   once more.
-    /// - If two bodies that may touch both have the friction 0, and both frictions are among the
-    ///   parameters: [`GradientError::NoFriction`].
-    /// - If the outcome has another length in another of the rollouts.
+    /// - [`GradientError::StateDerivativeNotFinite`] if a derivative of the outcome is not finite because a derivative of a state
+    ///   is not. The error names the parameter and the first such step. Finding the step takes another rollout.
+    /// - [`GradientError::OutcomeDerivativeNotFinite`] if a derivative of the outcome is not finite although the derivatives of all
+    ///   states are. Both errors hold the value and the other derivatives.
+    /// - [`GradientError::NoFriction`] if two bodies that can collide have zero friction, and both coefficients are parameters.
+    /// - [`GradientError::OutcomeLength`] if the length of the outcome differs between rollouts.
     pub fn jacobian(
         &self,
         parameters: &[Parameter],
@@ -173,21 +164,21 @@ impl Experiment {
         self.jacobian_of(parameters, outcome)
     }
 
-    /// Not generic, so that it is compiled in this library.
+    /// [`Self::jacobian`], but not generic, so that it is compiled in this library.
     pub(super) fn jacobian_of(
         &self,
         parameters: &[Parameter],
         outcome: &dyn DifferentiableOutcome,
     ) -> Result<OutcomeJacobian, GradientError> {
-        let (found, breakdown) = self.differentiated(parameters, outcome)?;
-        check_outcome(found.value.as_slice())?;
-        match breakdown {
-            None => Ok(found),
-            Some(breakdown) => Err(breakdown.into_error(self.system(), parameters, found)),
+        let (jacobian, non_finite) = self.jacobian_unchecked(parameters, outcome)?;
+        check_outcome(jacobian.value.as_slice())?;
+        match non_finite {
+            None => Ok(jacobian),
+            Some(non_finite) => Err(non_finite.into_error(self.model(), parameters, jacobian)),
         }
     }
 
-    /// A loss and its gradient, by the faster mode: see [`Self::mode_for`].
+    /// Loss and its gradient, in the mode that [`Self::mode_for`] selects.
     ///
     /// # Errors
     /// As [`Self::gradient_with_mode`].
@@ -199,11 +190,11 @@ impl Experiment {
         self.gradient_with_mode(self.mode_for(parameters), parameters, loss)
     }
 
-    /// A loss and its gradient.
+    /// Loss and its gradient, in a given mode.
     ///
     /// # Errors
-    /// As [`Self::jacobian`], and if the outcome is not one number. Backwards, derivatives that are not finite are told by
-    /// [`GradientError::BackwardNotFinite`].
+    /// - As [`Self::jacobian`]. In reverse mode, [`GradientError::BackwardNotFinite`] reports derivatives that are not finite.
+    /// - [`GradientError::NotALoss`] if the outcome is not one number.
     pub fn gradient_with_mode(
         &self,
         mode: Mode,
@@ -212,7 +203,7 @@ impl Experiment {
     ) -> Result<(f64, DVector<f64>), GradientError> {
         let OutcomeJacobian { value, jacobian } = match mode {
             Mode::Forward => self.jacobian(parameters, loss)?,
-            Mode::Reverse => return self.swept_back(parameters, loss),
+            Mode::Reverse => return self.reverse_gradient(parameters, loss),
         };
         if value.len() != 1 {
             return Err(GradientError::NotALoss { count: value.len() });
@@ -220,68 +211,68 @@ impl Experiment {
         Ok((value[0], jacobian.row(0).transpose()))
     }
 
-    /// The outcome at other values of the parameters, which are in the order of [`World::values`].
+    /// Outcome at other values of the parameters, in the order of [`World::values`].
     ///
     /// # Errors
-    /// As [`World::with_values`], and as [`Self::value`].
+    /// As [`World::with_values`] and [`Self::value`].
     pub fn value_at(
         &self,
         parameters: &[Parameter],
         values: &[f64],
         outcome: &impl Outcome,
     ) -> Result<Vec<f64>, GradientError> {
-        let system = with_values(self.system(), parameters, values)?;
-        let value = self.value_in(system, outcome)?;
+        let model = with_values(self.model(), parameters, values)?;
+        let value = self.value_in(model, outcome)?;
         check_outcome(&value)?;
         Ok(value)
     }
 
-    /// The outcome after changes of the parameters, as in [`World::perturbed`].
+    /// Outcome after changes of the parameters, as in [`World::perturbed`].
     ///
     /// # Errors
-    /// As [`World::perturbed`], and as [`Self::value`].
+    /// As [`World::perturbed`] and [`Self::value`].
     pub fn value_perturbed(
         &self,
         parameters: &[Parameter],
         changes: &[f64],
         outcome: &impl Outcome,
     ) -> Result<Vec<f64>, GradientError> {
-        let system = perturbed(self.system(), parameters, changes)?;
-        let value = self.value_in(system, outcome)?;
+        let model = perturbed(self.model(), parameters, changes)?;
+        let value = self.value_in(model, outcome)?;
         check_outcome(&value)?;
         Ok(value)
     }
 
-    /// The outcome beside the world's own parameters, where a material's number may have left its range by a difference's step, but no
-    /// mass.
-    pub(super) fn value_beside(
+    /// Outcome after changes of the parameters. Only masses are validated, because the step of a difference may take a number of a
+    /// material out of its range.
+    pub(super) fn value_perturbed_unchecked(
         &self,
         parameters: &[Parameter],
         changes: &[f64],
         outcome: &dyn DifferentiableOutcome,
     ) -> Result<Vec<f64>, GradientError> {
-        let slots = Slots::resolve(parameters, self.system())?;
-        let system = slots.perturbed(self.system(), changes);
-        system.bodies.iter().try_for_each(Body::check_mass)?;
-        self.value_in(system, outcome)
+        let slots = Slots::resolve(parameters, self.model())?;
+        let model = slots.perturbed(self.model(), changes);
+        model.bodies.iter().try_for_each(Body::check_mass)?;
+        self.value_in(model, outcome)
     }
 
-    /// The outcome in another system. Not generic, so that it is compiled in this library.
+    /// Outcome of another model. Not generic, so that it is compiled in this library.
     fn value_in(
         &self,
-        system: Model,
+        model: Model,
         outcome: &dyn DifferentiableOutcome,
     ) -> Result<Vec<f64>, GradientError> {
-        self.outcome_of(self.world.with_model(system), outcome)
+        self.outcome_of(self.world.with_model(model), outcome)
     }
 
-    /// For each number of the parameters, a typical change.
+    /// Typical change of each number of the parameters.
     pub(super) fn scales(&self, parameters: &[Parameter]) -> Result<Vec<f64>, GradientError> {
-        let slots = Slots::resolve(parameters, self.system())?;
-        Ok(slots.scales(self.system()))
+        let slots = Slots::resolve(parameters, self.model())?;
+        Ok(slots.scales(self.model()))
     }
 
-    /// The outcome of a rollout of the world, or of one that was made of it.
+    /// Outcome of a rollout of the world of the experiment or of a perturbed world.
     pub(super) fn outcome_of<T: Scalar>(
         &self,
         world: Arc<dyn DynWorld<T>>,

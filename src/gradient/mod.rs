@@ -1,8 +1,8 @@
-//! Derivatives by dual numbers: seed the inputs, run the same functions on them, read the derivatives.
+//! Derivatives of rollouts, in forward mode (dual numbers) and in reverse mode (adjoints).
 //!
-//! An [`Experiment`] differentiates a rollout: any [`Outcome`] by any selection of named
-//! [`Parameter`]s. [`Experiment::difference_check`] compares the result with differences of the same steps,
-//! [`Experiment::derivative_check`] with the motion.
+//! An [`Experiment`] differentiates any [`Outcome`] of a rollout with respect to any selection of named [`Parameter`]s.
+//! [`Experiment::difference_check`] compares the derivatives with differences of the same steps.
+//! [`Experiment::derivative_check`] compares them with the slopes of the motion.
 //!
 //! ```
 //! use hydroelastic::contact::Shape;
@@ -21,11 +21,12 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! [`dual_wrench_jacobian`] is the reference that the closed form of
-//! [`ContactPair::linearized`](crate::contact::ContactPair::linearized) is
-//! checked against: the same numbers by an independent way, differentiating through every slice
-//! and clip. Where a vertex of one body lies exactly in a face of the other's tetrahedra, that way may give
-//! derivatives that are off. Any other derivative is a call of num-dual on the library's functions:
+//! [`dual_wrench_jacobian`] is the reference for tests of the closed form,
+//! [`ContactPair::linearized`](crate::contact::ContactPair::linearized). It computes the same numbers independently, by
+//! differentiating every slicing and clipping operation. Its derivatives may be wrong if a vertex of one body lies exactly in a
+//! face of a tetrahedron of the other body.
+//!
+//! To compute any other derivative, call num-dual on the functions of the library:
 //!
 //! ```
 //! use hydroelastic::contact::{ContactBody, ContactPair, Shape};
@@ -47,14 +48,15 @@
 //! ```
 
 mod batch;
-mod breakdown;
 mod derivative_check;
 mod difference_check;
 mod dual_jacobian;
+mod dual_widths;
 mod error;
 mod experiment;
 mod linearized;
 mod motion_slopes;
+mod non_finite;
 mod outcome;
 mod outcome_covectors;
 mod parameter;
@@ -65,15 +67,17 @@ mod rollout_gradient;
 mod serial;
 mod slots;
 mod values;
-mod widths;
+mod verdict;
 
-pub use derivative_check::{CheckedDerivative, DerivativeCheck, Verdict};
 pub use difference_check::DifferenceCheck;
 pub use dual_jacobian::dual_wrench_jacobian;
 pub use error::GradientError;
-pub use experiment::{Experiment, OutcomeJacobian};
+pub use experiment::Experiment;
 pub use linearized::LinearizedRollout;
-pub use outcome::{FinalPosition, FinalState, Integrand, Outcome, RecordedStates, TimeIntegral};
+pub use outcome::{
+    FinalPosition, FinalState, Integrand, Outcome, OutcomeJacobian, RecordedStates, TimeIntegral,
+};
 pub use parameter::Parameter;
 pub use reverse::Mode;
 pub use rollout_gradient::{HoldFixed, RolloutGradient};
+pub use verdict::{CheckedDerivative, DerivativeCheck, Verdict};

@@ -1,9 +1,8 @@
-//! Derivatives of an experiment, compared with slopes of the motion.
+//! Comparison of the derivatives of an experiment with the slopes of the motion.
 
-use super::derivative_check::{CheckedDerivative, Verdict};
+use super::dual_widths::{DifferentiableOutcome, OutcomeIn};
 use super::error::check_outcome;
-use super::widths::{DifferentiableOutcome, OutcomeIn};
-use super::{Experiment, GradientError, OutcomeJacobian, Parameter};
+use super::{CheckedDerivative, Experiment, GradientError, OutcomeJacobian, Parameter, Verdict};
 use crate::dynamics::{State, Trajectory};
 use crate::scalar::Scalar;
 use nalgebra::{DVector, DVectorView};
@@ -13,17 +12,17 @@ use std::ops::Range;
 /// Largest difference between a derivative and a slope that agree, relative to the larger of the two.
 const AGREEMENT: f64 = 0.03;
 
-/// Amplification of the noise of outcomes by the difference formula over both sides, 3, and a margin.
+/// Amplification of the noise of outcomes by the central difference formula, which is 3, and a margin.
 const NOISE_GAIN: f64 = 4.0;
 
-/// Slopes below this part of the outcome per typical change count as zero. Without such a bound, parameters without effect would never
-/// be right, because the noise exceeds every part of a zero slope.
+/// Slopes below this fraction of the outcome per typical change count as zero. Without this bound, parameters without effect would
+/// never be right, because the noise exceeds any fraction of a zero slope.
 const NEGLIGIBLE_SLOPE: f64 = 1e-4;
 
-/// Round-off of outcomes, relative to their largest number.
+/// Round-off of outcomes, relative to their values.
 const ROUND_OFF: f64 = 1e-13;
 
-/// An outcome, followed by the position of each body in each recorded state but the first.
+/// An outcome, followed by the position (m) of each body in each recorded state except the first.
 pub(super) struct WithPositions<'a>(pub &'a dyn DifferentiableOutcome);
 
 impl<'a, T: Scalar> OutcomeIn<T> for WithPositions<'a>
@@ -44,29 +43,30 @@ where
     }
 }
 
-/// The comparison of an experiment's derivatives with the motion.
+/// Comparison of the derivatives of an experiment with the motion.
 pub(super) struct MotionCheck<'a> {
     experiment: &'a Experiment,
-    /// The same experiment at tight tolerances.
+    /// The experiment at tight tolerances.
     motion: Experiment,
     parameters: &'a [Parameter],
-    watched: &'a WithPositions<'a>,
-    found: OutcomeJacobian,
-    /// The outcome at tight tolerances.
-    middle: DVector<f64>,
-    /// Noise of each of its numbers: by how much the error at tight tolerances changes over the width.
+    outcome_and_positions: &'a WithPositions<'a>,
+    /// The Jacobian of the plan.
+    jacobian: OutcomeJacobian,
+    /// The outcome at tight tolerances, with unchanged parameters.
+    unperturbed: DVector<f64>,
+    /// Noise of each number of the outcome: the change of the error at tight tolerances over the width.
     noise: DVector<f64>,
     /// The Jacobian at tight tolerances, computed on demand.
     converged: OnceCell<OutcomeJacobian>,
 }
 
-/// Slopes of the motion by one number, for each number of the outcome.
+/// Slopes of the motion with respect to one number of the parameters, for each number of the outcome.
 struct Slopes {
-    /// Over the width, of fourth order.
-    both: DVector<f64>,
-    /// On either side, of second order.
-    sides: [DVector<f64>; 2],
-    /// Bounds of their errors.
+    /// Central slopes, of fourth order in the width.
+    central: DVector<f64>,
+    /// Slopes on the positive and the negative side, of second order in the width.
+    one_sided: [DVector<f64>; 2],
+    /// Bounds of the errors of the slopes.
     noise: DVector<f64>,
 }
 
@@ -74,53 +74,58 @@ impl<'a> MotionCheck<'a> {
     pub fn new(
         experiment: &'a Experiment,
         parameters: &'a [Parameter],
-        watched: &'a WithPositions<'a>,
+        outcome_and_positions: &'a WithPositions<'a>,
         width: f64,
     ) -> Result<Self, GradientError> {
-        let found = experiment.jacobian_of(parameters, watched)?;
+        let jacobian = experiment.jacobian_of(parameters, outcome_and_positions)?;
         let motion = experiment.with_plan(experiment.plan().converged());
-        let zeros = DVector::zeros(found.jacobian.nrows());
+        let zeros = DVector::zeros(jacobian.jacobian.nrows());
         let mut check = Self {
             experiment,
-            middle: zeros.clone(),
+            unperturbed: zeros.clone(),
             noise: zeros,
             motion,
             parameters,
-            watched,
-            found,
+            outcome_and_positions,
+            jacobian,
             converged: OnceCell::new(),
         };
-        let unchanged = vec![0.0; check.found.jacobian.ncols()];
-        check.middle = check.value(&check.motion, &unchanged)?;
+        let unchanged = vec![0.0; check.jacobian.jacobian.ncols()];
+        check.unperturbed = check.value(&check.motion, &unchanged)?;
         check.noise = check.measured_noise(width)?;
         Ok(check)
     }
 
-    /// Estimates the noise of the outcome, by one rollout with all parameters changed by the width, and two finer ones.
+    /// Estimates the noise of the outcome from one rollout with all parameters changed by the width, and from two rollouts at even
+    /// tighter tolerances.
     fn measured_noise(&self, width: f64) -> Result<DVector<f64>, GradientError> {
         let finer = self.motion.with_plan(self.motion.plan().finer());
-        let unchanged = vec![0.0; self.found.jacobian.ncols()];
+        let unchanged = vec![0.0; self.jacobian.jacobian.ncols()];
         let scales = self.experiment.scales(self.parameters)?;
         let changed: Vec<_> = scales.iter().map(|scale| width * scale).collect();
         let error_changed = self.value(&self.motion, &changed)? - self.value(&finer, &changed)?;
-        let error_unchanged = &self.middle - self.value(&finer, &unchanged)?;
+        let error_unchanged = &self.unperturbed - self.value(&finer, &unchanged)?;
         Ok((error_changed - error_unchanged).abs())
     }
 
-    /// The outcome after a change of the parameters.
+    /// Outcome and positions after a change of the parameters.
     fn value(&self, motion: &Experiment, change: &[f64]) -> Result<DVector<f64>, GradientError> {
-        let value = motion.value_beside(self.parameters, change, self.watched)?;
+        let value = motion.value_perturbed_unchecked(
+            self.parameters,
+            change,
+            self.outcome_and_positions,
+        )?;
         check_outcome(&value)?;
-        let [found, expected] = [value.len(), self.found.jacobian.nrows()];
+        let [found, expected] = [value.len(), self.jacobian.jacobian.nrows()];
         if found != expected {
-            let [found, expected] = [found, expected].map(|length| length - self.positions());
+            let [found, expected] = [found, expected].map(|length| length - self.position_count());
             return Err(GradientError::OutcomeLength { found, expected });
         }
         Ok(DVector::from_vec(value))
     }
 
-    /// Compares the derivatives by one number with the slopes. The scale is the typical change of the number, and the width counts in
-    /// such changes.
+    /// Compares the derivatives with respect to one number with the slopes. The scale is the typical change of the number. The width
+    /// is a multiple of the scale.
     pub fn checked(
         &self,
         number: String,
@@ -128,16 +133,17 @@ impl<'a> MotionCheck<'a> {
         width: f64,
     ) -> Result<CheckedDerivative, GradientError> {
         let slopes = self.slopes(column, width * scale)?;
-        let derivative = self.found.jacobian.column(column);
-        let outcome = 0..derivative.len() - self.positions();
+        let column_derivative = self.jacobian.jacobian.column(column);
+        let outcome = 0..column_derivative.len() - self.position_count();
         let verdict = self.verdict((column, scale), &slopes, &outcome)?;
-        let [own, slope] = [derivative, slopes.both.column(0)].map(|all| rows(&all, &outcome));
-        let (difference, noise) = ((&own - &slope).amax(), slopes.noise_in(&outcome));
-        let largest = own.amax().max(slope.amax());
+        let [derivative, slope] =
+            [column_derivative, slopes.central.column(0)].map(|all| rows(&all, &outcome));
+        let (difference, noise) = ((&derivative - &slope).amax(), slopes.noise_in(&outcome));
+        let largest = derivative.amax().max(slope.amax());
         let first_mismatch = match verdict {
             Verdict::Right | Verdict::Noisy => None,
             Verdict::Kink | Verdict::Unresolved | Verdict::Chaotic => {
-                self.first_mismatch(&derivative, &slopes, outcome.end)
+                self.first_mismatch(&column_derivative, &slopes, outcome.end)
             }
         };
         Ok(CheckedDerivative {
@@ -162,12 +168,14 @@ impl<'a> MotionCheck<'a> {
             let derivative = jacobian.jacobian.column(column);
             slopes.agree(&derivative, slope, outcome)
         };
-        if agrees(&self.found, &slopes.both) {
-            let derivative = self.found.jacobian.column(column);
-            let [own, slope, value] = [&derivative, &slopes.both.column(0), &self.middle.column(0)]
-                .map(|all| rows(all, outcome).amax());
-            let largest = own.max(slope).max(NEGLIGIBLE_SLOPE * value / scale);
-            let is_known = own.max(slope) == 0.0 || slopes.noise_in(outcome) <= AGREEMENT * largest;
+        if agrees(&self.jacobian, &slopes.central) {
+            let derivative = self.jacobian.jacobian.column(column);
+            let (slope, value) = (slopes.central.column(0), self.unperturbed.column(0));
+            let [derivative, slope, value] =
+                [&derivative, &slope, &value].map(|all| rows(all, outcome).amax());
+            let largest = derivative.max(slope);
+            let scale = largest.max(NEGLIGIBLE_SLOPE * value / scale);
+            let is_known = largest == 0.0 || slopes.noise_in(outcome) <= AGREEMENT * scale;
             return Ok(if is_known {
                 Verdict::Right
             } else {
@@ -175,11 +183,11 @@ impl<'a> MotionCheck<'a> {
             });
         }
         let converged = self.converged()?;
-        if agrees(converged, &slopes.both) {
+        if agrees(converged, &slopes.central) {
             return Ok(Verdict::Unresolved);
         }
-        let mut sides = slopes.sides.iter();
-        let is_kink = sides.any(|side| agrees(&self.found, side) || agrees(converged, side));
+        let mut sides = slopes.one_sided.iter();
+        let is_kink = sides.any(|side| agrees(&self.jacobian, side) || agrees(converged, side));
         Ok(if is_kink {
             Verdict::Kink
         } else {
@@ -187,24 +195,24 @@ impl<'a> MotionCheck<'a> {
         })
     }
 
-    /// The time and the body where a derivative of a position first is not the slope.
+    /// Time (s) and body of the first derivative of a position that does not agree with the slope.
     fn first_mismatch(
         &self,
         derivative: &DVectorView<f64>,
         slopes: &Slopes,
         start: usize,
     ) -> Option<(f64, String)> {
-        let system = self.experiment.system();
-        let count = 3 * system.bodies.len();
-        for (record, step) in self.recorded().enumerate() {
+        let model = self.experiment.model();
+        let count = 3 * model.bodies.len();
+        for (record, step) in self.recorded_steps().enumerate() {
             let all = start + record * count..start + (record + 1) * count;
-            let largest = slopes.both.rows_range(all.clone()).amax();
-            for (place, body) in system.bodies.iter().enumerate() {
-                let own = all.start + 3 * place..all.start + 3 * (place + 1);
-                let slope = slopes.both.rows_range(own.clone());
-                let error = (derivative.rows_range(own.clone()) - slope).amax();
-                if error > AGREEMENT * largest + slopes.noise_in(&own) {
-                    let time = system.start + step as f64 * self.experiment.plan().time_step();
+            let largest = slopes.central.rows_range(all.clone()).amax();
+            for (index, body) in model.bodies.iter().enumerate() {
+                let of_body = all.start + 3 * index..all.start + 3 * (index + 1);
+                let slope = slopes.central.rows_range(of_body.clone());
+                let error = (derivative.rows_range(of_body.clone()) - slope).amax();
+                if error > AGREEMENT * largest + slopes.noise_in(&of_body) {
+                    let time = model.start + step as f64 * self.experiment.plan().time_step();
                     return Some((time, body.name().to_owned()));
                 }
             }
@@ -212,48 +220,55 @@ impl<'a> MotionCheck<'a> {
         None
     }
 
-    /// How many of the watched numbers are positions.
-    fn positions(&self) -> usize {
-        3 * self.experiment.system().bodies.len() * self.recorded().count()
+    /// Number of coordinates of positions that follow the outcome.
+    fn position_count(&self) -> usize {
+        3 * self.experiment.model().bodies.len() * self.recorded_steps().count()
     }
 
-    /// The steps whose states are recorded.
-    fn recorded(&self) -> impl Iterator<Item = usize> {
+    /// Steps whose states are recorded.
+    fn recorded_steps(&self) -> impl Iterator<Item = usize> {
         let plan = self.experiment.plan();
         (1..=plan.steps()).filter(|&step| plan.records(step))
     }
 
+    /// Jacobian at tight tolerances, computed by the first call.
     fn converged(&self) -> Result<&OutcomeJacobian, GradientError> {
         if let Some(known) = self.converged.get() {
             return Ok(known);
         }
-        let found = self.motion.jacobian_of(self.parameters, self.watched)?;
-        Ok(self.converged.get_or_init(|| found))
+        let jacobian = self
+            .motion
+            .jacobian_of(self.parameters, self.outcome_and_positions)?;
+        Ok(self.converged.get_or_init(|| jacobian))
     }
 
-    /// The slopes by one number.
+    /// Slopes with respect to one number of the parameters.
     fn slopes(&self, column: usize, width: f64) -> Result<Slopes, GradientError> {
-        let value = |times: f64| {
-            let mut change = vec![0.0; self.found.jacobian.ncols()];
-            change[column] = times * width;
+        let value = |factor: f64| {
+            let mut change = vec![0.0; self.jacobian.jacobian.ncols()];
+            change[column] = factor * width;
             self.value(&self.motion, &change)
         };
-        // Whole and half the width, for each side.
+        // The whole and half of the width, on each side.
         let [whole_ahead, half_ahead] = [value(1.0)?, value(0.5)?];
         let [whole_behind, half_behind] = [value(-1.0)?, value(-0.5)?];
         let side = |whole: &DVector<f64>, half: &DVector<f64>, width: f64| {
-            ((half - &self.middle) * 4.0 - (whole - &self.middle)) / width
+            ((half - &self.unperturbed) * 4.0 - (whole - &self.unperturbed)) / width
         };
-        let sides = [
+        let one_sided = [
             side(&whole_ahead, &half_ahead, width),
             side(&whole_behind, &half_behind, -width),
         ];
-        let both =
+        let central =
             ((half_ahead - half_behind) * 8.0 - (whole_ahead - whole_behind)) / (6.0 * width);
-        let noise = self.noise.zip_map(&self.middle, |noise, value| {
+        let noise = self.noise.zip_map(&self.unperturbed, |noise, value| {
             NOISE_GAIN * (noise + ROUND_OFF * value.abs()) / width
         });
-        Ok(Slopes { both, sides, noise })
+        Ok(Slopes {
+            central,
+            one_sided,
+            noise,
+        })
     }
 }
 

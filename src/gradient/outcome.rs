@@ -1,11 +1,11 @@
 use crate::dynamics::{Force, State, Trajectory, World, WorldError};
 use crate::scalar::{Scalar, lift};
+use nalgebra::{DMatrix, DVector};
 
-/// What is read from a trajectory: a loss (one number), residuals, or a state.
+/// A function of the trajectory: a scalar loss, a residual vector, or a state.
 ///
-/// Generic over the scalar, so that derivatives flow through it. Constants mix freely with a `T` on
-/// its right (`x * 2.0`), and become vectors of `T` through
-/// [`lift_vector`](crate::scalar::lift_vector).
+/// An outcome is generic over the scalar, so that it can be evaluated on dual numbers. An `f64` constant can be the right operand
+/// of a `T` (`x * 2.0`). [`lift_vector`](crate::scalar::lift_vector) converts vectors of constants to vectors of `T`.
 ///
 /// ```
 /// use hydroelastic::dynamics::Trajectory;
@@ -28,25 +28,27 @@ use crate::scalar::{Scalar, lift};
 /// }
 /// ```
 pub trait Outcome: Sync {
-    /// The numbers of interest: always as many, whatever the trajectory's values.
+    /// Numbers of the outcome. Their count must not depend on the values in the trajectory.
     fn of<T: Scalar>(&self, trajectory: &Trajectory<T>) -> Vec<T>;
 
-    /// What one recorded state adds, of those at these times (s), if the outcome is a sum over them: then a gradient
-    /// backwards of an outcome that looks at many states takes a time in proportion to their number, not to its square. None
-    /// unless an outcome says so.
+    /// Contribution of the recorded state with index `record`, if the outcome is a sum over the recorded states. `times` (s) has
+    /// one entry for each recorded state. The default is `None`.
+    ///
+    /// With this method, the time of a reverse-mode gradient is proportional to the number of states that the outcome reads, and
+    /// not to its square.
     fn share<T: Scalar>(&self, times: &[f64], record: usize, state: &State<T>) -> Option<Vec<T>> {
         let _ = (times, record, state);
         None
     }
 }
 
-/// What is added up along the way, as an effort or a distance from a path: see [`Integral`].
+/// Integrand of a [`TimeIntegral`], such as an effort or a distance from a path.
 pub trait Integrand: Sync {
-    /// Its value at a state (the unit of the integral over s).
+    /// Value at a state (unit of the integral per s).
     fn at<T: Scalar>(&self, state: &State<T>) -> T;
 }
 
-/// The integral of a rate over time, by the trapezoidal rule over the recorded states: one number.
+/// Integral of an [`Integrand`] over time, by the trapezoidal rule over the recorded states: 1 number.
 ///
 /// ```
 /// use hydroelastic::dynamics::State;
@@ -83,37 +85,48 @@ impl<R: Integrand> Outcome for TimeIntegral<R> {
     }
 }
 
-/// The time (s) that a record counts for: half of that to the one before it and to the one after it.
+/// Weight (s) of a recorded state in the trapezoidal rule: half of the time from the previous to the next recorded state.
 fn weight(times: &[f64], record: usize) -> f64 {
     let before = times[record.saturating_sub(1)];
     let after = times[(record + 1).min(times.len() - 1)];
     0.5 * (after - before)
 }
 
-/// A body's last position (m): 3 numbers.
+/// Value and Jacobian of an outcome.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct OutcomeJacobian {
+    /// Value of the outcome.
+    pub value: DVector<f64>,
+    /// Jacobian of the outcome: a row for each number of the outcome, and a column for each number of the parameters, in their
+    /// order. Units: the unit of the outcome over the unit of the parameter.
+    pub jacobian: DMatrix<f64>,
+}
+
+/// Final position (m) of the origin of a body: 3 numbers.
 #[derive(Debug, Clone, Copy)]
 pub struct FinalPosition {
     body: usize,
 }
 
-/// A body's state at the end: 18 numbers, the position (m), the columns of the rotation matrix, the
-/// velocity of the center of mass (m/s) and the spin (rad/s).
+/// Final state of a body: 18 numbers. They are the position (m), the columns of the rotation matrix, the velocity of the center of
+/// mass (m/s) and the angular velocity (rad/s).
 #[derive(Debug, Clone, Copy)]
 pub struct FinalState {
     body: usize,
 }
 
-/// A body's states at all recorded times but the first, 18 numbers each, as in [`FinalState`].
+/// States of a body at all recorded times except the first: 18 numbers each, as in [`FinalState`].
 #[derive(Debug, Clone, Copy)]
 pub struct RecordedStates {
     body: usize,
 }
 
 impl FinalPosition {
-    /// Of the named body.
+    /// Creates the outcome for the named body.
     ///
     /// # Errors
-    /// If there is none.
+    /// If the world has no body of this name.
     pub fn of_body<F: Force>(world: &World<f64, F>, body: &str) -> Result<Self, WorldError> {
         let body = world.index_of(body)?;
         Ok(Self { body })
@@ -128,10 +141,10 @@ impl Outcome for FinalPosition {
 }
 
 impl FinalState {
-    /// Of the named body.
+    /// Creates the outcome for the named body.
     ///
     /// # Errors
-    /// If there is none.
+    /// If the world has no body of this name.
     pub fn of_body<F: Force>(world: &World<f64, F>, body: &str) -> Result<Self, WorldError> {
         let body = world.index_of(body)?;
         Ok(Self { body })
@@ -145,10 +158,10 @@ impl Outcome for FinalState {
 }
 
 impl RecordedStates {
-    /// Of the named body.
+    /// Creates the outcome for the named body.
     ///
     /// # Errors
-    /// If there is none.
+    /// If the world has no body of this name.
     pub fn of_body<F: Force>(world: &World<f64, F>, body: &str) -> Result<Self, WorldError> {
         let body = world.index_of(body)?;
         Ok(Self { body })
@@ -164,7 +177,7 @@ impl Outcome for RecordedStates {
     }
 }
 
-/// The 18 numbers of a body's state.
+/// The 18 numbers of the state of a body, as in [`FinalState`].
 pub(super) fn numbers<T: Scalar>(state: &State<T>, body: usize) -> impl Iterator<Item = T> {
     let body = &state.bodies[body];
     let pose = body.pose.translation().iter().chain(body.pose.rotation());

@@ -1,8 +1,8 @@
-//! The derivatives of a number by recorded states: given, or those of a loss by the states that it looks at.
+//! Derivatives of a scalar with respect to recorded states: passed in by the caller, or computed for a loss.
 
 use super::GradientError;
+use super::dual_widths::{DifferentiableOutcome, NARROW, OutcomeIn, WIDE};
 use super::error::check_outcome;
-use super::widths::{DifferentiableOutcome, NARROW, OutcomeIn, WIDE};
 use crate::dynamics::{
     BodyState, Model, ReverseSweep, STATE_DIM, State, StateGradient, Trajectory,
 };
@@ -10,26 +10,29 @@ use crate::scalar::{DenseDual, Scalar, SplitMix64};
 use crate::spatial::Twist;
 use nalgebra::{SVector, Vector6};
 
-/// States of a body that fit into the widest dual numbers.
-const AT_ONCE: usize = WIDE / STATE_DIM;
+/// Number of body states that the widest dual numbers can seed at once.
+const BODIES_PER_PASS: usize = WIDE / STATE_DIM;
 
-/// The state of a body at a recorded time.
+/// Reference to the state of a body at a recorded time.
 #[derive(Debug, Clone, Copy)]
-struct Seen {
+struct StateRef {
     record: usize,
     body: usize,
 }
 
-/// The derivatives of a number by states of bodies at recorded times, in the order of time.
-pub(super) struct RecordedCovectors(Vec<(Seen, StateGradient)>);
+/// Derivatives of a scalar with respect to recorded states of bodies, in the order of time.
+pub(super) struct RecordedCovectors(Vec<(StateRef, StateGradient)>);
 
 impl RecordedCovectors {
-    /// Of a number that depends on none.
-    pub fn none() -> Self {
+    /// Creates the derivatives of a scalar that depends on no state.
+    pub fn zero() -> Self {
         Self(Vec::new())
     }
 
-    /// From those by all recorded states, of all bodies each.
+    /// Creates the derivatives from one [`StateGradient`] for each body in each recorded state.
+    ///
+    /// # Errors
+    /// [`GradientError::CovectorCount`] if a count does not match.
     pub fn new(
         by_states: Vec<Vec<StateGradient>>,
         trajectory: &Trajectory,
@@ -45,7 +48,7 @@ impl RecordedCovectors {
         }
         let of_state = |(record, bodies): (usize, Vec<StateGradient>)| {
             let bodies = bodies.into_iter().enumerate();
-            bodies.map(move |(body, by_state)| (Seen { record, body }, by_state))
+            bodies.map(move |(body, by_state)| (StateRef { record, body }, by_state))
         };
         Ok(Self(
             by_states
@@ -56,19 +59,23 @@ impl RecordedCovectors {
         ))
     }
 
-    /// Takes out those by the recorded state `record` and later ones, and adds them to the sweep.
+    /// Removes the derivatives with respect to the recorded state `record` and later states, and adds them to the reverse sweep.
     pub fn add_to(&mut self, record: usize, reversal: &mut ReverseSweep) {
-        while let Some((seen, by_state)) = self.0.pop_if(|(seen, _)| seen.record >= record) {
-            reversal.add(seen.body, &by_state);
+        while let Some((state_ref, by_state)) =
+            self.0.pop_if(|(state_ref, _)| state_ref.record >= record)
+        {
+            reversal.add(state_ref.body, &by_state);
         }
     }
 }
 
-/// A loss, and its derivatives by the states of bodies that forces move or that stay where they are. Which of them matter is
-/// found out first: by derivatives along one generic direction for many of them together.
-pub(super) fn of_outcome(
+/// Loss and its derivatives with respect to the recorded states of all bodies except kinematic bodies.
+///
+/// Most losses depend on few states. Derivatives along one random direction per group of states first exclude the groups without
+/// effect.
+pub(super) fn loss_covectors(
     loss: &dyn DifferentiableOutcome,
-    system: &Model,
+    model: &Model,
     trajectory: &Trajectory,
 ) -> Result<(f64, RecordedCovectors), GradientError> {
     let value = OutcomeIn::<f64>::of_trajectory(loss, trajectory);
@@ -76,105 +83,121 @@ pub(super) fn of_outcome(
         return Err(GradientError::NotALoss { count: value.len() });
     };
     check_outcome(&[value])?;
-    let moves = |body: &usize| !system.bodies[*body].motion.is_kinematic();
-    let bodies: Vec<usize> = (0..system.bodies.len()).filter(moves).collect();
-    let looked = Looked {
+    let is_differentiable = |body: &usize| !model.bodies[*body].motion.is_kinematic();
+    let bodies: Vec<usize> = (0..model.bodies.len()).filter(is_differentiable).collect();
+    let dependence = LossDependence {
         loss,
         trajectory,
         times: trajectory.states().iter().map(|state| state.time).collect(),
     };
-    let (mut found, mut all) = (Vec::new(), Vec::new());
+    let (mut covectors, mut remaining) = (Vec::new(), Vec::new());
     for record in 0..trajectory.states().len() {
-        let states: Vec<Seen> = bodies.iter().map(|&body| Seen { record, body }).collect();
-        if looked.look_at_share(&states, &mut found).is_none() {
-            all.extend(states);
+        let states: Vec<StateRef> = bodies
+            .iter()
+            .map(|&body| StateRef { record, body })
+            .collect();
+        if dependence.add_from_share(&states, &mut covectors).is_none() {
+            remaining.extend(states);
         }
     }
-    looked.look(&all, &mut found);
-    // The loss may have shares of some records, and not of others.
-    found.sort_by_key(|(seen, _)| seen.record);
-    Ok((value, RecordedCovectors(found)))
+    dependence.add_from_trajectory(&remaining, &mut covectors);
+    // The loss may return shares for some records only.
+    covectors.sort_by_key(|(state_ref, _)| state_ref.record);
+    Ok((value, RecordedCovectors(covectors)))
 }
 
-/// A loss of a trajectory, to be differentiated by its states.
-struct Looked<'a> {
+/// A loss and the trajectory whose states it is differentiated with respect to.
+struct LossDependence<'a> {
     loss: &'a dyn DifferentiableOutcome,
     trajectory: &'a Trajectory,
     times: Vec<f64>,
 }
 
-impl Looked<'_> {
-    /// Adds the derivatives by those of the states that matter to those found.
-    fn look(&self, states: &[Seen], found: &mut Vec<(Seen, StateGradient)>) {
-        if states.len() <= AT_ONCE {
+impl LossDependence<'_> {
+    /// Appends the nonzero derivatives with respect to states. Evaluates the loss on the whole trajectory.
+    fn add_from_trajectory(
+        &self,
+        states: &[StateRef],
+        covectors: &mut Vec<(StateRef, StateGradient)>,
+    ) {
+        if states.len() <= BODIES_PER_PASS {
             let slopes = self.slopes::<WIDE>(self.loss, states.iter().copied().enumerate(), seeds);
-            keep(states, &slopes, found);
+            push_nonzero(states, &slopes, covectors);
             return;
         }
-        let size = states.len().div_ceil(NARROW);
-        let parts = || states.chunks(size).enumerate();
-        let members =
-            parts().flat_map(|(part, members)| members.iter().map(move |&seen| (part, seen)));
+        let group_size = states.len().div_ceil(NARROW);
+        let groups = || states.chunks(group_size).enumerate();
+        let members = groups()
+            .flat_map(|(group, members)| members.iter().map(move |&state_ref| (group, state_ref)));
         let mut direction = SplitMix64::default();
-        let seeds = |part: usize| {
-            let along = |slope: f64| DenseDual::<NARROW>::variable(0.0, part) * slope;
+        let seeds = |group: usize| {
+            let along = |component: f64| DenseDual::<NARROW>::variable(0.0, group) * component;
             SVector::from_fn(|_, _| along(direction.next()))
         };
         let slopes = self.slopes::<NARROW>(self.loss, members, seeds);
-        for (part, members) in parts() {
-            if slopes[part] != 0.0 {
-                self.look(members, found);
+        for (group, members) in groups() {
+            if slopes[group] != 0.0 {
+                self.add_from_trajectory(members, covectors);
             }
         }
     }
 
-    /// [`Self::look`] for states of one record, by the share of that record in the loss; none if the loss has no such shares.
-    fn look_at_share(&self, states: &[Seen], found: &mut Vec<(Seen, StateGradient)>) -> Option<()> {
+    /// [`Self::add_from_trajectory`] for states of one record, which evaluates only the share of this record in the loss. Returns
+    /// `None` if the loss has no such share.
+    fn add_from_share(
+        &self,
+        states: &[StateRef],
+        covectors: &mut Vec<(StateRef, StateGradient)>,
+    ) -> Option<()> {
         let loss: &dyn OutcomeIn<DenseDual<WIDE>> = self.loss;
-        for states in states.chunks(AT_ONCE) {
+        for states in states.chunks(BODIES_PER_PASS) {
             let record = states[0].record;
             let mut state = self.trajectory.states()[record].lifted();
-            for (place, seen) in states.iter().enumerate() {
-                displace(&mut state, seen.body, &seeds(place));
+            for (index, state_ref) in states.iter().enumerate() {
+                displace(&mut state, state_ref.body, &seeds(index));
             }
             let numbers = loss.share_of(&self.times, record, &state)?;
-            keep(states, &numbers.first()?.eps, found);
+            push_nonzero(states, &numbers.first()?.eps, covectors);
         }
         Some(())
     }
 
-    /// The derivatives of the loss, where the states in a list are seeded.
+    /// Derivatives of the loss if the listed states are seeded. Each state is paired with the index that `seeds` gets.
     fn slopes<const WIDTH: usize>(
         &self,
         loss: &dyn OutcomeIn<DenseDual<WIDTH>>,
-        states: impl Iterator<Item = (usize, Seen)>,
+        states: impl Iterator<Item = (usize, StateRef)>,
         mut seeds: impl FnMut(usize) -> SVector<DenseDual<WIDTH>, STATE_DIM>,
     ) -> [f64; WIDTH] {
         let mut trajectory = self.trajectory.lifted();
-        for (place, Seen { record, body }) in states {
-            displace(trajectory.state_mut(record), body, &seeds(place));
+        for (index, StateRef { record, body }) in states {
+            displace(trajectory.state_mut(record), body, &seeds(index));
         }
         let numbers = loss.of_trajectory(&trajectory);
         numbers.first().map_or([0.0; WIDTH], |number| number.eps)
     }
 }
 
-/// Seeds for the state of one body among several.
-fn seeds(place: usize) -> SVector<DenseDual<WIDE>, STATE_DIM> {
-    SVector::from_fn(|i, _| DenseDual::variable(0.0, STATE_DIM * place + i))
+/// Seeds of the body state with this index among the states of a pass.
+fn seeds(index: usize) -> SVector<DenseDual<WIDE>, STATE_DIM> {
+    SVector::from_fn(|i, _| DenseDual::variable(0.0, STATE_DIM * index + i))
 }
 
-/// Keeps the derivatives by states, seeded one after the other, that are not all zero.
-fn keep(states: &[Seen], slopes: &[f64; WIDE], found: &mut Vec<(Seen, StateGradient)>) {
-    for (place, &seen) in states.iter().enumerate() {
-        let by_state = SVector::<f64, STATE_DIM>::from_fn(|i, _| slopes[STATE_DIM * place + i]);
+/// Appends the nonzero derivatives with respect to consecutively seeded states.
+fn push_nonzero(
+    states: &[StateRef],
+    slopes: &[f64; WIDE],
+    covectors: &mut Vec<(StateRef, StateGradient)>,
+) {
+    for (index, &state_ref) in states.iter().enumerate() {
+        let by_state = SVector::<f64, STATE_DIM>::from_fn(|i, _| slopes[STATE_DIM * index + i]);
         if by_state.iter().any(|&slope| slope != 0.0) {
-            found.push((seen, StateGradient::from_vector(&by_state)));
+            covectors.push((state_ref, StateGradient::from_vector(&by_state)));
         }
     }
 }
 
-/// Displaces the state of a body by numbers with real part zero.
+/// Adds a tangent-space change, whose real part is zero, to the state of a body.
 fn displace<T: Scalar>(state: &mut State<T>, body: usize, change: &SVector<T, STATE_DIM>) {
     let part = |row: usize| -> Vector6<T> { change.fixed_rows::<6>(row).into_owned() };
     let BodyState { pose, twist } = &mut state.bodies[body];

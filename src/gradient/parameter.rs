@@ -36,7 +36,7 @@ pub enum Parameter {
     /// Wrench of one interval, counted from 0, of the named body's [`Control`](crate::dynamics::Control): 6 numbers, torque (N m)
     /// and force (N), about the center of mass in world axes.
     Control(Arc<str>, usize),
-    /// The named number that forces read:
+    /// Named parameter of forces: 1 number. See
     /// [`World::with_force_parameter`](crate::dynamics::World::with_force_parameter).
     ForceParameter(Arc<str>),
 }
@@ -91,7 +91,7 @@ impl Parameter {
         Self::Mass(body.into())
     }
 
-    /// A number that forces read: [`Self::ForceParameter`].
+    /// Named parameter of forces: [`Self::ForceParameter`].
     #[must_use]
     pub fn force_parameter(name: impl Into<Arc<str>>) -> Self {
         Self::ForceParameter(name.into())
@@ -105,7 +105,7 @@ impl Parameter {
 }
 
 impl Parameter {
-    /// Number of numbers.
+    /// Number of scalar values: 1, 3 or 6.
     #[must_use]
     pub fn dimension(&self) -> usize {
         match self {

@@ -1,7 +1,7 @@
-use super::breakdown::{Breakdown, columns_not_finite};
+use super::dual_widths::{DifferentiableOutcome, MIDDLE, NARROW, OutcomeIn, WIDE};
 use super::error::same_length;
+use super::non_finite::{NonFinite, columns_not_finite};
 use super::slots::Slots;
-use super::widths::{DifferentiableOutcome, MIDDLE, NARROW, OutcomeIn, WIDE};
 use super::{Experiment, GradientError, OutcomeJacobian, Parameter};
 use crate::dynamics::{DynWorld, Rollout, WithModel};
 use crate::parallel::contained;
@@ -10,43 +10,43 @@ use nalgebra::{DMatrix, DVector};
 use std::ops::Range;
 use std::sync::Arc;
 
-/// The outcome, its derivatives, and where one of them stopped being finite.
-type Pass = (OutcomeJacobian, Option<Breakdown>);
+/// The outcome, its derivatives, and the first derivative that is not finite.
+type Pass = (OutcomeJacobian, Option<NonFinite>);
 
 impl Experiment {
-    /// The outcome and its derivatives by the parameters, whether finite or not.
-    pub(super) fn differentiated(
+    /// Outcome and its derivatives with respect to the parameters, which may not be finite.
+    pub(super) fn jacobian_unchecked(
         &self,
         parameters: &[Parameter],
         outcome: &dyn DifferentiableOutcome,
     ) -> Result<Pass, GradientError> {
-        let slots = Slots::resolve(parameters, self.system())?;
-        slots.check_friction(self.system())?;
+        let slots = Slots::resolve(parameters, self.model())?;
+        slots.check_friction(self.model())?;
         let count = slots.dimension();
         let passes = (0..count)
             .step_by(WIDE)
             .map(|first| self.pass(&slots, first..count.min(first + WIDE), outcome))
             .collect::<Result<Vec<_>, _>>()?;
-        let (found, breakdowns): (Vec<_>, Vec<_>) = passes.into_iter().unzip();
-        same_length(found.iter().map(|pass| &pass.value))?;
-        // Real parts of dual numbers are the rollout in `f64`, so its value comes with the first pass.
-        let Some(OutcomeJacobian { value, .. }) = found.first() else {
+        let (jacobians, non_finite): (Vec<_>, Vec<_>) = passes.into_iter().unzip();
+        same_length(jacobians.iter().map(|part| &part.value))?;
+        // The real parts of the dual numbers are the rollout in `f64`, so the first pass contains its value.
+        let Some(OutcomeJacobian { value, .. }) = jacobians.first() else {
             let value = DVector::from_vec(self.value_of(outcome)?);
             let jacobian = DMatrix::zeros(value.len(), 0);
             return Ok((OutcomeJacobian { value, jacobian }, None));
         };
-        let columns: Vec<_> = found
+        let columns: Vec<_> = jacobians
             .iter()
-            .flat_map(|pass| pass.jacobian.column_iter())
+            .flat_map(|part| part.jacobian.column_iter())
             .collect();
         let jacobian = DMatrix::from_columns(&columns);
         let value = value.clone();
-        let breakdowns = breakdowns.into_iter().flatten();
-        let earliest = breakdowns.min_by_key(Breakdown::step);
+        let non_finite = non_finite.into_iter().flatten();
+        let earliest = non_finite.min_by_key(NonFinite::step);
         Ok((OutcomeJacobian { value, jacobian }, earliest))
     }
 
-    /// The same by up to [`WIDE`] numbers of the parameters.
+    /// One pass for a range of at most [`WIDE`] numbers of the parameters, in the narrowest sufficient width.
     fn pass(
         &self,
         slots: &Slots,
@@ -63,7 +63,7 @@ impl Experiment {
         }
     }
 
-    /// The same by the numbers of the parameters in a range, at most `WIDTH`.
+    /// One pass for a range of at most `WIDTH` numbers of the parameters.
     fn pass_of<const WIDTH: usize>(
         &self,
         world: &dyn WithModel<DenseDual<WIDTH>>,
@@ -71,31 +71,32 @@ impl Experiment {
         range: Range<usize>,
         outcome: &dyn OutcomeIn<DenseDual<WIDTH>>,
     ) -> Result<Pass, GradientError> {
-        // Numbers beyond the range have indices beyond the width, and so no derivative: only a full range has any behind it.
+        // Numbers beyond the range get indices of at least `WIDTH`, so they have no derivative: only a full range is followed by
+        // other numbers.
         let seed = |number: usize| match number.checked_sub(range.start) {
             Some(index) => DenseDual::variable(0.0, index),
             None => lift(0.0),
         };
         let seeds: Vec<DenseDual<WIDTH>> = (0..slots.dimension()).map(seed).collect();
-        let world = world.with_model(slots.perturbed(self.system(), &seeds));
+        let world = world.with_model(slots.perturbed(self.model(), &seeds));
         let numbers = self.outcome_of(Arc::clone(&world), outcome)?;
         let derivative = |row: usize, column: usize| numbers[row].eps[column];
-        let found = OutcomeJacobian {
+        let part = OutcomeJacobian {
             value: DVector::from_iterator(numbers.len(), numbers.iter().map(|number| number.re)),
             jacobian: DMatrix::from_fn(numbers.len(), range.len(), derivative),
         };
-        let breakdown = self.breakdown(world, &found.jacobian)?;
-        Ok((found, breakdown.map(|it| it.by_later_number(range.start))))
+        let non_finite = self.first_non_finite(world, &part.jacobian)?;
+        let non_finite = non_finite.map(|non_finite| non_finite.with_column_offset(range.start));
+        Ok((part, non_finite))
     }
 
-    /// Where a derivative of the outcome stopped being finite, if one did: the same steps once more, and
-    /// a look at every state.
-    fn breakdown<const WIDTH: usize>(
+    /// First derivative that is not finite, if there is one. Repeats the rollout and examines the state after each step.
+    fn first_non_finite<const WIDTH: usize>(
         &self,
         world: Arc<dyn DynWorld<DenseDual<WIDTH>>>,
         jacobian: &DMatrix<f64>,
-    ) -> Result<Option<Breakdown>, GradientError> {
-        let Some(in_outcome) = Breakdown::in_outcome(jacobian) else {
+    ) -> Result<Option<NonFinite>, GradientError> {
+        let Some(in_outcome) = NonFinite::in_outcome(jacobian) else {
             return Ok(None);
         };
         let columns = columns_not_finite(jacobian);
@@ -104,7 +105,7 @@ impl Experiment {
             if step > 0 {
                 contained(|| rollout.advance().map(|_| ()))?;
             }
-            let in_state = Breakdown::in_state(step, rollout.state(), &columns);
+            let in_state = NonFinite::in_state(step, rollout.state(), &columns);
             if in_state.is_some() {
                 return Ok(in_state);
             }

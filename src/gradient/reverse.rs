@@ -1,6 +1,6 @@
-use super::outcome_covectors::{RecordedCovectors, of_outcome};
+use super::dual_widths::{DifferentiableOutcome, MIDDLE, WIDE};
+use super::outcome_covectors::{RecordedCovectors, loss_covectors};
 use super::slots::Slots;
-use super::widths::{DifferentiableOutcome, MIDDLE, WIDE};
 use super::{Experiment, GradientError, Outcome, Parameter, RolloutGradient};
 use crate::dynamics::{
     DynWorld, KinkSummary, Model, ModelGradient, ReverseSweep, RolloutError, StateGradient, Tape,
@@ -11,21 +11,22 @@ use nalgebra::DVector;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
-/// From which end a rollout is differentiated.
+/// Mode of automatic differentiation of a rollout.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Mode {
-    /// By dual numbers, from the parameters to all later states: the time grows with the numbers of the parameters, up to 96
-    /// of which share one rollout, and not with the numbers of the outcome.
+    /// Forward mode: a rollout on dual numbers. The cost grows with the numbers of the parameters, up to 96 of which share one
+    /// rollout. It does not depend on the length of the outcome.
     Forward,
-    /// From the outcome back to the start, step by step, from states that were kept or are computed again: for an outcome of one
-    /// number, in a time that does not depend on the number of parameters.
+    /// Reverse mode: a sweep from the outcome back to the initial state, over stored or recomputed steps. The outcome must be one
+    /// number. The cost does not depend on the number of parameters.
     Reverse,
 }
 
 impl Experiment {
-    /// Mode of [`Self::gradient`] for these parameters: reverse for more than 12 numbers, or for more than 96 if steps are implicit,
-    /// because solving an implicit step costs more than carrying derivatives along (`cargo bench --bench reverse`).
+    /// Mode of [`Self::gradient`] for these parameters: reverse for more than 12 numbers, or for more than 96 numbers if steps are
+    /// implicit. The limit is higher for implicit steps because solving an implicit step costs more than propagating dual numbers
+    /// through it (`cargo bench --bench reverse`).
     #[must_use]
     pub fn mode_for(&self, parameters: &[Parameter]) -> Mode {
         let count: usize = parameters.iter().map(Parameter::dimension).sum();
@@ -37,12 +38,13 @@ impl Experiment {
         }
     }
 
-    /// The derivatives of a number by the parameters, from those by the recorded states: the transpose of the Jacobian of all
-    /// states, times a vector, in a time that does not depend on the number of parameters. For losses that are differentiated
-    /// elsewhere, by a program for automatic differentiation.
+    /// Vector–Jacobian product: derivatives of a scalar with respect to the parameters, from its derivatives with respect to the
+    /// recorded states. Use this for losses that another program for automatic differentiation differentiates. The cost does not
+    /// depend on the number of parameters.
     ///
-    /// `by_states` gets the trajectory and returns the derivatives by its states, the initial one first: for each state those by
-    /// all bodies, in the order of the world's. Those by bodies that follow a path are ignored.
+    /// `by_states` gets the trajectory. It returns the derivatives with respect to the recorded states, starting with the initial
+    /// state: for each state one [`StateGradient`] per body, in the order of the world. Derivatives with respect to kinematic
+    /// bodies are ignored.
     ///
     /// ```
     /// # use hydroelastic::contact::Shape;
@@ -52,7 +54,7 @@ impl Experiment {
     /// let ball = Shape::new(shapes::icosphere(0.1, 1)?);
     /// let world = World::new(vec![Body::dynamic("ball", ball, Material::elastic(1e5), Mass::Total(1.0))?])?;
     /// let experiment = Experiment::new(&world, &Plan::new(1e-3, 500)?.recording_every(500));
-    /// // Half the square of the last position, of two recorded states.
+    /// // The scalar is half the squared norm of the final position. Two states are recorded.
     /// let by_velocity = experiment.vjp(&[Parameter::initial_velocity("ball")], |trajectory| {
     ///     let shift = *trajectory.last().bodies[0].position();
     ///     let last = StateGradient { shift, ..StateGradient::zero() };
@@ -63,84 +65,85 @@ impl Experiment {
     /// ```
     ///
     /// # Errors
-    /// - If a parameter is not one of the world's, or the rollout ends early.
+    /// - If the world does not have one of the parameters.
+    /// - If the rollout ends early.
     /// - [`GradientError::CovectorCount`] if there is not one [`StateGradient`] for each body in each recorded state.
-    /// - [`GradientError::BackwardNotFinite`] if one is not finite, or the sweep meets one that is not.
-    /// - [`GradientError::NoFriction`] as of [`Self::jacobian`].
+    /// - [`GradientError::BackwardNotFinite`] if a derivative from `by_states` or of the reverse sweep is not finite.
+    /// - [`GradientError::NoFriction`] as in [`Self::jacobian`].
     pub fn vjp(
         &self,
         parameters: &[Parameter],
         by_states: impl FnOnce(&Trajectory) -> Vec<Vec<StateGradient>>,
     ) -> Result<DVector<f64>, GradientError> {
-        let ((), found) = self.pulled_back(parameters, |_, trajectory| {
+        let ((), gradient) = self.parameter_gradient(parameters, |_, trajectory| {
             let by_states = by_states(trajectory);
             Ok(((), RecordedCovectors::new(by_states, trajectory)?))
         })?;
-        Ok(found)
+        Ok(gradient)
     }
 
-    /// A loss and its gradient, by a sweep back from the outcome.
-    pub(super) fn swept_back(
+    /// Loss and its gradient in reverse mode.
+    pub(super) fn reverse_gradient(
         &self,
         parameters: &[Parameter],
         loss: &dyn DifferentiableOutcome,
     ) -> Result<(f64, DVector<f64>), GradientError> {
-        self.pulled_back(parameters, |system, trajectory| {
-            of_outcome(loss, system, trajectory)
+        self.parameter_gradient(parameters, |model, trajectory| {
+            loss_covectors(loss, model, trajectory)
         })
     }
 
-    /// A loss and its derivatives by all that the rollout depends on, the shapes of all bodies among them: by a sweep back from
-    /// the outcome.
+    /// Loss and its derivatives with respect to all inputs of the rollout, including the shapes of all bodies, in reverse mode.
     ///
-    /// Where neither of two bodies has dissipation or friction, their contact is taken as elastic: it then adds nothing to the
-    /// derivatives by dissipation and friction, although there may be some.
+    /// A contact of two bodies without dissipation and friction is treated as elastic. It contributes nothing to the derivatives
+    /// with respect to dissipation and friction, even if the true derivatives are nonzero.
     ///
     /// # Errors
-    /// As [`Self::gradient_with_mode`] backwards.
+    /// As [`Self::gradient_with_mode`] in reverse mode.
     pub fn full_gradient(&self, loss: &impl Outcome) -> Result<RolloutGradient, GradientError> {
-        let world = WithModel::<f64>::with_model(self.world(), self.system().clone());
-        let (value, gradient) = self.swept(&world, true, |system, trajectory| {
-            of_outcome(loss, system, trajectory)
+        let world = WithModel::<f64>::with_model(self.world(), self.model().clone());
+        let (value, gradient) = self.reverse_sweep(&world, true, |model, trajectory| {
+            loss_covectors(loss, model, trajectory)
         })?;
         Ok(RolloutGradient {
             value,
-            system: self.system().clone(),
+            model: self.model().clone(),
             gradient,
             has_forces: world.has_forces(),
         })
     }
 
-    /// Where the rollout has no derivative, or one of several is taken, forwards and backwards alike: by kind and bodies, with the
-    /// steps. Where there are many, differences may not agree with a gradient. Takes as long as a gradient swept back.
+    /// Nonsmooth points of the rollout, by kind and bodies, with the steps. At these points the rollout has no unique derivative, and
+    /// both modes use one of several. If there are many, differences may not agree with a gradient. The cost is that of a
+    /// reverse-mode gradient.
     ///
     /// # Errors
     /// If the rollout ends early.
     pub fn kinks(&self) -> Result<Vec<KinkSummary>, GradientError> {
-        let world = WithModel::<f64>::with_model(self.world(), self.system().clone());
+        let world = WithModel::<f64>::with_model(self.world(), self.model().clone());
         let ((), gradient) =
-            self.swept(&world, false, |_, _| Ok(((), RecordedCovectors::none())))?;
+            self.reverse_sweep(&world, false, |_, _| Ok(((), RecordedCovectors::zero())))?;
         Ok(gradient.kinks())
     }
 
-    /// What is read from the trajectory, and the derivatives by the parameters.
-    fn pulled_back<V>(
+    /// Value that `read` returns for the trajectory, and the derivatives with respect to the parameters.
+    fn parameter_gradient<V>(
         &self,
         parameters: &[Parameter],
         read: impl FnOnce(&Model, &Trajectory) -> Result<(V, RecordedCovectors), GradientError>,
     ) -> Result<(V, DVector<f64>), GradientError> {
-        let slots = Slots::resolve(parameters, self.system())?;
-        slots.check_friction(self.system())?;
+        let slots = Slots::resolve(parameters, self.model())?;
+        slots.check_friction(self.model())?;
         // Contact laws are dissipative if dissipation or friction is a parameter, even if its value is zero.
-        let system = slots.perturbed(self.system(), &vec![0.0; slots.dimension()]);
-        let world = WithModel::<f64>::with_model(self.world(), system);
-        let (value, gradient) = self.swept(&world, false, read)?;
+        let model = slots.perturbed(self.model(), &vec![0.0; slots.dimension()]);
+        let world = WithModel::<f64>::with_model(self.world(), model);
+        let (value, gradient) = self.reverse_sweep(&world, false, read)?;
         Ok((value, DVector::from_vec(slots.gradient(&gradient))))
     }
 
-    /// What is read from the trajectory of a world, and the derivatives by all that the rollout depends on, with or without
-    /// shapes.
-    fn swept<V>(
+    /// Value that `read` returns for the trajectory of a world, and the derivatives with respect to all inputs of the rollout. The
+    /// shapes are included if `by_shapes` is true.
+    fn reverse_sweep<V>(
         &self,
         world: &Arc<dyn DynWorld<f64>>,
         by_shapes: bool,
@@ -158,7 +161,7 @@ impl Experiment {
         })
     }
 
-    /// The derivatives by all that a rollout depends on, from those by its recorded states.
+    /// Derivatives with respect to all inputs of a rollout, from the derivatives with respect to its recorded states.
     fn sweep(
         &self,
         mut reversal: ReverseSweep,
@@ -181,22 +184,24 @@ impl Experiment {
         Ok(reversal.into_gradient())
     }
 
-    /// The rollout of a world, with its states on a tape.
+    /// Runs the rollout of a world and records its steps on a tape.
     fn taped(
         &self,
         world: &Arc<dyn DynWorld<f64>>,
         tape: &mut Tape,
     ) -> Result<Trajectory, GradientError> {
         let rollout = self.rollout_of(Arc::clone(world));
-        Ok(rollout.run_with_observer(|taken, steps| tape.record(taken, steps))?)
+        Ok(rollout.run_with_observer(|step, steps| tape.record(step, steps))?)
     }
 
+    /// Checks that all derivatives of the sweep are finite. `step` is the step that starts from the current state of the sweep,
+    /// counted from 1.
     fn check_finite(&self, reversal: &ReverseSweep, step: usize) -> Result<(), GradientError> {
         match reversal.non_finite_body() {
             None => Ok(()),
             Some(body) => Err(GradientError::BackwardNotFinite {
                 step,
-                body: self.system().bodies[body].name().to_owned(),
+                body: self.model().bodies[body].name().to_owned(),
             }),
         }
     }

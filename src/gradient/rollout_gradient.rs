@@ -6,89 +6,99 @@ use crate::spatial::MassGradient;
 use nalgebra::Vector3;
 use std::fmt;
 
-/// The derivatives of a loss by all that a rollout depends on, as [`Experiment::full_gradient`](super::Experiment::full_gradient)
-/// gives them.
+/// Derivatives of a loss with respect to all inputs of a rollout. [`Experiment::full_gradient`](super::Experiment::full_gradient)
+/// returns it.
 #[derive(Clone)]
 pub struct RolloutGradient {
-    /// The loss.
+    /// Value of the loss.
     pub value: f64,
-    pub(super) system: Model,
+    pub(super) model: Model,
     pub(super) gradient: ModelGradient,
-    /// Whether forces other than contact, gravity and controls act, which may depend on where centers of mass are.
+    /// Whether the world has forces other than contact, gravity and controls. These forces may depend on the centers of mass.
     pub(super) has_forces: bool,
 }
 
-/// What stays of a dynamic body's mass properties as its vertices move. Those that follow are of a solid of uniform density.
+/// Mass properties of a dynamic body that are held fixed as its vertices move. The other mass properties are those of a solid of
+/// uniform density.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum HoldFixed {
-    /// Mass, center of mass and inertia: vertices matter for contact alone, and the density need not be uniform.
+    /// Holds mass, center of mass and inertia fixed. Vertices affect only the contact, and the density need not be uniform.
     MassProperties,
-    /// The mass; its center and the inertia are those of the new shape.
+    /// Holds the mass fixed. Center of mass and inertia are those of the new shape.
     Mass,
-    /// The density: mass, center and inertia are those of the new shape.
+    /// Holds the density fixed. Mass, center of mass and inertia are those of the new shape.
     Density,
 }
 
 impl RolloutGradient {
-    /// By the numbers of a parameter, in their order: the unit of the loss over theirs.
+    /// Derivatives with respect to the numbers of a parameter, in their order (unit of the loss over unit of the parameter).
     ///
     /// # Errors
-    /// If it is not one of the world's.
+    /// If the world does not have the parameter.
     pub fn by(&self, parameter: &Parameter) -> Result<Vec<f64>, GradientError> {
-        let slots = Slots::resolve(std::slice::from_ref(parameter), &self.system)?;
+        let slots = Slots::resolve(std::slice::from_ref(parameter), &self.model)?;
         Ok(slots.gradient(&self.gradient))
     }
 
-    /// Where derivatives that went into it may have been one of several: see [`Experiment::kinks`](super::Experiment::kinks).
+    /// Nonsmooth points of the rollout, where the gradient is one of several possible derivatives: see
+    /// [`Experiment::kinks`](super::Experiment::kinks).
     #[must_use]
     pub fn kinks(&self) -> Vec<KinkSummary> {
         self.gradient.kinks()
     }
 
-    /// By the shape of the named body: through contact, and through its mass as far as that does not stay. Of bodies that forces
-    /// do not move the mass does not matter: ask with [`HoldFixed::MassProperties`].
+    /// Derivatives with respect to the shape of the named body: through contact, and through the mass properties that are not held
+    /// fixed. For fixed and kinematic bodies, use [`HoldFixed::MassProperties`], because their mass has no effect.
     ///
     /// # Errors
-    /// If there is no such body; and, unless [`HoldFixed::MassProperties`] are asked for, as [`Self::by_mass_properties`], or if
-    /// mass properties are not those of the shape at a uniform density.
-    pub fn by_shape(&self, body: &str, keeping: HoldFixed) -> Result<ShapeGradient, GradientError> {
-        let mut gradient = self.gradient.shapes[self.system.index_of(body)?].clone();
-        let through_mass = match keeping {
+    /// - If the world has no body of this name.
+    /// - As [`Self::by_mass_properties`], except with [`HoldFixed::MassProperties`].
+    /// - [`GradientError::NotUniform`] if the mass properties are not those of the shape at a uniform density, except with
+    ///   [`HoldFixed::MassProperties`].
+    pub fn by_shape(
+        &self,
+        body: &str,
+        hold_fixed: HoldFixed,
+    ) -> Result<ShapeGradient, GradientError> {
+        let mut gradient = self.gradient.shapes[self.model.index_of(body)?].clone();
+        let through_mass = match hold_fixed {
             HoldFixed::MassProperties => return Ok(gradient),
             HoldFixed::Mass => self.by_vertices_through_mass(body, false)?,
             HoldFixed::Density => self.by_vertices_through_mass(body, true)?,
         };
-        for (by_vertex, own) in gradient.by_vertices.iter_mut().zip(through_mass) {
-            *by_vertex += own;
+        for (by_vertex, through_mass) in gradient.by_vertices.iter_mut().zip(through_mass) {
+            *by_vertex += through_mass;
         }
         Ok(gradient)
     }
 
-    /// By the mass properties of the named body, its shape staying as it is.
+    /// Derivatives with respect to the mass properties of the named body, for a fixed shape.
     ///
     /// # Errors
-    /// If there is no such body, forces do not move it, or the world has forces other than contact, gravity and controls: what
-    /// they make of a center of mass is not known.
+    /// - If the world has no body of this name.
+    /// - [`GradientError::NotDynamic`] if the body is fixed or kinematic.
+    /// - [`GradientError::ForcesByCenter`] if the world has forces other than contact, gravity and controls, because these forces may
+    ///   depend on the center of mass in an unknown way.
     pub fn by_mass_properties(&self, body: &str) -> Result<MassGradient, GradientError> {
         let (index, inertia) = self.dynamic(body)?;
         if self.has_forces {
             return Err(GradientError::ForcesByCenter(body.to_owned()));
         }
-        let own = &self.gradient.bodies[index];
-        // The inertia is mass times what the gradient is by.
-        let by_inertia = own.inertia / inertia.mass;
+        let by_body = &self.gradient.bodies[index];
+        // `by_body.inertia` is the derivative with respect to the inertia per mass.
+        let by_inertia = by_body.inertia / inertia.mass;
         Ok(MassGradient {
-            by_mass: own.mass - by_inertia.dot(&inertia.per_mass()),
-            by_center_of_mass: own.center,
+            by_mass: by_body.mass - by_inertia.dot(&inertia.per_mass()),
+            by_center_of_mass: by_body.center,
             by_inertia,
         })
     }
 
-    /// The place of the named body, which forces move, and its inertia.
+    /// Index and inertia of the named dynamic body.
     fn dynamic(&self, body: &str) -> Result<(usize, &Inertia), GradientError> {
-        let index = self.system.index_of(body)?;
-        match self.system.bodies[index].inertia() {
+        let index = self.model.index_of(body)?;
+        match self.model.bodies[index].inertia() {
             Some(inertia) => Ok((index, inertia)),
             None => Err(GradientError::NotDynamic {
                 body: body.to_owned(),
@@ -97,23 +107,23 @@ impl RolloutGradient {
         }
     }
 
-    /// By the vertices of the named body through its mass properties, which follow the shape: at the same density, or at the same
-    /// mass.
+    /// Derivatives with respect to the vertices of the named body, through its mass properties, at fixed density or at fixed mass.
     fn by_vertices_through_mass(
         &self,
         body: &str,
-        keeps_density: bool,
+        is_density_fixed: bool,
     ) -> Result<Vec<Vector3<f64>>, GradientError> {
         let by = self.by_mass_properties(body)?;
         let (index, inertia) = self.dynamic(body)?;
-        let body = &self.system.bodies[index];
+        let body = &self.model.bodies[index];
         if !body.is_uniform() {
             return Err(GradientError::NotUniform(body.name().to_owned()));
         }
-        let by_mass = if keeps_density {
+        let by_mass = if is_density_fixed {
             by.by_mass
         } else {
-            // As all else grows with the volume, the density falls: mass properties at a density of their own.
+            // At fixed mass, the inertia is the inertia at the current density, divided by the relative change of mass at that
+            // density. This division gives the derivative with respect to the mass.
             -by.by_inertia.dot(&inertia.per_mass())
         };
         let (shape, by) = (body.shape(), MassGradient { by_mass, ..by });

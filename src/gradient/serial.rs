@@ -1,9 +1,9 @@
-//! Difference checks, saved and loaded by serde.
+//! Serialization of difference checks with serde.
 
 use super::DifferenceCheck;
 use nalgebra::DMatrix;
 
-/// A check as it is saved: errors step by step, with none for those that are infinite, which some formats cannot tell.
+/// Serialized form of a difference check: the errors row by row, with `None` for infinity, which some formats cannot represent.
 #[derive(serde::Serialize, serde::Deserialize)]
 #[serde(rename = "DifferenceCheck", deny_unknown_fields)]
 pub(super) struct CheckLayout {
@@ -14,10 +14,10 @@ pub(super) struct CheckLayout {
 
 impl From<DifferenceCheck> for CheckLayout {
     fn from(check: DifferenceCheck) -> Self {
-        let by_steps = check.errors.transpose();
+        let row_major = check.errors.transpose();
         let finite = |error: &f64| Some(*error).filter(|error| error.is_finite());
         Self {
-            errors: by_steps.iter().map(finite).collect(),
+            errors: row_major.iter().map(finite).collect(),
             steps: check.steps,
             numbers: check.numbers,
         }
@@ -33,10 +33,10 @@ impl TryFrom<CheckLayout> for DifferenceCheck {
             numbers,
             errors,
         } = layout;
-        let (found, rows, columns) = (errors.len(), steps.len(), numbers.len());
-        if found != rows * columns {
+        let (count, rows, columns) = (errors.len(), steps.len(), numbers.len());
+        if count != rows * columns {
             return Err(format!(
-                "a check of {rows} steps and {columns} numbers must have {} errors, but has {found}",
+                "a check of {rows} steps and {columns} numbers must have {} errors, but has {count}",
                 rows * columns
             ));
         }

@@ -3,9 +3,9 @@ use super::{GradientError, Parameter};
 use crate::dynamics::{Force, Model, World};
 use nalgebra::DVector;
 
-/// Values of parameters. Shapes are shared, not built again.
+/// Values of parameters. New worlds share the shapes of this world.
 impl<F: Force> World<f64, F> {
-    /// Values of the parameters, one after the other. The value of an orientation is a rotation vector (rad, at most π long).
+    /// Values of the parameters, concatenated in order. The value of an orientation is a rotation vector (rad, at most π long).
     ///
     /// # Errors
     /// If the world does not have one of the parameters.
@@ -35,58 +35,61 @@ impl<F: Force> World<f64, F> {
     /// ```
     ///
     /// # Errors
-    /// If the world does not have one of the parameters, the number of values is wrong, or a value is out of range.
+    /// - If the world does not have one of the parameters.
+    /// - If the number of values is wrong.
+    /// - If a value is out of range.
     pub fn with_values(
         &self,
         parameters: &[Parameter],
         values: &[f64],
     ) -> Result<Self, GradientError> {
-        self.with_checked_system(with_values(&self.model, parameters, values)?)
+        self.with_checked_model(with_values(&self.model, parameters, values)?)
     }
 
     /// The world with a change added to each number of the parameters. A change of an orientation is a rotation vector (rad) in
     /// world axes that rotates the body about its origin.
     ///
     /// # Errors
-    /// If the world does not have one of the parameters, the number of changes is wrong, or a number is out of range after the
-    /// change.
+    /// - If the world does not have one of the parameters.
+    /// - If the number of changes is wrong.
+    /// - If a number is out of range after the change.
     pub fn perturbed(
         &self,
         parameters: &[Parameter],
         changes: &[f64],
     ) -> Result<Self, GradientError> {
-        self.with_checked_system(perturbed(&self.model, parameters, changes)?)
+        self.with_checked_model(perturbed(&self.model, parameters, changes)?)
     }
 
-    fn with_checked_system(&self, system: Model) -> Result<Self, GradientError> {
-        let world = self.with_model(system);
+    fn with_checked_model(&self, model: Model) -> Result<Self, GradientError> {
+        let world = self.with_model(model);
         world.check_forces()?;
         Ok(world)
     }
 }
 
-/// The system with a change added to each number of the parameters, all checked.
+/// Returns the model with a change added to each number of the parameters. Validates the result.
 pub(super) fn perturbed(
-    system: &Model,
+    model: &Model,
     parameters: &[Parameter],
     changes: &[f64],
 ) -> Result<Model, GradientError> {
-    let slots = Slots::resolve(parameters, system)?;
+    let slots = Slots::resolve(parameters, model)?;
     slots.check_count(changes.len())?;
-    let system = slots.perturbed(system, changes);
-    system.check()?;
-    Ok(system)
+    let model = slots.perturbed(model, changes);
+    model.check()?;
+    Ok(model)
 }
 
-/// The system with new values of the parameters, all checked.
+/// Returns the model with new values of the parameters. Validates the result.
 pub(super) fn with_values(
-    system: &Model,
+    model: &Model,
     parameters: &[Parameter],
     values: &[f64],
 ) -> Result<Model, GradientError> {
-    let slots = Slots::resolve(parameters, system)?;
+    let slots = Slots::resolve(parameters, model)?;
     slots.check_count(values.len())?;
-    let system = slots.with_values(system, values);
-    system.check()?;
-    Ok(system)
+    let model = slots.with_values(model, values);
+    model.check()?;
+    Ok(model)
 }

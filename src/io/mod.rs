@@ -1,23 +1,22 @@
-//! Files: tetrahedral meshes and closed surfaces in, contact surfaces and trajectories out; with the feature `files`, a default one;
-//! those of VTK with the feature `vtk`, which is another.
+//! Files and conversions. This module reads tetrahedral meshes and closed surfaces. It writes contact surfaces, trajectories and
+//! recordings. The default feature `files` enables it. The default feature `vtk` adds the VTK formats.
 //!
-//! [`read_mesh`] reads the files of a mesher (Gmsh `.msh`, VTK `.vtk` and `.vtu`) into a
-//! [`MeshFile`]: a mesh, and whatever numbers the file has for each vertex. Extents can be among
-//! them ([`MeshFile::pressure_field`]); else they come from the distance to the surface
-//! ([`PressureField::from_distance`](crate::mesh::PressureField::from_distance)).
-//! [`read_triangle_surface`] reads the closed surface of a rigid body (STL, OBJ).
-//! [`write_surface`] writes a contact surface for ParaView and its like, [`write_trajectory`] the
-//! motion of all bodies as a table (CSV, or Parquet with the feature `parquet`); a [`Recording`] shows
-//! it in any 3-D viewer. Meshes are taken to be in meters.
+//! - [`read_mesh`] reads the file of a mesher (Gmsh `.msh`, VTK `.vtk` and `.vtu`) into a [`MeshFile`]: a mesh (m), and point data.
+//!   Extents are either an array of the point data ([`MeshFile::pressure_field`]) or computed from the distance to the surface
+//!   ([`PressureField::from_distance`](crate::mesh::PressureField::from_distance)).
+//! - [`read_triangle_surface`] reads the closed surface of a rigid body (STL, OBJ).
+//! - [`write_surface`] writes a contact surface for ParaView and similar programs.
+//! - [`write_trajectory`] writes the motion of all bodies as a table (CSV, or Parquet with the feature `parquet`).
+//! - [`Recording`] writes an animation for any 3-D viewer.
+//! - [`TrajectoryFile`] appends states to a table during a rollout, so that a crash does not lose them.
 //!
-//! These appear under their names when they are whole, each in the place of an older one; a draft named
-//! `hydroelastic-….part` beside it is what a killed process leaves. A [`TrajectoryFile`] grows with its
-//! rollout instead, for those that are not to be lost.
+//! All files except a [`TrajectoryFile`] are written atomically: a temporary file replaces the existing file when it is complete. A
+//! killed process may leave a temporary file named `hydroelastic-….part` in the same folder.
 //!
-//! With the feature `parry`, shapes of the collision library of that name (`parry3d-f64`) become pressure
-//! fields (convex polyhedra, triangle meshes and the convex hulls of points) or rigid surfaces. Poses go both ways.
+//! The feature `parry` adds conversions from shapes of the collision library parry (`parry3d-f64`): to pressure fields (convex
+//! polyhedra, triangle meshes and convex hulls of points) and to rigid surfaces. It also converts poses in both directions.
 //!
-//! Nothing in a file is trusted: damaged ones end in a [`FileError`], never in a panic.
+//! Readers validate everything in a file. A damaged file causes a [`FileError`], never a panic.
 //!
 //! ```
 //! # #[cfg(feature = "vtk")] {

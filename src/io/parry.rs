@@ -7,11 +7,11 @@ use parry3d_f64::math::{Pose3, Rot3, Vec3};
 use parry3d_f64::shape::{ConvexPolyhedron, TriMesh};
 use parry3d_f64::transformation::{ConvexHullError, try_convex_hull};
 
-/// How far outside its hull a point may lie, as a fraction of the extent of all points: far above the
-/// rounding of the normal of a thin triangle.
-const CONTAINED: f64 = 1e-6;
+/// Allowed distance of a point from its hull, relative to the diagonal of the bounding box of all points. It is far above the rounding
+/// error of the normal of a thin triangle.
+const CONTAINMENT_TOLERANCE: f64 = 1e-6;
 
-/// Why points have no convex hull that can be a body.
+/// Reason why the convex hull of points cannot be a body.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum HullError {
@@ -20,46 +20,46 @@ pub enum HullError {
     NonFiniteCoordinate {
         /// Index of the point.
         point: usize,
-        /// The coordinate.
+        /// Value of the coordinate.
         value: f64,
     },
-    /// parry finds no hull: there are too few points, or they lie in a line or a plane.
+    /// parry found no hull. There are too few points, or they lie in a line or a plane.
     #[error("no convex hull was found of {point_count} points")]
     NoHull {
-        /// How many points there are.
+        /// Number of points.
         point_count: usize,
-        /// What parry says.
+        /// Error of parry.
         source: ConvexHullError,
     },
-    /// parry's hull is no usable solid: the points lie in a plane or almost so, or make triangles without
-    /// area.
+    /// The hull is not a usable solid. The points are nearly coplanar, or the hull has degenerate triangles.
     #[error("the convex hull of {point_count} points is not usable")]
     Shape {
-        /// How many points there are.
+        /// Number of points.
         point_count: usize,
-        /// Why not.
+        /// Cause.
         source: ShapeError,
     },
-    /// parry's hull leaves a point out.
-    #[error("the convex hull that was found leaves point {point} outside, by {distance:.3e} m")]
+    /// The hull does not contain all points.
+    #[error("point {point} is {distance:.3e} m outside the convex hull that was found")]
     Outside {
         /// Index of the point.
         point: usize,
-        /// How far (m) it lies outside the plane of a triangle.
+        /// Distance (m) of the point from the plane of a triangle.
         distance: f64,
     },
 }
 
-/// The field of a convex polyhedron of parry (m), by [`shapes::star_shaped`].
+/// Pressure field of a convex polyhedron of parry (m), from [`shapes::star_shaped`].
 ///
 /// # Errors
-/// If a coordinate is not finite, or the polyhedron is so slender that tetrahedra are flat to round-off.
+/// - If a coordinate is not finite.
+/// - If the polyhedron is so thin that tetrahedra are flat to round-off.
 pub fn field_from_polyhedron(polyhedron: &ConvexPolyhedron) -> Result<PressureField, ShapeError> {
     let (vertices, triangles) = polyhedron.to_trimesh();
     star_shaped(&vertices, &triangles)
 }
 
-/// The field of the solid inside a triangle mesh of parry (m), by [`TriangleSurface::welded`] and [`shapes::star_shaped`].
+/// Pressure field of the solid inside a triangle mesh of parry (m), from [`TriangleSurface::welded`] and [`shapes::star_shaped`].
 ///
 /// # Errors
 /// If [`TriangleSurface::welded`] or [`shapes::star_shaped`] fails.
@@ -67,14 +67,15 @@ pub fn field_from_trimesh(mesh: &TriMesh) -> Result<PressureField, ShapeError> {
     star_shaped(mesh.vertices(), mesh.indices())
 }
 
-/// The field of the convex hull of points (m), which parry computes, by [`shapes::star_shaped`].
+/// Pressure field of the convex hull of points (m), from [`shapes::star_shaped`]. parry computes the hull.
 ///
-/// That the hull contains all points, to a millionth of their extent, is checked: each point against each
-/// triangle, which takes a time as their numbers multiplied.
+/// The function checks that the hull contains all points, to a millionth of the diagonal of their bounding box. The cost of this check
+/// is the number of points times the number of triangles.
 ///
 /// # Errors
-/// If a coordinate is not finite, the points span no volume, or parry's hull is not right. Rows of points
-/// that lie in one line or plane only up to round-off can make it so.
+/// - If a coordinate is not finite.
+/// - If the points span no volume.
+/// - If the hull of parry is wrong, which can happen if several points are collinear or coplanar only up to round-off.
 pub fn field_from_hull(points: &[Vector3<f64>]) -> Result<PressureField, HullError> {
     for (point, position) in points.iter().enumerate() {
         if let Some(&value) = position.iter().find(|value| !value.is_finite()) {
@@ -99,7 +100,7 @@ pub fn field_from_hull(points: &[Vector3<f64>]) -> Result<PressureField, HullErr
 /// Checks that no point lies outside the plane of a surface triangle.
 fn check_contains(mesh: &TetMesh, points: &[Vector3<f64>]) -> Result<(), HullError> {
     let aabb = Aabb::around(points);
-    let allowed = CONTAINED * (aabb.upper - aabb.lower).norm();
+    let allowed = CONTAINMENT_TOLERANCE * (aabb.upper - aabb.lower).norm();
     for triangle in mesh.surface_triangles() {
         let [a, b, c] = triangle.map(|vertex| mesh.vertices()[vertex]);
         let normal = (b - a).cross(&(c - a)).normalize();
@@ -120,8 +121,7 @@ fn star_shaped(vertices: &[Vec3], triangles: &[[u32; 3]]) -> Result<PressureFiel
     Ok(shapes::star_shaped(&surface)?)
 }
 
-/// The same pose with its rotation as a matrix. Its numbers are taken as they are, and checked where a
-/// body is made of it, as those of an [`Isometry3`] are.
+/// Converts the rotation to a matrix. The numbers are not validated here, but by the constructors of bodies, as for an [`Isometry3`].
 impl From<Pose3> for Pose {
     fn from(pose: Pose3) -> Self {
         let Rot3 { x, y, z, w } = pose.rotation;
@@ -132,8 +132,7 @@ impl From<Pose3> for Pose {
     }
 }
 
-/// The same pose with its rotation as a quaternion of length 1; of the two that stand for a rotation it
-/// may be either.
+/// Converts the rotation to a unit quaternion with arbitrary sign.
 impl From<Pose> for Pose3 {
     fn from(pose: Pose) -> Self {
         let isometry = Isometry3::from(pose);

@@ -3,47 +3,47 @@ use nalgebra::Vector3;
 use parry3d_f64::math::Vec3;
 use parry3d_f64::shape::{Shape, ShapeType, TypedShape};
 
-/// How many segments a circle can have: with fewer there is no solid, and with many more a sphere has more triangles than a
-/// `u32` counts.
-const SEGMENTS: std::ops::RangeInclusive<u32> = 4..=4096;
+/// Valid numbers of segments of a circle. With fewer segments the shape is no solid. With many more, the number of triangles of a
+/// sphere would exceed a `u32`.
+const SEGMENT_RANGE: std::ops::RangeInclusive<u32> = 4..=4096;
 
-/// Why a shape of parry does not become a surface or a field.
+/// Reason why a shape of parry cannot be converted to a surface or a pressure field.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ShapeError {
-    /// There are no triangles around a shape of this kind.
+    /// Shapes of this kind have no triangulation.
     #[error(
         "a shape of the kind {kind:?} cannot become a surface: balls, cuboids, capsules, cylinders, cones, convex polyhedra \
          and triangle meshes can"
     )]
     Unsupported {
-        /// What it is.
+        /// Kind of the shape.
         kind: ShapeType,
     },
-    /// An unusable number of segments.
-    #[error("a circle takes {lowest} to {highest} segments, not {found}")]
+    /// The number of segments is out of range.
+    #[error("a circle must have {lowest} to {highest} segments, not {found}")]
     Segments {
-        /// The number.
+        /// Number of segments.
         found: u32,
-        /// Smallest usable number.
+        /// Smallest valid number.
         lowest: u32,
-        /// Largest usable number.
+        /// Largest valid number.
         highest: u32,
     },
-    /// The triangles are no closed surface turned outwards.
-    #[error("the triangles of the shape are no usable surface: {0}")]
+    /// The triangles are not a closed surface with outward orientation.
+    #[error("the triangles of the shape are not a usable surface: {0}")]
     Surface(#[from] SurfaceError),
-    /// The surface cannot be filled from the center of its volume.
+    /// The surface cannot be filled with tetrahedra from its centroid.
     #[error("the surface of the shape cannot be filled with tetrahedra: {0}")]
     Field(#[from] MeshError),
 }
 
-/// The surface of a shape of parry (m), for a rigid body: a ball, cuboid, capsule, cylinder, cone, convex polyhedron, or a
-/// triangle mesh that is closed and turned outwards.
+/// Surface (m) of a shape of parry, for a rigid body. The shape is a ball, cuboid, capsule, cylinder, cone, convex polyhedron, or a
+/// closed triangle mesh with outward orientation.
 ///
-/// Balls, capsules, cylinders and cones become polyhedra inside of them, with `segments` (4 to 4096) to a circle and about
-/// half as many from pole to pole. For the other shapes the number means nothing, and any from 4 to 4096 will do. Vertices at
-/// exactly the same place become one.
+/// Balls, capsules, cylinders and cones are approximated by inscribed polyhedra, with `segments` (4 to 4096) per circle and about half
+/// as many from pole to pole. The other shapes ignore `segments`, but it must still be in range. Vertices with exactly equal coordinates
+/// are merged.
 ///
 /// ```
 /// use hydroelastic::io::surface_from_shape;
@@ -55,16 +55,18 @@ pub enum ShapeError {
 /// ```
 ///
 /// # Errors
-/// If the shape is of another kind, the number of segments unusable, or [`TriangleSurface::from_soup`] refuses the triangles.
+/// - If the shape is of another kind.
+/// - If the number of segments is out of range.
+/// - If [`TriangleSurface::from_soup`] returns an error.
 pub fn surface_from_shape(shape: &dyn Shape, segments: u32) -> Result<TriangleSurface, ShapeError> {
-    if !SEGMENTS.contains(&segments) {
+    if !SEGMENT_RANGE.contains(&segments) {
         return Err(ShapeError::Segments {
             found: segments,
-            lowest: *SEGMENTS.start(),
-            highest: *SEGMENTS.end(),
+            lowest: *SEGMENT_RANGE.start(),
+            highest: *SEGMENT_RANGE.end(),
         });
     }
-    // An even number, for a capsule has half of them in each cap.
+    // Even, because each cap of a capsule has half of the segments.
     let from_pole_to_pole = segments.div_ceil(4) * 2;
     let (vertices, triangles) = match shape.as_typed_shape() {
         TypedShape::Ball(ball) => ball.to_trimesh(segments, from_pole_to_pole),

@@ -1,5 +1,5 @@
-//! All use of threads: computes the values of many items at once, in the order of the items. Without the feature `parallel`, the same
-//! values are computed sequentially.
+//! Parallel computation of the values of many items, in the order of the items. Only this module uses threads. Without the feature
+//! `parallel`, it computes the same values sequentially.
 
 #[cfg(feature = "parallel")]
 mod pool;
@@ -12,9 +12,9 @@ use std::any::Any;
 use std::cell::Cell;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-/// Smallest number of short values that are worth spreading over threads. Waking the threads took about 20 µs. The contact of two coarse
-/// bodies takes a few µs if they do not touch, and some ten µs if they do (`cargo bench --bench crowd`, with this constant at 1 and at its
-/// value, 4 and 9 bodies).
+/// Smallest number of short values that are worth spreading over threads. Waking the threads took about 20 µs. The contact of two
+/// coarse bodies takes a few µs if they do not touch, and about 10 µs if they do (`cargo bench --bench crowd`, with this constant at
+/// 1 and at its value, 4 and 9 bodies).
 const WORTH_THREADS: usize = 16;
 
 /// Smallest number of pieces that are spread over threads. For contact polygons in `f64`, each piece is about 20 µs of work.
@@ -26,11 +26,11 @@ const WORTH_PIECES: usize = 4;
 const LEAST_VALUES: usize = 512;
 
 thread_local! {
-    /// Whether this thread works on one of many jobs, in which it must not wait.
+    /// Whether this thread runs one of many jobs. Within a job it must not wait for other threads.
     static HAS_JOB: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Computes the short values of many items into memory that is used again. Uses several threads if this is faster.
+/// Computes the short values of many items into a reused vector. Uses several threads if this is faster.
 pub(crate) fn mapped_into<I: Sync, O: Send>(
     values: &mut Vec<O>,
     items: &[I],
@@ -44,8 +44,8 @@ pub(crate) fn mapped_into<I: Sync, O: Send>(
     }
 }
 
-/// Returns the results of many long jobs, in the order of their items. The jobs are spread over all threads, and each job runs on a single
-/// thread. Use this for many contacts or rollouts at once. Jobs of a few µs should be grouped into chunks.
+/// Returns the results of many long jobs, in the order of their items. The jobs are spread over all threads, and each job runs on a
+/// single thread. Use this function for many contacts or rollouts at once. Group jobs of a few µs into chunks.
 ///
 /// ```
 /// use hydroelastic::contact::{BodyError, ContactBody, ContactPair, Shape};
@@ -73,7 +73,7 @@ pub fn map<I: Sync, O: Send>(items: &[I], job: impl Fn(&I) -> O + Sync) -> Vec<O
 
 /// Runs one of many jobs on this thread alone.
 ///
-/// A thread that waits for help in a job would be given other whole jobs meanwhile, nested on its stack.
+/// If a thread waited within a job, rayon would run other whole jobs on it meanwhile, nested on its stack.
 fn alone<O>(job: impl FnOnce() -> O) -> O {
     let _until_dropped = Job {
         had_job: HAS_JOB.replace(true),
@@ -96,13 +96,13 @@ impl Drop for Job {
 #[derive(Debug)]
 pub(crate) struct Panicked(pub String);
 
-/// Converts a panic to an error. If a function that was passed in panics, the state that the job mutates must stay valid or be discarded.
+/// Runs a job and converts a panic to an error. The state that the job mutates must stay valid after a panic, or be discarded.
 pub(crate) fn contained<O, E: From<Panicked>>(job: impl FnOnce() -> Result<O, E>) -> Result<O, E> {
     let result = catch_unwind(AssertUnwindSafe(job));
     result.unwrap_or_else(|payload| Err(Panicked(panic_message(&*payload)).into()))
 }
 
-/// Returns threads that share a list of items in pieces of this length, or `None` if the list is too short.
+/// Returns the threads for a list of items in pieces of this length, or `None` if the list is too short.
 #[cfg(feature = "parallel")]
 fn threads_for(items: usize, length: usize) -> Option<Threads> {
     if items < WORTH_PIECES * length || HAS_JOB.get() {
@@ -111,32 +111,33 @@ fn threads_for(items: usize, length: usize) -> Option<Threads> {
     Threads::available().filter(|threads| threads.count() > 1)
 }
 
-/// Appends, in order, the results for each piece of `length` items, which may be changed. Uses several threads if there are enough items.
+/// Appends the results of each piece of `length` items, in order. The function may change the items. Uses several threads if there
+/// are enough items.
 pub(crate) fn collect_pieces<I: Send, C: Send>(
     items: &mut [I],
     length: usize,
-    find: impl Fn(&mut [I], &mut Vec<C>) + Sync + Send,
-    found: &mut Vec<C>,
+    append_results: impl Fn(&mut [I], &mut Vec<C>) + Sync + Send,
+    results: &mut Vec<C>,
 ) {
     #[cfg(feature = "parallel")]
     if let Some(threads) = threads_for(items.len(), length) {
-        let find_in = |items: &mut [I]| {
-            let mut found = Vec::new();
-            find(items, &mut found);
-            found
+        let results_of = |piece: &mut [I]| {
+            let mut results = Vec::new();
+            append_results(piece, &mut results);
+            results
         };
-        let finds: Vec<Vec<C>> =
-            threads.run(|| items.par_chunks_mut(length).map(find_in).collect());
-        return finds
+        let pieces: Vec<Vec<C>> =
+            threads.run(|| items.par_chunks_mut(length).map(results_of).collect());
+        return pieces
             .into_iter()
-            .for_each(|mut find| found.append(&mut find));
+            .for_each(|mut piece| results.append(&mut piece));
     }
     let _ = length;
-    find(items, found);
+    append_results(items, results);
 }
 
-/// Returns the short values of the indices from 0 to before `count`, each about 0.1 to 10 µs of work. Uses several threads if there are
-/// enough values.
+/// Returns the short values of the indices below `count`, each about 0.1 to 10 µs of work. Uses several threads if there are enough
+/// values.
 pub(crate) fn values_of<O: Send>(count: usize, value: impl Fn(usize) -> O + Sync + Send) -> Vec<O> {
     #[cfg(feature = "parallel")]
     if let Some(threads) = threads_for(count, LEAST_VALUES) {
@@ -160,7 +161,7 @@ pub(crate) fn both<P: Send, Q: Send>(
     (first(), second())
 }
 
-/// Passes on, in order, a value for each piece of `length` items. Uses several threads if there are enough items.
+/// Calls `take` in order with the value of each piece of `length` items. Uses several threads if there are enough items.
 pub(crate) fn for_pieces<I: Sync, S: Send>(
     items: &[I],
     length: usize,
@@ -183,12 +184,12 @@ fn panic_message(payload: &(dyn Any + Send)) -> String {
         .to_owned()
 }
 
-/// Computes values with one item at a time for each thread, because the time for an item varies widely.
+/// Computes values with one item at a time on each thread, because the time for an item varies widely.
 fn spread_into<I: Sync, O: Send>(values: &mut Vec<O>, items: &[I], value: impl Fn(&I) -> O + Sync) {
     #[cfg(feature = "parallel")]
     if let Some(threads) = Threads::available() {
-        let singly = items.par_iter().with_max_len(1);
-        return threads.run(|| singly.map(&value).collect_into_vec(values));
+        let single_items = items.par_iter().with_max_len(1);
+        return threads.run(|| single_items.map(&value).collect_into_vec(values));
     }
     values.clear();
     values.extend(items.iter().map(value));

@@ -6,7 +6,7 @@ use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 /// Maximum depth of nested forks in which each process has its own threads. Deeper processes use one thread.
-const MOST_PROCESSES: usize = 64;
+const MAX_PROCESSES: usize = 64;
 
 /// A process that has used threads, and its pool. The first process uses rayon's global pool instead.
 struct Process {
@@ -15,14 +15,14 @@ struct Process {
     pool: OnceLock<Option<ThreadPool>>,
 }
 
-/// Entries of the ancestors of this process, then its own. A child process gets a copy and takes the next entry, so it never waits
-/// for a lock that another thread of its parent held during the fork.
-static PROCESSES: [Process; MOST_PROCESSES] = [const {
+/// Entries of the ancestors of this process, then the entry of this process. A child process gets a copy and uses the next entry, so
+/// it never waits for a lock that another thread of its parent held during the fork.
+static PROCESSES: [Process; MAX_PROCESSES] = [const {
     Process {
         id: AtomicU32::new(0),
         pool: OnceLock::new(),
     }
-}; MOST_PROCESSES];
+}; MAX_PROCESSES];
 
 /// Threads that can run jobs: the threads of a pool, or of rayon's current pool if `None`.
 pub(super) struct Threads(Option<&'static ThreadPool>);

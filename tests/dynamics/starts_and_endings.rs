@@ -2,8 +2,8 @@
 
 use crate::scenes::{SKIN, at, ball, ball_shape, down, floor, still_at};
 use hydroelastic::dynamics::{
-    Batch, Body, BodyState, Integrator, Mass, Material, Plan, RolloutError, State, Trajectory,
-    World, WorldError,
+    Body, BodyState, Integrator, Mass, Material, Plan, RolloutError, State, Trajectory, World,
+    WorldError,
 };
 use hydroelastic::gradient::{Experiment, FinalPosition, GradientError, Parameter};
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};

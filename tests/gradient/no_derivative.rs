@@ -127,7 +127,7 @@ fn an_overflow_is_named_after_the_number_it_is_by_and_the_other_columns_are_kept
         .jacobian(&[mass(), velocity()], &place(&world))
         .unwrap_err();
     assert!(error.to_string().starts_with(
-        "step 2 (t = 0.25 s) took body \"ball\" to a state whose derivative by InitialVelocity(\"ball\") y is not finite"
+        "step 2 (t = 0.25 s) took body \"ball\" to a state whose derivative with respect to InitialVelocity(\"ball\") y is not finite"
     ), "{error}");
     let (.., found) = lost_in_state(error);
     assert_eq!(found.value.as_slice(), [0.0; 3]);
@@ -216,7 +216,7 @@ fn a_derivative_that_the_outcome_itself_loses_is_refused_with_its_row() {
     let error = experiment(&world)
         .jacobian(&[velocity()], &Reading::Speed)
         .unwrap_err();
-    let message = "number 1 of the outcome, counted from 0, has a derivative by InitialVelocity(\"ball\") x that is not finite, though those of all states are: the outcome may take a root or a norm of zero";
+    let message = "number 1 of the outcome, counted from 0, has a derivative with respect to InitialVelocity(\"ball\") x that is not finite, although the derivatives of all states are finite: the outcome may take a root or a norm of zero";
     assert_eq!(error.to_string(), message);
     let GradientError::OutcomeDerivativeNotFinite { row, number, found } = error else {
         panic!("{error}")
@@ -330,7 +330,7 @@ fn two_bodies_without_friction_have_no_derivative_by_the_friction_of_both() {
     }
     assert_eq!(
         expected.to_string(),
-        "bodies \"ball\" and \"floor\" both have the friction 0, where that of the pair has no derivative by both: take one alone, or begin above 0"
+        "bodies \"ball\" and \"floor\" both have zero friction, so the friction of the pair has no derivative with respect to both: use one of them as a parameter, or start above zero"
     );
     // Along (1, 1) it rises with a slope that neither has alone.
     let x = |change: [f64; 2]| {

@@ -423,8 +423,7 @@ fn derivatives_by_states_that_do_not_fit_are_refused() {
         error.unwrap_err()
     };
     let zero = StateGradient::zero();
-    let expected =
-        "derivatives by 3 recorded states of 5 bodies each were expected, but those given are by ";
+    let expected = "expected derivatives with respect to 3 recorded states of 5 bodies each, but got derivatives with respect to ";
     for (given, message) in [
         (vec![], "no state"),
         (vec![vec![zero; 5]; 2], "2 states of 5"),

@@ -222,13 +222,13 @@ fn stl_files_that_are_wrong_are_refused_where_they_are() {
         (
             " outer loop",
             " vertex 0 0 0",
-            "line 3, \"vertex 0 0 0\": one of [\"outer\"]",
+            "line 3, \"vertex 0 0 0\": expected one of [\"outer\"]",
         ),
         ("\tvertex", "\tvertex nan", "line 4, \"vertex nan"),
         (
             "endsolid the other one",
             "",
-            "one of [\"facet\", \"endsolid\"] was expected",
+            "expected one of [\"facet\", \"endsolid\"]",
         ),
     ] {
         assert!(text.contains(from));
@@ -249,20 +249,20 @@ fn obj_files_that_are_wrong_are_refused_where_they_are() {
         (
             "v 2 0 0 1.0",
             "v 2 0",
-            "line 5, \"v 2 0\": three finite coordinates",
+            "line 5, \"v 2 0\": expected three finite coordinates",
         ),
         ("v 2 0 0 1.0", "v 2 inf 0", "line 5"),
         (
             "f -4 ",
             "f -9 ",
-            "line 18, \"f -9 -3 -2 -1\": \"-9\" names none of the 8",
+            "line 18, \"f -9 -3 -2 -1\": \"-9\" is not the index of one of the 8",
         ),
         ("f 1 2 6 5", "f 0 2 6 5", "line 19"),
         ("f 1 2 6 5", "f 9 2 6 5", "line 19"),
         (
             "f 1 2 6 5",
             "f 1 2",
-            "line 19, \"f 1 2\": a face has three corners",
+            "line 19, \"f 1 2\": a face must have at least three corners",
         ),
         ("f 1 2 6 5", "f 1 6 2 5", "line 19"),
         ("f 1 2 6 5\n", "", "4 edges belong to one triangle only"),

@@ -50,7 +50,7 @@ const REFUSED: &[(&str, &str)] = &[
     ("cut_in_points_binary.vtk", "line 1"),
     (
         "element_for_attribute.vtu",
-        "the element <@RangeMax> has no name of XML",
+        "the element <@RangeMax> has no valid XML name",
     ),
     ("empty.msh", r#"the header """#),
     ("empty.vtk", "line 1"),
@@ -135,7 +135,7 @@ const REFUSED: &[(&str, &str)] = &[
     ("fewer_triangles.stl", "from byte 234 on"),
     (
         "four_corners_ascii.stl",
-        r#"line 7, "vertex 1 1 1": one of"#,
+        r#"line 7, "vertex 1 1 1": expected one of"#,
     ),
     ("infinite_vertex_ascii.stl", r#"line 5, "vertex 0 1e999 0""#),
     (
@@ -145,8 +145,14 @@ const REFUSED: &[(&str, &str)] = &[
     ("nan_vertex.obj", r#"line 3, "v 0 nan 0""#),
     ("nan_vertex.stl", "vertex 11 has the coordinate NaN"),
     ("three_faces.obj", "at least 4 triangles, but 3"),
-    ("vertex_before_all.obj", "names none of the 4 vertices"),
-    ("vertex_beyond_all.obj", "names none of the 4 vertices"),
+    (
+        "vertex_before_all.obj",
+        "is not the index of one of the 4 vertices",
+    ),
+    (
+        "vertex_beyond_all.obj",
+        "is not the index of one of the 4 vertices",
+    ),
 ];
 
 /// Files that hold a tetrahedron, or its surface: what the others are made of, and two that only look odd.

@@ -57,17 +57,11 @@ const BACK_DOORS: [&str; 2] = [".re()", "T::from("];
 /// Names that say nothing.
 const EMPTY_NAMES: [&str; 3] = ["utils", "common", "helpers"];
 
-/// In modules before this one, no files import each other in a circle. In the others, files are short instead.
-const FREE_OF_CIRCLES_BEFORE: &str = "dynamics";
-
-/// Lines of code before the tests, in modules that are not free of circles.
-const LONGEST_FILE: usize = 300;
-
 /// What is wrong with the source files, one message each.
 fn violations(files: &[(String, String)]) -> Vec<String> {
     let of_file = |(path, text): &(String, String)| {
         let code = code_of(text);
-        let mut found = file_violations(path, text);
+        let mut found = file_violations(path);
         found.extend(uphill_imports(path, &code));
         found.extend(wrong_doors(path, &code));
         found
@@ -83,13 +77,10 @@ fn violations(files: &[(String, String)]) -> Vec<String> {
 }
 
 fn circles(files: &[(String, String)]) -> impl Iterator<Item = String> {
-    let rooms = files
+    let codes = files
         .iter()
-        .filter(|(path, _)| is_free_of_circles(module_of(path)));
-    let rooms: Vec<_> = rooms
-        .map(|(path, text)| (path.clone(), code_of(text)))
-        .collect();
-    let found = in_circles(&rooms).into_iter();
+        .map(|(path, text)| (path.clone(), code_of(text)));
+    let found = in_circles(&codes.collect::<Vec<_>>()).into_iter();
     found.map(|(path, imports)| {
         let imports: Vec<_> = imports.into_iter().collect();
         format!(
@@ -99,7 +90,7 @@ fn circles(files: &[(String, String)]) -> impl Iterator<Item = String> {
     })
 }
 
-fn file_violations(path: &str, text: &str) -> Vec<String> {
+fn file_violations(path: &str) -> Vec<String> {
     let mut found = Vec::new();
     let module = module_of(path);
     if module != "lib" && !MODULES.contains(&module) {
@@ -111,12 +102,6 @@ fn file_violations(path: &str, text: &str) -> Vec<String> {
         if EMPTY_NAMES.contains(&name) {
             found.push(format!("is named {name}"));
         }
-    }
-    let length = lines_before_tests(text).count();
-    if length > LONGEST_FILE && !is_free_of_circles(module) {
-        found.push(format!(
-            "has {length} lines of code, more than {LONGEST_FILE}"
-        ));
     }
     found
 }
@@ -182,10 +167,6 @@ fn is_module_root(path: &str) -> bool {
 
 fn rank(module: &str) -> Option<usize> {
     MODULES.iter().position(|name| *name == module)
-}
-
-fn is_free_of_circles(module: &str) -> bool {
-    rank(module).is_some_and(|own| Some(own) < rank(FREE_OF_CIRCLES_BEFORE))
 }
 
 /// The lines above the module of unit tests; a test-only item elsewhere hides nothing.
@@ -406,20 +387,6 @@ fn empty_names_are_found() {
         ["mesh/helpers/sort.rs is named helpers"]
     );
     assert_eq!(violations_of("mesh/common_edge.rs", ""), [""; 0]);
-}
-
-#[test]
-fn long_files_are_found_but_their_tests_do_not_count() {
-    let code = "let x = 1;\n".repeat(LONGEST_FILE);
-    let tests = "#[cfg(test)]\nmod tests {}\n".to_owned() + &code;
-    assert_eq!(
-        violations_of("io/long.rs", &(code.clone() + &tests)),
-        [""; 0]
-    );
-    assert_eq!(
-        violations_of("io/long.rs", &(code + "\n" + &tests)),
-        ["io/long.rs has 301 lines of code, more than 300"]
-    );
 }
 
 #[test]

@@ -7,8 +7,9 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// Subcommands of cargo that have no target here to look at.
-const OTHER_SUBCOMMANDS: [&str; 10] = [
-    "build", "clippy", "deny", "doc", "fmt", "install", "llvm-cov", "mutants", "package", "tree",
+const OTHER_SUBCOMMANDS: [&str; 11] = [
+    "build", "clippy", "deny", "doc", "fmt", "install", "llvm-cov", "mutants", "package",
+    "publish", "tree",
 ];
 
 /// Beginnings of variables that libraries and tools read.
@@ -32,6 +33,9 @@ const RUNNER_FLAGS: [&str; 5] = [
     "--exact",
     "--test-threads",
 ];
+
+/// The package of the examples.
+const EXAMPLES: &str = "hydroelastic-examples";
 
 /// Reason why a command cannot be typed.
 type Verdict = Result<(), String>;
@@ -63,12 +67,18 @@ impl Repository {
             .current_dir(root)
             .output();
         let metadata: Value = serde_json::from_slice(&output.unwrap().stdout).unwrap();
-        let package = &metadata["packages"][0];
-        let targets = package["targets"].as_array().unwrap();
+        let packages = metadata["packages"].as_array().unwrap();
+        let targets = packages
+            .iter()
+            .flat_map(|package| package["targets"].as_array().unwrap());
+        let mut named = packages.iter();
+        let library = named
+            .find(|package| package["name"] == "hydroelastic")
+            .unwrap();
         Self {
             root: root.to_owned(),
-            targets: targets.iter().map(target).collect(),
-            default_features: with_implied(&package["features"], "default"),
+            targets: targets.map(target).collect(),
+            default_features: with_implied(&library["features"], "default"),
         }
     }
 
@@ -150,6 +160,9 @@ impl Repository {
         let mut of_kind = self.targets.iter().filter(|target| target.kind == kind);
         let target = of_kind.find(|target| target.name == name);
         let target = target.ok_or_else(|| format!("no {kind} is named {name}"))?;
+        if kind == "example" && value("-p") != Some(EXAMPLES) {
+            return Err(format!("examples are run with -p {EXAMPLES}"));
+        }
         self.has_features(target, own, value("--features").unwrap_or_default())?;
         if kind == "test" {
             let after_name = own.iter().skip_while(|word| **word != name).skip(1);

@@ -28,6 +28,7 @@ __all__ = [
     "HalfSpace",
     "HydroelasticError",
     "Integrator",
+    "Kink",
     "LinearizedShape",
     "Material",
     "Pair",

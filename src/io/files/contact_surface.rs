@@ -1,4 +1,4 @@
-use super::{FileError, extension::known_extension, replacement::write_whole};
+use super::{FileError, atomic_write::atomic_write, extension::known_extension};
 use crate::contact::{ContactPolygon, ContactSurface};
 use nalgebra::Vector3;
 use std::io::Write;
@@ -8,19 +8,20 @@ use vtkio::model::{
     Attribute, Attributes, ByteOrder, DataArray, DataSet, PolyDataPiece, Version, VertexNumbers,
 };
 
-/// What the name of a surface file can end in.
+/// Extensions of contact-surface files.
 const EXTENSIONS: &[&str] = &["vtk", "vtp"];
 
-/// Writes a contact surface (m, world frame) as VTK PolyData, in the format that the extension of
-/// the file's name tells: `.vtk` (legacy, binary) or `.vtp` (XML).
+/// Writes a contact surface (m, world frame) as VTK PolyData. The extension of the file name selects the format: `.vtk` (legacy,
+/// binary) or `.vtp` (XML).
 ///
-/// Each contact polygon is a cell with points of its own. The points have the data `pressure`
-/// (Pa); the cells have `pressure` (the mean, Pa), `area` (m²) and `normal` (out of B into A).
+/// Each contact polygon is a cell. Cells share no points. The point data is `pressure` (Pa). The cell data are `pressure` (mean,
+/// Pa), `area` (m²) and `normal` (out of B into A).
 ///
-/// The file takes the place of an older one all at once, when it is whole.
+/// An existing file is replaced atomically.
 ///
 /// # Errors
-/// If the extension is another one, or the file cannot be written.
+/// - If the extension is not `.vtk` or `.vtp`.
+/// - If the file cannot be written.
 pub fn write_surface(path: impl AsRef<Path>, surface: &ContactSurface) -> Result<(), FileError> {
     let path = path.as_ref();
     let mut bytes = Vec::new();
@@ -30,17 +31,17 @@ pub fn write_surface(path: impl AsRef<Path>, surface: &ContactSurface) -> Result
             .write_xml(&mut bytes)
             .inspect(|()| add_zero_counts(&mut bytes)),
     };
-    write_whole(path, |file| {
+    atomic_write(path, |file| {
         written?;
         file.write_all(&bytes)
     })
 }
 
-/// Adds the counts of an empty surface, which vtkio leaves out, but VTK asks for.
+/// Adds the counts of an empty surface, which vtkio omits, but which VTK requires.
 fn add_zero_counts(xml: &mut Vec<u8>) {
     let text = String::from_utf8_lossy(xml);
-    let counted = "<Piece NumberOfPoints=\"0\" NumberOfPolys=\"0\">";
-    *xml = text.replacen("<Piece>", counted, 1).into_bytes();
+    let with_counts = "<Piece NumberOfPoints=\"0\" NumberOfPolys=\"0\">";
+    *xml = text.replacen("<Piece>", with_counts, 1).into_bytes();
 }
 
 fn vtk(surface: &ContactSurface) -> Vtk {
@@ -57,7 +58,7 @@ fn vtk(surface: &ContactSurface) -> Vtk {
         file_path: None,
         data: DataSet::inline(PolyDataPiece {
             points: components(corners()).into(),
-            // VTK takes a legacy file with a list of no polygons for damaged.
+            // VTK rejects a legacy file with an empty list of polygons.
             polys: (!surface.is_empty()).then(|| cells(polygons)),
             data: Attributes {
                 point: vec![scalars("pressure", corner_pressures)],
@@ -72,7 +73,7 @@ fn vtk(surface: &ContactSurface) -> Vtk {
     }
 }
 
-/// The polygons as consecutive points.
+/// Cells of the polygons, whose points are consecutive.
 fn cells(polygons: &[ContactPolygon]) -> VertexNumbers {
     let counts = polygons.iter().map(|p| p.outline.corners().len() as u64);
     let offsets: Vec<u64> = counts

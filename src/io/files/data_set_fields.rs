@@ -1,25 +1,25 @@
-//! The fields of a whole data set in legacy VTK files (`FIELD FieldData`), which VTK, ParaView and pyvista write before the
-//! points and `vtkio` does not know: no part of a mesh, they are passed over.
+//! Masking of the fields of a whole data set in legacy VTK files (`FIELD FieldData`). VTK, ParaView and pyvista write these fields
+//! before the points. `vtkio` cannot parse them, and they are not part of a mesh.
 
 use std::borrow::Cow;
 use std::ops::Range;
 
-/// The file with its data set's fields replaced by spaces, so that line numbers stay; unchanged if it has none, or one of a
-/// kind that cannot be passed over (strings).
-pub(super) fn blanked(bytes: &[u8]) -> Cow<'_, [u8]> {
+/// Replaces the fields of the data set by spaces and keeps the line numbers. Returns the file unchanged if it has no such fields, or
+/// has a field of unsupported type (strings).
+pub(super) fn mask_fields(bytes: &[u8]) -> Cow<'_, [u8]> {
     let Some(fields) = fields(bytes) else {
         return Cow::Borrowed(bytes);
     };
-    let mut blanked = bytes.to_vec();
-    for byte in &mut blanked[fields] {
+    let mut masked = bytes.to_vec();
+    for byte in &mut masked[fields] {
         if *byte != b'\n' {
             *byte = b' ';
         }
     }
-    Cow::Owned(blanked)
+    Cow::Owned(masked)
 }
 
-/// Where the fields are: after four lines, the last of which names the kind of data set.
+/// Byte range of the fields. They follow four lines, the last of which contains the type of the data set.
 fn fields(bytes: &[u8]) -> Option<Range<usize>> {
     let mut rest = bytes;
     let [_, _, format, _] = [(); 4].map(|()| line(&mut rest));
@@ -36,7 +36,7 @@ fn fields(bytes: &[u8]) -> Option<Range<usize>> {
     Some(start..bytes.len() - rest.len())
 }
 
-/// What follows an array: a line with its name, components, tuples and type, and the numbers.
+/// Text after an array. An array is a line with name, component count, tuple count and type, and the numbers.
 fn after_array(rest: &[u8], is_binary: bool) -> Option<&[u8]> {
     let mut rest = rest.trim_ascii_start();
     let [_, components, tuples, kind] = words(line(&mut rest)?)?;
@@ -53,7 +53,7 @@ fn after_array(rest: &[u8], is_binary: bool) -> Option<&[u8]> {
     Some(rest)
 }
 
-/// What follows the metadata that an array may have, up to an empty line.
+/// Text after the optional metadata of an array, which ends with an empty line.
 fn after_metadata(rest: &[u8]) -> Option<&[u8]> {
     let mut rest = rest.trim_ascii_start();
     if has_word(rest, "METADATA") {
@@ -62,7 +62,7 @@ fn after_metadata(rest: &[u8]) -> Option<&[u8]> {
     Some(rest.trim_ascii_start())
 }
 
-/// The next line, without its end.
+/// Removes the next line from `rest` and returns it without its line feed.
 fn line<'a>(rest: &mut &'a [u8]) -> Option<&'a [u8]> {
     let end = rest.iter().position(|&byte| byte == b'\n')?;
     let line = &rest[..end];
@@ -70,20 +70,20 @@ fn line<'a>(rest: &mut &'a [u8]) -> Option<&'a [u8]> {
     Some(line)
 }
 
-/// The words of a line, if they are so many.
+/// Words of a line; `None` unless there are exactly `COUNT`.
 fn words<const COUNT: usize>(line: &[u8]) -> Option<[&str; COUNT]> {
     let words: Vec<&str> = std::str::from_utf8(line).ok()?.split_whitespace().collect();
     words.try_into().ok()
 }
 
-/// Whether the first word is this one, in letters of any case.
+/// Whether the first word of the text is `word`, ignoring case.
 fn has_word(text: &[u8], word: &str) -> bool {
     let text = text.trim_ascii_start();
     let end = text.iter().position(u8::is_ascii_whitespace);
     text[..end.unwrap_or(text.len())].eq_ignore_ascii_case(word.as_bytes())
 }
 
-/// Bits of a number in a binary file.
+/// Size of a number in a binary file (bits); `None` for an unsupported type.
 fn bits(kind: &str) -> Option<usize> {
     match kind.to_ascii_lowercase().as_str() {
         "bit" => Some(1),
@@ -97,7 +97,7 @@ fn bits(kind: &str) -> Option<usize> {
 
 #[cfg(test)]
 mod tests {
-    use super::blanked;
+    use super::mask_fields;
 
     const HEAD: &str = "# vtk DataFile Version 5.1\na title\n";
     const MESH: &str = "POINTS 4 double\n0 0 0 ";
@@ -108,7 +108,7 @@ mod tests {
         let file = format!("{HEAD}ASCII\nDATASET UNSTRUCTURED_GRID\n{fields}{MESH}");
         let blank: String = fields.replace(|letter| letter != '\n', " ");
         let expected = file.replace(fields, &blank);
-        assert_eq!(&*blanked(file.as_bytes()), expected.as_bytes());
+        assert_eq!(&*mask_fields(file.as_bytes()), expected.as_bytes());
     }
 
     #[test]
@@ -125,13 +125,13 @@ mod tests {
             MESH.as_bytes(),
         ];
         let file = file.concat();
-        let found = blanked(&file);
+        let masked = mask_fields(&file);
         let (before, after) = (head.len(), file.len() - MESH.len());
         assert_eq!(
-            (&found[..before], &found[after..]),
+            (&masked[..before], &masked[after..]),
             (head.as_bytes(), MESH.as_bytes())
         );
-        assert!(found[before..after].trim_ascii().is_empty());
+        assert!(masked[before..after].trim_ascii().is_empty());
     }
 
     #[test]
@@ -151,7 +151,7 @@ mod tests {
             String::new(),
         ];
         for file in files {
-            assert_eq!(&*blanked(file.as_bytes()), file.as_bytes(), "{file}");
+            assert_eq!(&*mask_fields(file.as_bytes()), file.as_bytes(), "{file}");
         }
     }
 }

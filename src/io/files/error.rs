@@ -2,7 +2,7 @@ use crate::mesh::{MeshError, SurfaceError};
 use std::error::Error;
 use std::path::PathBuf;
 
-/// Why a file cannot be read or written.
+/// Reason why a file cannot be read or written.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum FileError {
@@ -11,7 +11,7 @@ pub enum FileError {
     Read {
         /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// Error of the operating system.
         source: std::io::Error,
     },
     /// The file cannot be written.
@@ -19,10 +19,10 @@ pub enum FileError {
     Write {
         /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// Error of the operating system.
         source: std::io::Error,
     },
-    /// A number to be written is not finite, or not in single precision.
+    /// A number to be written is not finite in single precision.
     #[error(
         "nothing was written to {}: a number of {part} is NaN, infinite or beyond single precision",
         path.display()
@@ -30,10 +30,10 @@ pub enum FileError {
     NotFinite {
         /// The file.
         path: PathBuf,
-        /// What the number belongs to.
+        /// Part of the recording that contains the number.
         part: String,
     },
-    /// The camera of a recording is where it looks, or too near to that for single precision.
+    /// The camera of a recording coincides with its target point, or is too near to it for single precision.
     #[error(
         "nothing was written to {}: the camera is {distance:.3e} m from the point it looks at, which is too near",
         path.display()
@@ -41,12 +41,12 @@ pub enum FileError {
     CameraTooNear {
         /// The file.
         path: PathBuf,
-        /// The distance (m).
+        /// Distance between the camera and the point (m).
         distance: f64,
     },
     /// The radius of a target of a recording is not positive and finite in single precision.
     #[error(
-        "nothing was written to {}: target {target:?} has the radius {radius:e} m, which has to be positive and finite in single precision",
+        "nothing was written to {}: target {target:?} has the radius {radius:e} m, but must be positive and finite in single precision",
         path.display()
     )]
     TargetRadius {
@@ -54,82 +54,82 @@ pub enum FileError {
         path: PathBuf,
         /// Name of the target.
         target: String,
-        /// Its radius (m).
+        /// Radius of the target (m).
         radius: f64,
     },
-    /// A recording cannot be slowed down so.
+    /// The slowdown of a recording is not positive and finite.
     #[error(
-        "nothing was written to {}: it was to be {found} times slower, but that has to be a positive, finite number",
+        "nothing was written to {}: the slowdown is {found}, but must be positive and finite",
         path.display()
     )]
     Slowdown {
         /// The file.
         path: PathBuf,
-        /// How many times slower it was to be.
+        /// Duration in the recording over duration in the trajectory.
         found: f64,
     },
-    /// The name of the file does not end in a format that is known.
+    /// The extension of the file name is unknown.
     #[error("the name of {} ends in {found:?}, but has to end in one of {expected:?}", path.display())]
     UnknownExtension {
         /// The file.
         path: PathBuf,
-        /// What the name ends in; empty if there is no extension.
+        /// The extension; empty if the name has none.
         found: String,
-        /// The extensions there are.
+        /// The supported extensions.
         expected: &'static [&'static str],
     },
-    /// The file is not of the format that its name promises.
+    /// The content of the file is not valid in the format of its extension.
     #[error("{} is not a {format} file, or is damaged: {source}", path.display())]
     Syntax {
         /// The file.
         path: PathBuf,
         /// The format.
         format: &'static str,
-        /// What the parser says.
+        /// Error of the parser.
         source: Box<dyn Error + Send + Sync>,
     },
-    /// The file goes on where it should end: part of it is damaged or of an unknown kind.
-    #[error("{} is not understood from byte {offset} on, where it says {found:?}", path.display())]
+    /// The file has data after its expected end: a part of the file is damaged or of an unknown kind.
+    #[error("{} cannot be parsed from byte {offset} on: {found:?}", path.display())]
     Unread {
         /// The file.
         path: PathBuf,
-        /// Where the part that is not understood begins.
+        /// Offset of the unexpected data (bytes).
         offset: usize,
-        /// How it begins.
+        /// First characters of the unexpected data.
         found: String,
     },
-    /// A variant of the format that is not supported.
+    /// The file uses an unsupported variant of the format.
     #[error("{} has {found}, but only {expected} can be read", path.display())]
     Unsupported {
         /// The file.
         path: PathBuf,
-        /// What the file has.
+        /// Variant of the file.
         found: String,
-        /// What is supported.
+        /// Supported variants.
         expected: &'static str,
     },
-    /// A part of the file is shorter than it has to be.
+    /// A part of the file is too short.
     #[error("the {part} of {} has the length {found}, but needs at least {expected}", path.display())]
     TooShort {
         /// The file.
         path: PathBuf,
-        /// Which part.
+        /// Name of the part.
         part: String,
-        /// Its length.
+        /// Length of the part.
         found: usize,
-        /// The length it needs.
+        /// Minimum length.
         expected: usize,
     },
-    /// A part of the file claims to be longer than it can be.
+    /// The stated length of a part of the file is impossible.
     #[error("the {part} of {} claims the length {found}, but can have at most {limit}", path.display())]
     TooLong {
         /// The file.
         path: PathBuf,
-        /// Which part.
+        /// Name of the part.
         part: String,
-        /// The length it claims.
+        /// Stated length.
         found: usize,
-        /// The largest length possible.
+        /// Largest possible length.
         limit: usize,
     },
     /// Two vertices have the same tag.
@@ -140,23 +140,23 @@ pub enum FileError {
         /// The tag.
         tag: u64,
     },
-    /// A tetrahedron refers to a vertex that is not there.
+    /// A tetrahedron refers to a vertex that does not exist.
     #[error("tetrahedron {tet} of {} refers to vertex {vertex}, which the file does not have", path.display())]
     UnknownVertex {
         /// The file.
         path: PathBuf,
-        /// Number of the tetrahedron in the file, from 0, counting tetrahedra only.
+        /// Index of the tetrahedron in the file, counted from 0 without other elements.
         tet: usize,
-        /// The tag (Gmsh) or index (VTK) it refers to.
+        /// Tag (Gmsh) or index (VTK) of the vertex.
         vertex: u64,
     },
-    /// There is no tetrahedron in the file.
+    /// The file has no tetrahedra.
     #[error("{} has no tetrahedra: was only its surface meshed or saved?", path.display())]
     NoTetrahedra {
         /// The file.
         path: PathBuf,
     },
-    /// There are tetrahedra with more than four vertices.
+    /// The file has tetrahedra with more than four vertices.
     #[error(
         "{} has tetrahedra of second or higher order ({found}), but only tetrahedra of first order, with 4 vertices, can be read",
         path.display()
@@ -164,28 +164,28 @@ pub enum FileError {
     HigherOrder {
         /// The file.
         path: PathBuf,
-        /// What the format calls them.
+        /// Name of the element type in the format.
         found: String,
     },
-    /// There are solid elements other than tetrahedra: without them the solid would have holes.
+    /// The file has solid elements other than tetrahedra. They cannot be ignored, because the solid would have holes.
     #[error("{} has solid elements of the kind {found}, but only tetrahedra can be read", path.display())]
     OtherSolid {
         /// The file.
         path: PathBuf,
-        /// What the format calls them.
+        /// Name of the element type in the format.
         found: String,
     },
-    /// The file has no point-data array of that name with one number per vertex.
+    /// The file has no point-data array of this name with one number per vertex.
     #[error("{} has no point-data array {name:?} with one number per vertex, only {found:?}", path.display())]
     NoSuchArray {
         /// The file.
         path: PathBuf,
-        /// The name asked for.
+        /// The requested name.
         name: String,
-        /// The names of the arrays there are.
+        /// Names of the available arrays.
         found: Vec<String>,
     },
-    /// A trajectory and a world that it is not of: nothing is written.
+    /// The trajectory belongs to another world. Nothing is written.
     #[error(
         "nothing was written to {}: the trajectory has {found} bodies, but the world has {expected}",
         path.display()
@@ -198,30 +198,29 @@ pub enum FileError {
         /// Number of bodies in the world.
         expected: usize,
     },
-    /// The numbers in the file are no mesh or no pressure field. Vertices are counted without
-    /// those that no tetrahedron uses.
+    /// The file contains no valid mesh or pressure field. Indices of vertices do not count vertices that no tetrahedron uses.
     #[error("{} does not hold a usable mesh: {source}", path.display())]
     Mesh {
         /// The file.
         path: PathBuf,
-        /// Why not.
+        /// Cause.
         source: MeshError,
     },
-    /// The unit of a surface file is no length.
-    #[error("the unit of {} was given as {found} m, but has to be positive and finite", path.display())]
+    /// The unit of a surface file is not positive and finite.
+    #[error("the unit of {} is {found} m, but must be positive and finite", path.display())]
     Unit {
         /// The file.
         path: PathBuf,
-        /// What was given (m).
+        /// The unit (m).
         found: f64,
     },
-    /// The triangles in the file are no closed surface. They are counted without those whose corners are not three
-    /// places, and vertices at the same place are one.
+    /// The triangles in the file are not a valid closed surface. Indices do not count triangles with coincident corners. Vertices with
+    /// equal coordinates are merged.
     #[error("{} does not hold a usable surface: {source}", path.display())]
     Surface {
         /// The file.
         path: PathBuf,
-        /// Why not.
+        /// Cause.
         source: SurfaceError,
     },
 }

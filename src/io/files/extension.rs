@@ -1,9 +1,12 @@
-//! The format of a file, by the extension of its name.
+//! Format of a file, from the extension of its name.
 
 use super::FileError;
 use std::path::Path;
 
-/// The extension of a file's name, in lower case, if it is one of those known.
+/// Returns the extension of the name of a file, in lower case.
+///
+/// # Errors
+/// [`FileError::UnknownExtension`] if the extension is not in the list.
 pub(super) fn known_extension(
     path: &Path,
     known: &'static [&'static str],
@@ -15,6 +18,6 @@ pub(super) fn known_extension(
         found: found.clone(),
         expected: known,
     };
-    let is_found = |extension: &&&str| **extension == found;
-    known.iter().find(is_found).copied().ok_or_else(unknown)
+    let matches = |extension: &&&str| **extension == found;
+    known.iter().find(matches).copied().ok_or_else(unknown)
 }

@@ -7,19 +7,23 @@ use std::path::Path;
 /// Arrays with one number per vertex, by name.
 pub(super) type PointData = BTreeMap<String, Vec<f64>>;
 
-/// The vertices, tetrahedra and point data as they are in a file.
+/// Unvalidated vertices, tetrahedra and point data of a file.
 #[derive(Debug, Default)]
 pub(super) struct FileContents {
     /// Positions of the vertices (m).
     pub vertices: Vec<Vector3<f64>>,
-    /// Indices of vertices, each perhaps out of range.
+    /// Vertex indices of the tetrahedra, which may be out of range.
     pub tets: Vec<[u64; 4]>,
     /// One number per vertex, by name.
     pub point_data: PointData,
 }
 
 impl FileContents {
-    /// The mesh without the vertices that no tetrahedron uses, and the point data of the others.
+    /// Returns the mesh and the point data, without the vertices that no tetrahedron uses.
+    ///
+    /// # Errors
+    /// - If there are no tetrahedra, or a vertex index is out of range.
+    /// - If [`TetMesh::new`] returns an error.
     pub fn into_mesh(self, path: &Path) -> Result<(TetMesh, PointData), FileError> {
         if self.tets.is_empty() {
             return Err(FileError::NoTetrahedra { path: path.into() });
@@ -40,7 +44,7 @@ impl FileContents {
         Ok((mesh, self.point_data.into_iter().map(kept_data).collect()))
     }
 
-    /// The tetrahedra, with all indices in range.
+    /// Returns the tetrahedra after checking their vertex indices.
     fn checked_tets(&self, path: &Path) -> Result<Vec<[usize; 4]>, FileError> {
         let vertex_count = self.vertices.len();
         let mut tets = Vec::with_capacity(self.tets.len());
@@ -71,6 +75,9 @@ impl FileContents {
 }
 
 fn kept<T>(values: Vec<T>, is_kept: &[bool]) -> Vec<T> {
-    let marked = values.into_iter().zip(is_kept);
-    marked.filter(|(_, kept)| **kept).map(|(v, _)| v).collect()
+    let values = values.into_iter().zip(is_kept);
+    values
+        .filter(|(_, is_kept)| **is_kept)
+        .map(|(value, _)| value)
+        .collect()
 }

@@ -1,4 +1,4 @@
-use super::stopped::stopped_at;
+use super::syntax_error::syntax_error_at;
 use super::{FileError, file_contents::FileContents, gmsh_headers};
 use mshio::mshfile::{ElementType, MshFile, NodeBlock};
 use nalgebra::Vector3;
@@ -11,12 +11,12 @@ const FORMAT: &str = "Gmsh 4.1";
 pub(super) fn read(path: &Path, mut bytes: Vec<u8>) -> Result<FileContents, FileError> {
     gmsh_headers::prepare(path, &mut bytes)?;
     let file = mshio::parse_msh_bytes(&bytes).map_err(|error| {
-        // The first cause only: the error itself would print the rest of the file.
+        // Uses only the first cause, because the message of the whole error contains the rest of the file.
         let (rest, cause) = match error.begin_msh_errors().next() {
             Some((rest, kind)) => (*rest, kind.to_string()),
             None => (&bytes[bytes.len()..], "unexpected text".into()),
         };
-        stopped_at(rest, cause, (path, FORMAT, &bytes))
+        syntax_error_at(rest, cause, (path, FORMAT, &bytes))
     })?;
     contents(path, &file)
 }
@@ -41,7 +41,7 @@ fn contents(path: &Path, file: &MshFile<u64, i32, f64>) -> Result<FileContents, 
     Ok(contents)
 }
 
-/// Appends the vertices of a block, and enters their tags.
+/// Appends the vertices of a block, and maps their tags to their indices.
 fn add_vertices(
     path: &Path,
     block: &NodeBlock<u64, i32, f64>,
@@ -50,14 +50,14 @@ fn add_vertices(
 ) -> Result<(), FileError> {
     let tags = block.node_tags.iter().flatten();
     let (first, mut tag_count) = (vertices.len(), 0);
-    for (&tag, &place) in tags {
+    for (&tag, &index) in tags {
         tag_count += 1;
-        if indices.insert(tag, (first + place) as u64).is_some() {
+        if indices.insert(tag, (first + index) as u64).is_some() {
             let path = path.into();
             return Err(FileError::RepeatedTag { path, tag });
         }
     }
-    // Tags that repeat within the block have been merged.
+    // mshio has merged repeated tags of the block.
     if tag_count != block.nodes.len() {
         return Err(FileError::TooShort {
             path: path.into(),
@@ -70,7 +70,10 @@ fn add_vertices(
     Ok(())
 }
 
-/// Whether a block of elements is one of linear tetrahedra, if it is none of other solids.
+/// Whether the elements of a block are linear tetrahedra.
+///
+/// # Errors
+/// If the elements are other solids.
 fn is_tets(path: &Path, dimension: i32, element: ElementType) -> Result<bool, FileError> {
     use ElementType as E;
     let (path, found) = (path.into(), format!("{element:?}"));

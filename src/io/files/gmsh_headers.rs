@@ -5,7 +5,7 @@ use std::path::Path;
 const NODES: &str = "$Nodes";
 const ELEMENTS: &str = "$Elements";
 
-/// Bytes of an integer in the sections' headers of a binary file.
+/// Size of an integer in the section headers of a binary file (bytes).
 const INTEGER_SIZE: usize = 8;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -30,15 +30,15 @@ impl Encoding {
     }
 }
 
-/// Does what a file needs before mshio reads it.
+/// Validates a file and modifies it for mshio.
 ///
-/// - mshio subtracts 1 from the number of nodes and elements: both must be there.
-/// - mshio throws the tags of the nodes away where the header says that they fill their range, but
-///   does not check that they are in order. A largest tag beyond all makes it keep them.
+/// - mshio subtracts 1 from the number of nodes and elements, so both numbers must be positive.
+/// - mshio discards the tags of the nodes if the header states that they fill their range, but it does not check that they are
+///   in order. Replacing the largest tag with the largest integer makes mshio keep the tags.
 pub(super) fn prepare(path: &Path, bytes: &mut Vec<u8>) -> Result<(), FileError> {
     let encoding = checked_encoding(path, bytes)?;
     for section in [NODES, ELEMENTS] {
-        // From the last on, as the earlier ones stay in place when a text gets longer.
+        // In reverse order, because a replacement can change the length of the text and so move later sections.
         for start in starts(bytes, section).into_iter().rev() {
             let largest_tag =
                 largest_tag(bytes, start, encoding).map_err(|(found, expected)| {
@@ -58,8 +58,10 @@ pub(super) fn prepare(path: &Path, bytes: &mut Vec<u8>) -> Result<(), FileError>
     Ok(())
 }
 
-/// Where the largest tag of a section is; or what length was found and which one expected, if
-/// the section has no entries.
+/// Byte range of the largest tag in the header of a section.
+///
+/// # Errors
+/// The actual length and the required length, if the header is incomplete or the section has no entries.
 fn largest_tag(
     bytes: &[u8],
     start: usize,
@@ -74,8 +76,10 @@ fn largest_tag(
     Ok(largest_tag)
 }
 
-/// Whether the file is ASCII or binary, if its header is one that mshio takes; of others it may
-/// panic.
+/// Encoding of a file.
+///
+/// # Errors
+/// If mshio does not support the header. mshio may panic for other headers.
 fn checked_encoding(path: &Path, bytes: &[u8]) -> Result<Encoding, FileError> {
     let mut lines = bytes.splitn(3, |&byte| byte == b'\n');
     let mut next_line = || String::from_utf8_lossy(lines.next().unwrap_or_default());
@@ -96,7 +100,7 @@ fn shortened(text: &str) -> String {
     text.trim_end().chars().take(40).collect()
 }
 
-/// Where the contents of the sections of that name start: after the line with the name.
+/// Start of the contents of each section of a name: the byte after the line with the name.
 fn starts(bytes: &[u8], section: &str) -> Vec<usize> {
     let name = section.as_bytes();
     let names = bytes.windows(name.len()).enumerate();
@@ -112,7 +116,7 @@ fn starts(bytes: &[u8], section: &str) -> Vec<usize> {
         .collect()
 }
 
-/// Where the four numbers of a section's header are: blocks, entries, smallest and largest tag.
+/// Byte ranges of the four numbers in the header of a section: block count, entry count, smallest tag, largest tag.
 fn numbers(bytes: &[u8], start: usize, encoding: Encoding) -> Option<[Range<usize>; 4]> {
     let mut end = start;
     let mut next = || {

@@ -5,7 +5,7 @@ use crate::mesh::{PressureField, TetMesh};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// What the name of a mesh file can end in.
+/// Extensions of mesh files.
 #[cfg(feature = "vtk")]
 const EXTENSIONS: &[&str] = &["msh", "vtk", "vtu"];
 #[cfg(not(feature = "vtk"))]
@@ -14,28 +14,27 @@ const EXTENSIONS: &[&str] = &["msh"];
 /// A tetrahedral mesh from a file.
 #[derive(Debug, Clone)]
 pub struct MeshFile {
-    /// The mesh: all tetrahedra of the file, and the vertices they use, in the order of the file.
+    /// Mesh (m): all tetrahedra of the file and the vertices of these tetrahedra, in the order of the file.
     pub mesh: TetMesh,
-    /// The point-data arrays with one number per vertex, by name (VTK only).
+    /// Point-data arrays with one number per vertex, by name (VTK only).
     pub point_data: BTreeMap<String, Vec<f64>>,
     path: PathBuf,
 }
 
-/// Reads a tetrahedral mesh (m), in the format that the extension of the file's name tells, in
-/// upper or lower case:
+/// Reads a tetrahedral mesh (m). The extension of the file name, in upper or lower case, selects the format:
 ///
-/// - `.msh`: Gmsh 4.1, ASCII or binary. Of its data sections (`$NodeData`) none is read, so
-///   extents have to come from the distance to the surface, or from a VTK file.
+/// - `.msh`: Gmsh 4.1, ASCII or binary. Data sections (`$NodeData`) are ignored, so compute the extents from the distance to the
+///   surface, or use a VTK file.
 /// - `.vtk` (feature `vtk`): VTK legacy unstructured grid, ASCII or binary, up to version 5.1.
-/// - `.vtu` (feature `vtk`): VTK XML unstructured grid of one piece, ASCII or inline binary, uncompressed or
-///   compressed with zlib. VTK calls that the data mode ascii or binary, as opposed to appended.
+/// - `.vtu` (feature `vtk`): VTK XML unstructured grid of one piece, ASCII or inline binary, uncompressed or compressed with zlib.
+///   These are the data modes ascii and binary of VTK. The data mode appended is not supported.
 ///
-/// Elements of lower dimension (points, lines, surface triangles) and vertices that no tetrahedron
-/// uses are left out.
+/// Elements of lower dimension (points, lines, surface triangles) and vertices that no tetrahedron uses are ignored.
 ///
 /// # Errors
-/// If the file cannot be read or understood, has no tetrahedra, has tetrahedra of higher order or
-/// other solid elements, or if [`TetMesh::new`] refuses the mesh.
+/// - If the file cannot be read or parsed.
+/// - If the file has no tetrahedra, tetrahedra of higher order, or other solid elements.
+/// - If [`TetMesh::new`] returns an error.
 pub fn read_mesh(path: impl AsRef<Path>) -> Result<MeshFile, FileError> {
     let path = path.as_ref();
     let extension = known_extension(path, EXTENSIONS)?;
@@ -59,11 +58,11 @@ pub fn read_mesh(path: impl AsRef<Path>) -> Result<MeshFile, FileError> {
 }
 
 impl MeshFile {
-    /// The mesh with one of its point-data arrays as extents (any unit: pressure = modulus ×
-    /// extent).
+    /// Pressure field of the mesh, with the named point-data array as extents (any unit: pressure = modulus × extent).
     ///
     /// # Errors
-    /// If there is no array of that name, or if [`PressureField::new`] refuses it.
+    /// - If the file has no array of this name with one number per vertex.
+    /// - If [`PressureField::new`] returns an error.
     pub fn pressure_field(mut self, extents: &str) -> Result<PressureField, FileError> {
         let Some(values) = self.point_data.remove(extents) else {
             return Err(FileError::NoSuchArray {

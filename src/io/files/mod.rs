@@ -1,5 +1,6 @@
 //! Readers and writers of files.
 
+mod atomic_write;
 #[cfg(feature = "vtk")]
 mod contact_surface;
 #[cfg(feature = "vtk")]
@@ -12,12 +13,12 @@ mod gmsh_headers;
 mod mesh_file;
 mod obj;
 mod recording;
-mod replacement;
 mod stl;
-mod stopped;
 mod surface_file;
+mod syntax_error;
 mod text_lines;
 mod trajectory;
+mod triangle_soup;
 #[cfg(feature = "vtk")]
 mod vtk;
 #[cfg(feature = "vtk")]

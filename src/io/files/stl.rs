@@ -1,27 +1,28 @@
-//! STL, binary and ASCII.
+//! Reader of binary and ASCII STL files.
 //!
-//! Binary files are read by stl_io, after their length has been checked. ASCII files are read here: stl_io rounds their numbers
-//! to single precision, which bends a part that was drawn far from the origin, and nobody can give the digits back. A ball
-//! of 5 mm, 1 km away, has corners up to 0.035 mm off (`cargo test --test io far_from_the_origin -- --nocapture`). It also
-//! ends at the first solid, knows keywords in lower case only, and refuses normals that are no numbers.
+//! The crate stl_io reads binary files after this module has checked their length. This module reads ASCII files itself, because
+//! stl_io rounds their numbers to single precision, which deforms a part that was drawn far from the origin. A ball of 5 mm at a
+//! distance of 1 km has corners up to 0.035 mm off (`cargo test --test io far_from_the_origin -- --nocapture`). stl_io also stops
+//! after the first solid, accepts keywords in lower case only, and rejects normals that are not numbers.
 
 use super::FileError;
-use super::surface_file::Soup;
+use super::syntax_error::excerpt;
 use super::text_lines::{TextFile, words};
+use super::triangle_soup::TriangleSoup;
 use nalgebra::Vector3;
 use std::io::Cursor;
 use std::path::Path;
 
-/// Bytes of the header of a binary file, which says nothing.
-const HEADER: usize = 80;
+/// Size of the header of a binary file (bytes). Its content has no meaning.
+const HEADER_SIZE: usize = 80;
 
-/// Bytes before the first triangle of a binary file: the header, and the number of triangles.
-const PREFIX: usize = HEADER + 4;
+/// Size of the header and the triangle count of a binary file (bytes).
+const PREFIX_SIZE: usize = HEADER_SIZE + 4;
 
-/// Bytes of a triangle in a binary file: its normal, three corners, and two bytes more.
-const RECORD: usize = 50;
+/// Size of a triangle in a binary file (bytes): the normal, three corners, and two further bytes.
+const RECORD_SIZE: usize = 50;
 
-pub(super) fn read(path: &Path, bytes: Vec<u8>) -> Result<Soup, FileError> {
+pub(super) fn read(path: &Path, bytes: Vec<u8>) -> Result<TriangleSoup, FileError> {
     if is_text(&bytes) {
         return read_text(TextFile {
             path,
@@ -37,37 +38,39 @@ pub(super) fn read(path: &Path, bytes: Vec<u8>) -> Result<Soup, FileError> {
     })
 }
 
-/// Whether the file is ASCII: it begins with the word "solid". The header of a binary file may begin so too, but then the file
-/// has the length that it announces, or has bytes of zero: each triangle ends with two of them, unless a color is given.
+/// Whether the file is ASCII.
+///
+/// An ASCII file begins with the word "solid". The header of a binary file may begin with it too. In this case the length of the
+/// file matches its triangle count, or the file contains zero bytes, because each triangle without a color ends with two of them.
 fn is_text(bytes: &[u8]) -> bool {
-    let begins = words(bytes)
+    let begins_with_solid = words(bytes)
         .next()
         .is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
-    let fits = announced(bytes).is_some_and(|count| records_in(bytes) == (count, 0));
-    begins && !fits && !bytes.contains(&0)
+    let is_binary_length = stated_count(bytes).is_some_and(|count| records_in(bytes) == (count, 0));
+    begins_with_solid && !is_binary_length && !bytes.contains(&0)
 }
 
-/// The number of triangles that a binary file says it has.
-fn announced(bytes: &[u8]) -> Option<usize> {
-    let count = bytes.get(HEADER..)?.first_chunk()?;
+/// Triangle count in the header of a binary file; `None` if the file is too short.
+fn stated_count(bytes: &[u8]) -> Option<usize> {
+    let count = bytes.get(HEADER_SIZE..)?.first_chunk()?;
     usize::try_from(u32::from_le_bytes(*count)).ok()
 }
 
-/// How many triangles a binary file has room for, and how many bytes are left over.
+/// Number of whole triangles in a binary file, and number of remaining bytes.
 fn records_in(bytes: &[u8]) -> (usize, usize) {
-    let length = bytes.len().saturating_sub(PREFIX);
-    (length / RECORD, length % RECORD)
+    let length = bytes.len().saturating_sub(PREFIX_SIZE);
+    (length / RECORD_SIZE, length % RECORD_SIZE)
 }
 
-/// Checks that a binary file has the length of as many triangles as it says it has.
+/// Checks that the length of a binary file matches its triangle count.
 fn check_length(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
     let path = path.into();
-    let Some(count) = announced(bytes) else {
+    let Some(count) = stated_count(bytes) else {
         return Err(FileError::TooShort {
             path,
             part: "header".into(),
             found: bytes.len(),
-            expected: PREFIX,
+            expected: PREFIX_SIZE,
         });
     };
     let (limit, rest) = records_in(bytes);
@@ -80,19 +83,19 @@ fn check_length(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
         });
     }
     if count < limit || rest > 0 {
-        let offset = PREFIX + count * RECORD;
+        let offset = PREFIX_SIZE + count * RECORD_SIZE;
         return Err(FileError::Unread {
             path,
             offset,
-            found: super::stopped::beginning(&bytes[offset..]),
+            found: excerpt(&bytes[offset..]),
         });
     }
     Ok(())
 }
 
-/// The triangles of a binary file. The first byte of its header, which says nothing, becomes the end of a line: stl_io takes a
-/// file whose first line begins with "solid " for text.
-fn read_binary(mut bytes: Vec<u8>) -> std::io::Result<Soup> {
+/// Triangles of a binary file. Overwrites the first byte of the header with a line feed, because stl_io reads a file as text if its
+/// first line begins with "solid ".
+fn read_binary(mut bytes: Vec<u8>) -> std::io::Result<TriangleSoup> {
     if let Some(first) = bytes.first_mut() {
         *first = b'\n';
     }
@@ -104,23 +107,23 @@ fn read_binary(mut bytes: Vec<u8>) -> std::io::Result<Soup> {
         .collect()
 }
 
-/// The words that a line can begin with, in lower case.
-type Expected = &'static [&'static str];
+/// Keywords, in lower case.
+type Keywords = &'static [&'static str];
 
-/// What has been read of an ASCII file.
+/// State of the reader of an ASCII file.
 struct Reader {
-    /// What the next line has to begin with.
-    expected: Expected,
-    /// The corners so far of the triangle that is being read.
+    /// Keywords that the next line can begin with.
+    expected: Keywords,
+    /// Corners of the incomplete triangle.
     corners: Vec<Vector3<f64>>,
-    triangles: Soup,
+    triangles: TriangleSoup,
 }
 
-fn read_text(file: TextFile<'_>) -> Result<Soup, FileError> {
+fn read_text(file: TextFile<'_>) -> Result<TriangleSoup, FileError> {
     let mut reader = Reader {
         expected: &["solid"],
         corners: Vec::new(),
-        triangles: Soup::new(),
+        triangles: TriangleSoup::new(),
     };
     for line in file.lines() {
         reader.read_line(file, line)?;
@@ -129,7 +132,7 @@ fn read_text(file: TextFile<'_>) -> Result<Soup, FileError> {
         return Ok(reader.triangles);
     }
     let end = &file.bytes[file.bytes.len()..];
-    Err(file.stopped(end, format!("one of {:?} was expected", reader.expected)))
+    Err(file.syntax_error(end, format!("expected one of {:?}", reader.expected)))
 }
 
 impl Reader {
@@ -140,8 +143,8 @@ impl Reader {
         };
         let is_first = |word: &&&str| first.eq_ignore_ascii_case(word.as_bytes());
         let Some(word) = self.expected.iter().find(is_first) else {
-            let cause = format!("one of {:?} was expected", self.expected);
-            return Err(file.stopped(line, cause));
+            let cause = format!("expected one of {:?}", self.expected);
+            return Err(file.syntax_error(line, cause));
         };
         if *word == "vertex" {
             self.corners.push(file.coordinates(line, words)?);

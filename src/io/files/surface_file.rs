@@ -1,30 +1,26 @@
 use super::{FileError, extension::known_extension, obj, stl};
 use crate::mesh::TriangleSurface;
-use nalgebra::Vector3;
 use std::path::Path;
 
-/// What the name of a surface file can end in.
+/// Extensions of surface files.
 const EXTENSIONS: &[&str] = &["obj", "stl"];
 
-/// Triangles with corners of their own, in the file's unit.
-pub(super) type Soup = Vec<[Vector3<f64>; 3]>;
-
-/// Reads the closed surface of a rigid body, in the format that the extension of the file's name tells, in upper or
-/// lower case:
+/// Reads the closed surface (m) of a rigid body. The extension of the file name, in upper or lower case, selects the format:
 ///
-/// - `.stl`: binary or ASCII; all solids of the file together. Its normals are not read: the order of the corners says which
-///   side is outside.
-/// - `.obj`: the vertices and faces of all groups together. A face of more than three corners is cut into triangles by its
-///   diagonals from one corner, the first from which they all run through the face.
+/// - `.stl`: binary or ASCII. All solids of the file are merged. The normals in the file are ignored, because the order of the
+///   corners determines the outer side.
+/// - `.obj`: The vertices and faces of all groups are merged. A face with more than 3 corners is triangulated as a fan. Its apex is
+///   the first corner whose diagonals all lie in the face.
 ///
-/// Text is read in double precision; binary files have single precision.
+/// Text files are read in double precision. Binary files have single precision.
 ///
-/// Neither format has a unit: a coordinate of 1 in the file is `unit` (m), 0.001 for the millimeters of most CAD programs.
-/// Vertices at exactly the same place become one.
+/// Neither format has a unit. A coordinate of 1 in the file becomes `unit` (m). Use 0.001 for the millimeters of most CAD programs.
+/// Vertices with exactly equal coordinates are merged.
 ///
 /// # Errors
-/// If the file cannot be read or understood, the unit is not positive and finite, or [`TriangleSurface::from_soup`] refuses
-/// the triangles; its indices do not count triangles of which two corners are the same.
+/// - If the file cannot be read or parsed.
+/// - If the unit is not positive and finite.
+/// - If [`TriangleSurface::from_soup`] returns an error. Its indices do not count triangles with two equal corners.
 ///
 /// ```no_run
 /// use hydroelastic::io::read_triangle_surface;

@@ -1,9 +1,9 @@
 use super::FileError;
-use super::stopped::stopped_at;
+use super::syntax_error::syntax_error_at;
 use nalgebra::Vector3;
 use std::path::Path;
 
-/// A text file of a format that is read line by line.
+/// A text file in a line-based format.
 #[derive(Clone, Copy)]
 pub(super) struct TextFile<'a> {
     pub path: &'a Path,
@@ -12,17 +12,20 @@ pub(super) struct TextFile<'a> {
 }
 
 impl<'a> TextFile<'a> {
-    /// The lines, with what ends them.
+    /// Lines, including their line feeds.
     pub fn lines(self) -> impl Iterator<Item = &'a [u8]> {
         self.bytes.split_inclusive(|&byte| byte == b'\n')
     }
 
-    /// The error of a line of this file that is wrong.
-    pub fn stopped(self, line: &[u8], cause: impl Into<String>) -> FileError {
-        stopped_at(line, cause.into(), (self.path, self.format, self.bytes))
+    /// Returns the error for an invalid line of this file.
+    pub fn syntax_error(self, line: &[u8], cause: impl Into<String>) -> FileError {
+        syntax_error_at(line, cause.into(), (self.path, self.format, self.bytes))
     }
 
-    /// The first three of the words of a line as coordinates.
+    /// Parses the first three words of a line as coordinates.
+    ///
+    /// # Errors
+    /// If a coordinate is missing, is not a number, or is not finite.
     pub fn coordinates<'w>(
         self,
         line: &[u8],
@@ -33,19 +36,19 @@ impl<'a> TextFile<'a> {
             let number = words.next().and_then(number::<f64>);
             *coordinate = number
                 .filter(|number| number.is_finite())
-                .ok_or_else(|| self.stopped(line, "three finite coordinates were expected"))?;
+                .ok_or_else(|| self.syntax_error(line, "expected three finite coordinates"))?;
         }
         Ok(position)
     }
 }
 
-/// The words of a line; what is no text in it does not matter as long as nobody reads it.
+/// Whitespace-separated words of a line. Invalid UTF-8 is tolerated until a word is parsed.
 pub(super) fn words(line: &[u8]) -> impl Iterator<Item = &[u8]> {
     line.split(u8::is_ascii_whitespace)
         .filter(|word| !word.is_empty())
 }
 
-/// The number that a word stands for.
+/// Parses a word as a number; `None` if the word is not a number.
 pub(super) fn number<T: std::str::FromStr>(word: &[u8]) -> Option<T> {
     std::str::from_utf8(word).ok()?.parse().ok()
 }

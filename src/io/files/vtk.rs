@@ -1,4 +1,4 @@
-use super::stopped::{beginning, stopped_at};
+use super::syntax_error::{excerpt, syntax_error_at};
 use super::{FileError, data_set_fields, file_contents::FileContents, vtu_lengths, xml};
 use nalgebra::Vector3;
 use percent_encoding::percent_decode_str;
@@ -11,54 +11,54 @@ use vtkio::model::{
 };
 use vtkio::{IOBuffer, Vtk, parser, xml::VTKFile};
 
-/// Reads a legacy file.
+/// Reads a legacy VTK file.
 pub(super) fn read_legacy(path: &Path, bytes: &[u8]) -> Result<FileContents, FileError> {
-    let bytes = &*data_set_fields::blanked(bytes);
+    let bytes = &*data_set_fields::mask_fields(bytes);
     let (rest, vtk) = parser::parse_be(bytes).map_err(|error| {
         let mut rest = &bytes[bytes.len()..];
         let cause = error.map(|cause| {
             rest = cause.input;
             cause.code
         });
-        stopped_at(rest, cause.to_string(), (path, "legacy VTK", bytes))
+        syntax_error_at(rest, cause.to_string(), (path, "legacy VTK", bytes))
     })?;
-    // vtkio leaves out what it does not understand, and takes what is before it for all there is.
+    // vtkio stops without an error at the first text that it cannot parse.
     if !rest.trim_ascii().is_empty() {
         return Err(FileError::Unread {
             path: path.into(),
             offset: bytes.len() - rest.len(),
-            found: beginning(rest.trim_ascii()),
+            found: excerpt(rest.trim_ascii()),
         });
     }
     let contents = contents(path, vtk.data)?;
-    // VTK writes names so; in XML it does not.
+    // VTK percent-encodes names in legacy files, but not in XML files.
     let point_data = contents.point_data.into_iter();
-    let point_data = point_data.map(|(name, data)| (decoded(&name), data));
+    let point_data = point_data.map(|(name, data)| (percent_decoded(&name), data));
     Ok(FileContents {
         point_data: point_data.collect(),
         ..contents
     })
 }
 
-/// A name without percent-encoding; as it is, if what that stands for is no text.
-fn decoded(name: &str) -> String {
+/// Decodes a percent-encoded name. Returns the name unchanged if the decoded bytes are not UTF-8.
+fn percent_decoded(name: &str) -> String {
     let text = percent_decode_str(name).decode_utf8();
     text.map_or_else(|_| name.to_owned(), Cow::into_owned)
 }
 
-/// Reads an XML file.
+/// Reads a VTK XML file.
 pub(super) fn read_xml(path: &Path, bytes: &[u8]) -> Result<FileContents, FileError> {
     const FORMAT: &str = "VTK XML";
-    // Raw data is no XML, so this comes first.
+    // Appended raw data is not XML, so this check comes first.
     vtu_lengths::check_inline(path, bytes)?;
-    xml::check(bytes).map_err(|error| syntax_error(path, FORMAT, error))?;
-    let file = VTKFile::parse(bytes).map_err(|error| syntax_error(path, FORMAT, error))?;
+    xml::check(bytes).map_err(|error| xml_error(path, FORMAT, error))?;
+    let file = VTKFile::parse(bytes).map_err(|error| xml_error(path, FORMAT, error))?;
     vtu_lengths::check(path, &file)?;
-    let vtk = Vtk::try_from(file).map_err(|error| syntax_error(path, FORMAT, error))?;
+    let vtk = Vtk::try_from(file).map_err(|error| xml_error(path, FORMAT, error))?;
     contents(path, vtk.data)
 }
 
-fn syntax_error(
+fn xml_error(
     path: &Path,
     format: &'static str,
     source: impl Error + Send + Sync + 'static,
@@ -111,7 +111,7 @@ fn vertices(path: &Path, points: &IOBuffer) -> Result<Vec<Vector3<f64>>, FileErr
     Ok(vertices.iter().map(|&vertex| vertex.into()).collect())
 }
 
-/// The arrays of point data that have one number per vertex.
+/// Arrays of point data with one number per vertex.
 fn point_data(attributes: &[Attribute], vertex_count: usize) -> BTreeMap<String, Vec<f64>> {
     let mut point_data = BTreeMap::new();
     let mut add = |name: &str, component_count: usize, data: &IOBuffer| {
@@ -135,7 +135,10 @@ fn point_data(attributes: &[Attribute], vertex_count: usize) -> BTreeMap<String,
     point_data
 }
 
-/// The tetrahedra, if there are no other solid cells.
+/// Tetrahedra of the file.
+///
+/// # Errors
+/// If the file has other solid cells, or a cell has the wrong number of corners.
 fn tets(path: &Path, cells: &Cells) -> Result<Vec<[u64; 4]>, FileError> {
     let corners = cell_corners(path, cells)?;
     let mut tets = Vec::new();
@@ -153,7 +156,10 @@ fn tets(path: &Path, cells: &Cells) -> Result<Vec<[u64; 4]>, FileError> {
     Ok(tets)
 }
 
-/// Whether a cell is a linear tetrahedron, if it is no other solid.
+/// Whether a cell is a linear tetrahedron.
+///
+/// # Errors
+/// If the cell is another solid.
 fn is_tet(path: &Path, kind: CellType) -> Result<bool, FileError> {
     use CellType as C;
     let (path, found) = (path.into(), format!("{kind:?}"));
@@ -180,7 +186,7 @@ fn is_tet(path: &Path, kind: CellType) -> Result<bool, FileError> {
     }
 }
 
-/// The vertex indices of each cell.
+/// Vertex indices of each cell.
 fn cell_corners(path: &Path, cells: &Cells) -> Result<Vec<Vec<u64>>, FileError> {
     let cell_count = cells.types.len();
     let corners = match &cells.cell_verts {
@@ -189,7 +195,7 @@ fn cell_corners(path: &Path, cells: &Cells) -> Result<Vec<Vec<u64>>, FileError> 
             connectivity,
             offsets,
         } => {
-            // Legacy files of version 5.1 begin the list of ends with a 0.
+            // In legacy files of version 5.1, the list of offsets begins with 0.
             let begins_with_zero = offsets.len() == cell_count + 1;
             sliced_corners(connectivity, &offsets[usize::from(begins_with_zero)..])
         }
@@ -205,7 +211,7 @@ fn cell_corners(path: &Path, cells: &Cells) -> Result<Vec<Vec<u64>>, FileError> 
     Ok(corners)
 }
 
-/// From a list in which each cell begins with the number of its corners, as far as it is whole.
+/// Corners of the cells in a list in which the number of corners precedes the corners of each cell. Stops at an incomplete cell.
 fn counted_corners(mut list: &[u32]) -> Vec<Vec<u64>> {
     let mut cells = Vec::new();
     while let Some((&count, rest)) = list.split_first() {
@@ -218,7 +224,7 @@ fn counted_corners(mut list: &[u32]) -> Vec<Vec<u64>> {
     cells
 }
 
-/// From a list of corners and, for each cell, where its corners end; as far as it is whole.
+/// Corners of the cells, from a list of all corners and the end of each cell in this list. Stops at an end that is out of range.
 fn sliced_corners(connectivity: &[u64], ends: &[u64]) -> Vec<Vec<u64>> {
     let mut start = 0;
     let slice = ends.iter().map_while(|&end| {
@@ -232,15 +238,18 @@ fn sliced_corners(connectivity: &[u64], ends: &[u64]) -> Vec<Vec<u64>> {
 
 #[cfg(test)]
 mod tests {
-    use super::decoded;
+    use super::percent_decoded;
 
     #[test]
     fn names_are_decoded_where_that_gives_text() {
-        assert_eq!(decoded("a%20name%20with%20spaces"), "a name with spaces");
-        assert_eq!(decoded("plain"), "plain");
-        assert_eq!(decoded("100%"), "100%");
-        assert_eq!(decoded("50%zz%+f"), "50%zz%+f");
-        assert_eq!(decoded("%c3%a9"), "é");
-        assert_eq!(decoded("%ff"), "%ff");
+        assert_eq!(
+            percent_decoded("a%20name%20with%20spaces"),
+            "a name with spaces"
+        );
+        assert_eq!(percent_decoded("plain"), "plain");
+        assert_eq!(percent_decoded("100%"), "100%");
+        assert_eq!(percent_decoded("50%zz%+f"), "50%zz%+f");
+        assert_eq!(percent_decoded("%c3%a9"), "é");
+        assert_eq!(percent_decoded("%ff"), "%ff");
     }
 }

@@ -4,20 +4,20 @@ use std::path::Path;
 use vtkio::model::ByteOrder;
 use vtkio::xml::{Compressor, DataSet, ScalarType, VTKFile};
 
-/// Most bytes that zlib makes of one.
+/// Largest compression ratio of zlib.
 const ZLIB_RATIO: usize = 1032;
 
-/// What is found and expected where the data is not in its arrays.
+/// Actual and supported variant, for a file with appended data.
 const APPENDED: (&str, &str) = (
     "appended data",
     "inline data (VTK's data modes ascii and binary)",
 );
 
-/// Checks the lengths that an XML file claims for its arrays. vtkio takes them for true: it slices
-/// and allocates by them, and would panic, or run out of memory, where they are not.
+/// Checks the array lengths that an XML file states. vtkio slices and allocates with these lengths unchecked, so a wrong length
+/// would make it panic or run out of memory.
 ///
-/// vtkio does not show the arrays, but it writes them: what it has read, without comments, in
-/// double quotes, and with all `<`, `>` and `"` inside texts replaced.
+/// The arrays of vtkio are private, but vtkio can write them. The written text has no comments, has attributes in double quotes, and
+/// has all `<`, `>` and `"` within texts escaped.
 pub(super) fn check(path: &Path, file: &VTKFile) -> Result<(), FileError> {
     check_variant(file).map_err(|variant| unsupported(path, variant))?;
     let mut text = String::new();
@@ -42,7 +42,7 @@ pub(super) fn check(path: &Path, file: &VTKFile) -> Result<(), FileError> {
     })
 }
 
-/// Checks that no data is appended.
+/// Checks that the file has no appended data.
 pub(super) fn check_inline(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
     let tag = b"<AppendedData";
     if bytes.windows(tag.len()).any(|window| window == tag) {
@@ -59,8 +59,10 @@ fn unsupported(path: &Path, (found, expected): (&str, &'static str)) -> FileErro
     }
 }
 
-/// What the file has and what it should have, if vtkio cannot read this variant or the checks
-/// here do not cover it.
+/// Checks that vtkio can read the variant of the file, and that the checks of this module cover it.
+///
+/// # Errors
+/// The actual variant and the supported variant.
 fn check_variant(file: &VTKFile) -> Result<(), (&'static str, &'static str)> {
     if !matches!(file.data_set, DataSet::UnstructuredGrid(_)) {
         return Err(("another kind of data set", "an unstructured grid"));
@@ -80,7 +82,7 @@ fn check_variant(file: &VTKFile) -> Result<(), (&'static str, &'static str)> {
     Ok(())
 }
 
-/// What matters of a data array in an XML file.
+/// Relevant attributes and content of a data array in an XML file.
 struct Array<'a> {
     name: &'a str,
     component_count: &'a str,
@@ -89,7 +91,7 @@ struct Array<'a> {
 }
 
 impl<'a> Array<'a> {
-    /// From the text that begins with its attributes.
+    /// Parses the text that begins with the attributes of the array.
     fn of(text: &'a str) -> Self {
         let (attributes, rest) = text.split_once('>').unwrap_or((text, ""));
         let attribute = |start| {
@@ -106,7 +108,7 @@ impl<'a> Array<'a> {
 }
 
 fn check_array(file: &VTKFile, array: &Array) -> Result<(), WrongLength> {
-    // The number of components multiplies what the last offset claims.
+    // vtkio multiplies the last offset by the number of components.
     if array.name == "connectivity" {
         let found = array.component_count.parse().unwrap_or(usize::MAX);
         check_limit(found, 1)?;
@@ -121,7 +123,7 @@ fn check_array(file: &VTKFile, array: &Array) -> Result<(), WrongLength> {
     }
 }
 
-/// A length that cannot be.
+/// An invalid length.
 enum WrongLength {
     TooShort { found: usize, expected: usize },
     TooLong { found: usize, limit: usize },
@@ -147,16 +149,16 @@ impl WrongLength {
     }
 }
 
-/// Checks a compressed array: in base64 a header of integers, and again in base64 the blocks.
+/// Checks a compressed array. It consists of a header of integers in base64, and of the blocks in base64.
 ///
-/// The header has the number of blocks, the length of a block and of the last block before
-/// compression, and the length of each block after it.
+/// The header contains the number of blocks, the uncompressed length of a block, the uncompressed length of the last block, and the
+/// compressed length of each block.
 fn check_blocks(file: &VTKFile, content: &[u8]) -> Result<(), WrongLength> {
     let header = header(file, content, 3)?;
     let (block_count, block, last_block) = (header[0], header[1], header[2]);
     check_length(block_count, 1)?;
     check_length(block, 1)?;
-    // There are not more blocks than characters, which keeps the products small.
+    // The number of blocks cannot exceed the number of characters. This bound prevents overflow of the products below.
     check_limit(block_count, content.len())?;
     let header = self::header(file, content, 3 + block_count)?;
     let compressed = header[3..].iter().fold(0, |sum, &n| n.saturating_add(sum));
@@ -171,7 +173,7 @@ fn check_blocks(file: &VTKFile, content: &[u8]) -> Result<(), WrongLength> {
     )
 }
 
-/// The first integers of an array.
+/// First `count` integers of an array.
 fn header(file: &VTKFile, content: &[u8], count: usize) -> Result<Vec<usize>, WrongLength> {
     let length = integer_size(file) * count;
     let encoded = content.get(..encoded_length(length)).unwrap_or_default();
@@ -181,7 +183,7 @@ fn header(file: &VTKFile, content: &[u8], count: usize) -> Result<Vec<usize>, Wr
     Ok(integers.map(|i| integer(i, file.byte_order)).collect())
 }
 
-/// Bytes of the integers in the headers of arrays.
+/// Size of the integers in array headers (bytes).
 fn integer_size(file: &VTKFile) -> usize {
     match file.header_type {
         Some(ScalarType::UInt64) => 8,
@@ -203,7 +205,7 @@ fn check_limit(found: usize, limit: usize) -> Result<(), WrongLength> {
     Ok(())
 }
 
-/// An integer of 4 or 8 bytes.
+/// Decodes an integer of 4 or 8 bytes.
 fn integer(bytes: &[u8], order: ByteOrder) -> usize {
     let append = |value: usize, byte: &u8| value << 8 | usize::from(*byte);
     match order {
@@ -212,12 +214,12 @@ fn integer(bytes: &[u8], order: ByteOrder) -> usize {
     }
 }
 
-/// Length of so many bytes in base64.
+/// Base64 length of `length` bytes.
 fn encoded_length(length: usize) -> usize {
     4 * length.div_ceil(3)
 }
 
-/// The bytes that the text is the base64 encoding of, up to the first character that is none.
+/// Decodes base64 up to the first invalid character.
 fn decoded(text: &[u8]) -> Vec<u8> {
     let digits: Vec<u8> = text.iter().map_while(|&c| digit(c)).collect();
     let decode = |group: &[u8]| {

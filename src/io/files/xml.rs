@@ -1,23 +1,23 @@
-//! Whether a file is XML at all, before its parts are looked for.
+//! Check of the well-formedness of an XML file.
 
 use quick_xml::Reader;
 use quick_xml::events::{BytesStart, Event};
 
-/// What is wrong with a file that is no XML.
+/// Reason why a file is not well-formed XML.
 #[derive(Debug, thiserror::Error)]
 pub(super) enum XmlError {
     #[error(transparent)]
     Read(#[from] quick_xml::Error),
-    #[error("the element <{0}> has no name of XML")]
+    #[error("the element <{0}> has no valid XML name")]
     Name(String),
     #[error("{0} elements are not closed")]
     Open(usize),
 }
 
-/// Checks that all elements have names and are closed in order.
+/// Checks that all elements have valid names and are closed in order.
 ///
-/// vtkio takes elements by serde, in which names that XML does not know, like `@type`, stand for attributes: these, and elements
-/// that are closed by others, end in a failed assertion of quick-xml where that is built with debug assertions.
+/// vtkio deserializes elements with serde, which represents attributes by names that are invalid in XML, such as `@type`. An element
+/// with such a name, or with a wrong closing tag, fails an assertion of quick-xml in builds with debug assertions.
 pub(super) fn check(bytes: &[u8]) -> Result<(), XmlError> {
     let mut reader = Reader::from_reader(bytes);
     let mut open = 0_usize;
@@ -28,7 +28,7 @@ pub(super) fn check(bytes: &[u8]) -> Result<(), XmlError> {
                 open += 1;
             }
             Event::Empty(start) => check_name(&start)?,
-            // That one is open, and which, the reader has checked.
+            // The reader has checked that the tag closes the innermost open element.
             Event::End(_) => open = open.saturating_sub(1),
             Event::Eof if open > 0 => return Err(XmlError::Open(open)),
             Event::Eof => return Ok(()),
@@ -37,7 +37,7 @@ pub(super) fn check(bytes: &[u8]) -> Result<(), XmlError> {
     }
 }
 
-/// Checks the first character: of the others none matters to vtkio.
+/// Checks the first character of a name. The other characters do not matter to vtkio.
 fn check_name(start: &BytesStart) -> Result<(), XmlError> {
     let name = start.name();
     match name.as_ref() {

@@ -1,25 +1,27 @@
 //! Arrows for forces and torques.
 
 use super::document::Document;
-use super::drawing::{Triangles, single};
+use super::drawing::Triangles;
 use super::frames::Frame;
 use super::loads::{Load, Loads, largest};
 use super::materials::{Color, FORCE, TORQUE, lit};
-use super::view::turn_between;
+use super::precision::single;
+use super::view::rotation_between;
 use gltf_json::animation::{Interpolation, Property};
 use gltf_json::mesh::Mesh;
 use gltf_json::scene::UnitQuaternion;
 use gltf_json::{Index, Node};
 use nalgebra::Vector3;
 
-/// How an arrow looks: radii and heights from its tail to its tip, along z.
+/// Appearance of an arrow.
 pub(super) struct Style {
+    /// Radii and heights from the tail to the tip along z, relative to the length.
     profile: &'static [[f64; 2]],
     color: Color,
     unit: &'static str,
 }
 
-/// One head.
+/// Arrow with one head.
 pub(super) const FORCES: Style = Style {
     profile: &[
         [0.0, 0.0],
@@ -32,7 +34,7 @@ pub(super) const FORCES: Style = Style {
     unit: "N",
 };
 
-/// Two heads.
+/// Arrow with two heads.
 pub(super) const TORQUES: Style = Style {
     profile: &[
         [0.0, 0.0],
@@ -50,7 +52,7 @@ pub(super) const TORQUES: Style = Style {
 /// Translation, rotation (x y z w) and scale of an arrow.
 type Placement = ([f64; 3], [f64; 4], [f64; 3]);
 
-/// Adds an arrow for each load, the largest vector of them as long as given (m).
+/// Adds an arrow for each load. `length` is the length (m) of the arrow of the largest vector.
 pub(super) fn add(
     document: &mut Document,
     style: &Style,
@@ -63,10 +65,10 @@ pub(super) fn add(
         return;
     }
     let material = document.material(lit(style.color, 1.0));
-    let arrow = Triangles::turned(style.profile).primitive(document, material);
+    let arrow = Triangles::of_revolution(style.profile).primitive(document, material);
     let mesh = document.mesh(vec![arrow]);
     for Loads { name, by_frame } in loads {
-        document.data.begin(format!("the arrow {name:?}"));
+        document.data.set_subject(format!("the arrow {name:?}"));
         let name = format!("{name}, {length:.3e} m for {largest:.3e} {}", style.unit);
         let keys = keys(by_frame, frames, |vector| {
             length * (vector.norm() / largest)
@@ -75,7 +77,7 @@ pub(super) fn add(
     }
 }
 
-/// When an arrow changes, and to what.
+/// Keyframes of an arrow: the times (s) at which its placement changes, and the new placements.
 fn keys(
     loads: &[Option<Load>],
     frames: &[Frame],
@@ -96,13 +98,13 @@ fn keys(
     keys
 }
 
-/// Where an arrow is that shows a load.
+/// Placement of an arrow of a given length (m) that shows a load.
 fn placement(load: &Load, length: f64) -> Placement {
-    let turn = turn_between(&Vector3::z(), &load.vector);
-    (load.point.into(), turn.coords.into(), [length; 3])
+    let rotation = rotation_between(&Vector3::z(), &load.vector);
+    (load.point.into(), rotation.coords.into(), [length; 3])
 }
 
-/// An arrow without a load stays where it was last, at scale 0.
+/// Placement of an arrow without a load: the last placement, with scale 0.
 fn hidden(last: Option<Placement>) -> Placement {
     let (translation, rotation, _) = last.unwrap_or(([0.0; 3], [0.0, 0.0, 0.0, 1.0], [0.0; 3]));
     (translation, rotation, [0.0; 3])
@@ -121,8 +123,8 @@ fn add_arrow(document: &mut Document, mesh: Index<Mesh>, name: String, keys: &[(
         ..Node::default()
     });
     let times: Vec<f64> = keys.iter().map(|key| key.0).collect();
-    let way = |property| (property, Interpolation::Step);
-    document.animate(node, way(Property::Translation), &times, &translations);
-    document.animate(node, way(Property::Rotation), &times, &rotations);
-    document.animate(node, way(Property::Scale), &times, &scales);
+    let stepwise = |property| (property, Interpolation::Step);
+    document.animate(node, stepwise(Property::Translation), &times, &translations);
+    document.animate(node, stepwise(Property::Rotation), &times, &rotations);
+    document.animate(node, stepwise(Property::Scale), &times, &scales);
 }

@@ -1,9 +1,10 @@
-//! The bodies: their surfaces, and their poses over time.
+//! Surfaces of the bodies, and their poses over time.
 
 use super::document::Document;
-use super::drawing::{Triangles, primitive, quaternion, single};
+use super::drawing::{Triangles, primitive, quaternion};
 use super::frames::Frame;
 use super::materials::{self, lit, unlit};
+use super::precision::single;
 use crate::dynamics::{Body, BodyShape, BodyState, Motion};
 use crate::geometry::Aabb;
 use gltf_json::animation::{Interpolation, Property};
@@ -13,24 +14,25 @@ use gltf_json::{Accessor, Index, Material, Node};
 use nalgebra::Vector3;
 use rustc_hash::FxHashMap;
 
-/// How much of the light bodies hold back: the contact surface inside must show.
+/// Opacity of dynamic bodies. It is low because the contact surface inside must be visible.
 const OPACITY: f32 = 0.45;
+/// Opacity of fixed and kinematic bodies.
 const SCENERY_OPACITY: f32 = 0.3;
 const EDGE_OPACITY: f32 = 0.3;
 
-/// No edge shows between triangles whose normals have a cosine above this: that of 15 degrees.
+/// Cosine of 15 degrees. An edge is hidden if the cosine of the angle between the adjacent normals is not below this value.
 const SMOOTH: f64 = 0.966;
 
-/// The accessors of a shape's surface: bodies of one shape share them.
+/// Accessors of the surface of a shape. Bodies with the same shape share them.
 #[derive(Clone, Copy)]
 struct Outline {
     points: Index<Accessor>,
     triangles: Index<Accessor>,
-    /// If there are any.
+    /// Visible edges; `None` if there are none.
     edges: Option<Index<Accessor>>,
 }
 
-/// Adds the bodies, those that forces move in colors of their own.
+/// Adds the bodies. Dynamic bodies have different colors.
 pub(super) fn add(document: &mut Document, bodies: &[Body], frames: &[Frame]) {
     if bodies.is_empty() {
         return;
@@ -39,8 +41,8 @@ pub(super) fn add(document: &mut Document, bodies: &[Body], frames: &[Frame]) {
     let times: Vec<f64> = frames.iter().map(|frame| frame.time).collect();
     let mut outlines: Vec<(&BodyShape, Outline)> = Vec::new();
     let mut colors = materials::BODIES.into_iter().cycle();
-    for (place, body) in bodies.iter().enumerate() {
-        document.data.begin(format!("body {:?}", body.name()));
+    for (index, body) in bodies.iter().enumerate() {
+        document.data.set_subject(format!("body {:?}", body.name()));
         let skin = match body.inertia().and_then(|_| colors.next()) {
             Some(color) => lit(color, OPACITY),
             None => lit(materials::SCENERY, SCENERY_OPACITY),
@@ -53,13 +55,13 @@ pub(super) fn add(document: &mut Document, bodies: &[Body], frames: &[Frame]) {
             .find(|(shape, _)| !is_half_space && shape.is_same(body.shape()));
         let outline = match known {
             Some((_, outline)) => *outline,
-            None => Outline::of(&surface(body, place, bodies, frames), document),
+            None => Outline::of(&surface(index, bodies, frames), document),
         };
         outlines.push((body.shape(), outline));
         let mesh = mesh(document, outline, [skin, edge]);
         let states: Vec<_> = frames
             .iter()
-            .map(|frame| frame.state.bodies[place])
+            .map(|frame| frame.state.bodies[index])
             .collect();
         let node = document.node(Node {
             mesh: Some(mesh),
@@ -72,7 +74,7 @@ pub(super) fn add(document: &mut Document, bodies: &[Body], frames: &[Frame]) {
     }
 }
 
-/// The mesh of a body: its skin, and its edges if there are any.
+/// Adds the mesh of a body: its surface, and its visible edges.
 fn mesh(
     document: &mut Document,
     outline: Outline,
@@ -89,9 +91,9 @@ fn mesh(
     document.mesh(primitives)
 }
 
-/// The surface of the body in some place.
-fn surface(body: &Body, place: usize, bodies: &[Body], frames: &[Frame]) -> Triangles {
-    match body.shape() {
+/// Surface of the body with this index.
+fn surface(index: usize, bodies: &[Body], frames: &[Frame]) -> Triangles {
+    match bodies[index].shape() {
         BodyShape::Compliant(shape) => {
             let mesh = shape.field().mesh();
             Triangles::of_surface(mesh.vertices(), mesh.surface_triangles())
@@ -101,7 +103,7 @@ fn surface(body: &Body, place: usize, bodies: &[Body], frames: &[Frame]) -> Tria
             Triangles::of_surface(surface.vertices(), surface.triangles())
         }
         BodyShape::HalfSpace(_) => {
-            let (center, half_edge) = match scene_below(place, bodies, frames) {
+            let (center, half_edge) = match scene_in_frame_of(index, bodies, frames) {
                 Some(scene) => (scene.center(), scene.half_extents().norm()),
                 None => (Vector3::zeros(), 1.0),
             };
@@ -110,16 +112,16 @@ fn surface(body: &Body, place: usize, bodies: &[Body], frames: &[Frame]) -> Tria
     }
 }
 
-/// Bounding box of the moving bodies in all frames, or of all bodies if none moves, in the frame of the half-space with this index.
-/// The tile of the half-space is as wide as the diagonal of the box.
-fn scene_below(place: usize, bodies: &[Body], frames: &[Frame]) -> Option<Aabb> {
+/// Bounding box (m) of the moving bodies in all frames, or of all bodies if none moves, in the frame of the half-space with this
+/// index. The tile of the half-space is as wide as the diagonal of the box.
+fn scene_in_frame_of(half_space: usize, bodies: &[Body], frames: &[Frame]) -> Option<Aabb> {
     let around = |only_moving: bool| {
         let boxes = frames.iter().flat_map(move |frame| {
             let states = &frame.state.bodies;
-            let to_tile = states[place].pose.inverse();
-            let drawn = bodies.iter().zip(states);
-            let drawn = drawn.filter(move |(body, _)| !only_moving || !is_fixed(body));
-            drawn.filter_map(move |(body, state)| {
+            let to_tile = states[half_space].pose.inverse();
+            let included = bodies.iter().zip(states);
+            let included = included.filter(move |(body, _)| !only_moving || !is_fixed(body));
+            included.filter_map(move |(body, state)| {
                 Some(body.shape().bounds()?.posed(&(to_tile * state.pose)))
             })
         });
@@ -132,36 +134,37 @@ fn is_fixed(body: &Body) -> bool {
     matches!(body.motion, Motion::Fixed)
 }
 
-/// Moves the node of a body from frame to frame, if the body moves.
+/// Animates the node of a body, if the body moves.
 fn animate(document: &mut Document, node: Index<Node>, times: &[f64], states: &[BodyState]) {
     let positions: Vec<[f64; 3]> = states
         .iter()
         .map(|state| (*state.position()).into())
         .collect();
-    let mut turns: Vec<[f64; 4]> = states.iter().map(|state| quaternion(&state.pose)).collect();
+    let mut rotations: Vec<[f64; 4]> = states.iter().map(|state| quaternion(&state.pose)).collect();
     if moves(&positions) {
-        let way = (Property::Translation, Interpolation::Linear);
-        document.animate(node, way, times, &positions);
+        let linear = (Property::Translation, Interpolation::Linear);
+        document.animate(node, linear, times, &positions);
     }
-    if moves(&turns) {
-        turn_the_short_way(&mut turns);
-        let way = (Property::Rotation, Interpolation::Linear);
-        document.animate(node, way, times, &turns);
+    if moves(&rotations) {
+        choose_nearest_signs(&mut rotations);
+        let linear = (Property::Rotation, Interpolation::Linear);
+        document.animate(node, linear, times, &rotations);
     }
 }
 
-/// Whether any of the numbers changes, by however little.
+/// Whether any bit of the numbers changes.
 fn moves<const N: usize>(numbers: &[[f64; N]]) -> bool {
     let bits = |numbers: &[f64; N]| numbers.map(f64::to_bits);
     numbers.iter().any(|key| bits(key) != bits(&numbers[0]))
 }
 
-/// Of the two quaternions of a rotation takes that nearer to the one before.
-fn turn_the_short_way(turns: &mut [[f64; 4]]) {
-    for place in 1..turns.len() {
-        let cosine: f64 = (0..4).map(|i| turns[place][i] * turns[place - 1][i]).sum();
+/// Chooses the sign of each quaternion that is nearer to the previous quaternion, so that interpolation takes the shorter rotation.
+fn choose_nearest_signs(quaternions: &mut [[f64; 4]]) {
+    for index in 1..quaternions.len() {
+        let [previous, quaternion] = [quaternions[index - 1], quaternions[index]];
+        let cosine: f64 = (0..4).map(|i| quaternion[i] * previous[i]).sum();
         if cosine < 0.0 {
-            turns[place] = turns[place].map(|part| -part);
+            quaternions[index] = quaternion.map(|component| -component);
         }
     }
 }
@@ -178,7 +181,7 @@ impl Outline {
     }
 }
 
-/// The edges between triangles that meet at an angle, sorted.
+/// Edges between triangles that meet at an angle, sorted.
 fn edges(surface: &Triangles) -> Vec<[u32; 2]> {
     let mut normals: FxHashMap<[u32; 2], Vec<Vector3<f64>>> = FxHashMap::default();
     for &[a, b, c] in &surface.triangles {
@@ -191,12 +194,12 @@ fn edges(surface: &Triangles) -> Vec<[u32; 2]> {
                 .push(normal);
         }
     }
-    let shows = |normals: &[Vector3<f64>]| {
+    let is_visible = |normals: &[Vector3<f64>]| {
         normals
             .windows(2)
             .all(|pair| pair[0].dot(&pair[1]) < SMOOTH)
     };
-    normals.retain(|_, normals| shows(normals));
+    normals.retain(|_, normals| is_visible(normals));
     let mut edges: Vec<_> = normals.into_keys().collect();
     edges.sort_unstable();
     edges

@@ -1,6 +1,6 @@
-//! The numbers of a glTF document: accessors and the binary buffer behind them.
+//! Binary buffer of a glTF document, and its accessors.
 
-use super::drawing::single;
+use super::precision::single;
 use gltf_json::accessor::{ComponentType, GenericComponentType, Type};
 use gltf_json::buffer::{Buffer, Stride, Target, View};
 use gltf_json::validation::{Checked, USize64};
@@ -8,7 +8,7 @@ use gltf_json::{Accessor, Extras, Index, Root, Value};
 use nalgebra::Vector3;
 use rustc_hash::FxHashMap;
 
-/// What the parts of the buffer hold.
+/// Part of the buffer, by content.
 #[derive(Clone, Copy)]
 enum Part {
     Positions,
@@ -17,15 +17,15 @@ enum Part {
     Keys,
 }
 
-/// Bytes in the four parts, and which accessors see which of them.
+/// Bytes of the four parts of the buffer, and the accessors that refer to them.
 pub(super) struct Data {
     parts: [Vec<u8>; 4],
     accessors: Vec<Accessor>,
-    /// The accessors of keys, by numbers in a value and the bits of all of them.
+    /// Accessors of keyframes, by the length of a value and the bits of all values.
     shared: FxHashMap<(usize, Vec<u64>), Index<Accessor>>,
-    /// What is being written.
+    /// Current subject, to which the next numbers belong.
     subject: String,
-    /// What was being written when the first number was not finite in single precision.
+    /// Subject of the first number that is not finite in single precision.
     not_finite: Option<String>,
 }
 
@@ -40,30 +40,30 @@ impl Data {
         }
     }
 
-    /// From now on numbers belong to this, as an error would name it.
-    pub fn begin(&mut self, subject: impl Into<String>) {
+    /// Sets the subject of the next numbers, for error messages.
+    pub fn set_subject(&mut self, subject: impl Into<String>) {
         self.subject = subject.into();
     }
 
-    /// What the first number belongs to that was not finite in single precision, if there was one.
+    /// Subject of the first number that is not finite in single precision, if there is one.
     pub fn not_finite(&self) -> Option<&str> {
         self.not_finite.as_deref()
     }
 
-    /// Remembers what is being written if one of these is not finite.
+    /// Stores the current subject if a number is not finite.
     pub fn check(&mut self, numbers: impl IntoIterator<Item = f32>) {
         if !numbers.into_iter().all(f32::is_finite) {
             self.not_finite.get_or_insert_with(|| self.subject.clone());
         }
     }
 
-    /// Points of a mesh (m).
+    /// Adds the points of a mesh (m).
     pub fn positions(&mut self, points: &[Vector3<f64>]) -> Index<Accessor> {
         let points: Vec<[f64; 3]> = points.iter().map(|&point| point.into()).collect();
         self.bounded_floats(Part::Positions, Type::Vec3, &points)
     }
 
-    /// Colors of the points of a mesh: linear red, green, blue and alpha.
+    /// Adds the colors of the points of a mesh: linear red, green, blue and alpha.
     pub fn colors(&mut self, colors: &[[u8; 4]]) -> Index<Accessor> {
         let (kind, count) = ((ComponentType::U8, Type::Vec4), colors.len());
         let offset = self.append(Part::Colors, colors.concat());
@@ -74,7 +74,7 @@ impl Data {
         })
     }
 
-    /// Which points make lines or triangles.
+    /// Adds the point indices of lines or triangles.
     pub fn indices(&mut self, indices: &[u32]) -> Index<Accessor> {
         let short: Option<Vec<u16>> = indices.iter().map(|&index| short(index)).collect();
         let (bytes, component): (Vec<u8>, _) = if let Some(short) = short {
@@ -89,7 +89,7 @@ impl Data {
         self.push(accessor(Part::Indices, offset, indices.len(), kind))
     }
 
-    /// Times (s) of keys, in increasing order.
+    /// Adds the times (s) of keyframes, in increasing order.
     pub fn times(&mut self, times: &[f64]) -> Index<Accessor> {
         let times: Vec<[f64; 1]> = times.iter().map(|&time| [time]).collect();
         self.shared(&times, |data| {
@@ -97,7 +97,7 @@ impl Data {
         })
     }
 
-    /// What keys say: translations, scales, or quaternions x y z w.
+    /// Adds the values of keyframes: translations, scales, or quaternions x y z w.
     pub fn keys<const N: usize>(&mut self, values: &[[f64; N]]) -> Index<Accessor> {
         let kind = if N == 4 { Type::Vec4 } else { Type::Vec3 };
         self.shared(values, |data| {
@@ -106,24 +106,24 @@ impl Data {
         })
     }
 
-    /// One accessor for the same times or values, however often they are asked for.
+    /// Returns the accessor of times or values, and adds it only once.
     fn shared<const N: usize>(
         &mut self,
         values: &[[f64; N]],
-        new: impl Fn(&mut Self) -> Index<Accessor>,
+        add: impl Fn(&mut Self) -> Index<Accessor>,
     ) -> Index<Accessor> {
         let bits = values.iter().flatten().map(|number| number.to_bits());
         let key = (N, bits.collect());
         if let Some(known) = self.shared.get(&key) {
             return *known;
         }
-        let accessor = new(self);
+        let accessor = add(self);
         self.shared.insert(key, accessor);
         accessor
     }
 
-    /// Moves accessors, views and buffer into a document; the bytes of the buffer.
-    pub fn moved_into(mut self, root: &mut Root) -> Vec<u8> {
+    /// Moves accessors, views and buffer into a document. Returns the bytes of the buffer.
+    pub fn write_into(mut self, root: &mut Root) -> Vec<u8> {
         let mut offset = 0;
         let views = PARTS.map(|part| {
             let (start, length) = (offset, self.parts[part as usize].len());
@@ -141,7 +141,7 @@ impl Data {
         self.parts.concat()
     }
 
-    /// Numbers with the least and the largest of each component, which glTF asks of points and times.
+    /// Adds numbers, with the minimum and maximum of each component, which glTF requires for points and times.
     fn bounded_floats<const N: usize>(
         &mut self,
         part: Part,
@@ -172,12 +172,12 @@ impl Data {
         accessor(part, offset, values.len(), (ComponentType::F32, kind))
     }
 
-    /// Where the bytes begin in their part. Numbers are aligned to 4 bytes.
+    /// Appends bytes to a part, padded to a multiple of 4 bytes. Returns their offset in the part.
     fn append(&mut self, part: Part, bytes: Vec<u8>) -> usize {
-        let all = &mut self.parts[part as usize];
-        let offset = all.len();
-        all.extend(bytes);
-        all.resize(all.len().next_multiple_of(4), 0);
+        let target = &mut self.parts[part as usize];
+        let offset = target.len();
+        target.extend(bytes);
+        target.resize(target.len().next_multiple_of(4), 0);
         offset
     }
 
@@ -192,12 +192,12 @@ fn singles<const N: usize>(values: &[[f64; N]]) -> Vec<[f32; N]> {
     values.iter().map(|&value| single(value)).collect()
 }
 
-/// The number in 16 bits; the largest of these is reserved.
+/// Converts an index to 16 bits, if possible. glTF reserves the largest value.
 fn short(index: u32) -> Option<u16> {
     u16::try_from(index).ok().filter(|&short| short != u16::MAX)
 }
 
-/// Stands for the view of a part until it is known which parts there are.
+/// Placeholder of the view of a part, until [`Data::write_into`] knows which parts are empty.
 fn placeholder(part: Part) -> Index<View> {
     Index::new(part as u32)
 }
@@ -224,7 +224,7 @@ fn accessor(
     }
 }
 
-/// A part of the buffer.
+/// View of a part of the buffer.
 fn view(part: Part, offset: usize, length: usize) -> View {
     let (target, stride) = match part {
         Part::Positions => (Some(Target::ArrayBuffer), Some(12)),

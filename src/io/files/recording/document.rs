@@ -1,4 +1,4 @@
-//! A glTF document, written as one `.glb` file.
+//! glTF document, written as a `.glb` file.
 
 use super::data::Data;
 use gltf_json::animation::{Animation, Channel, Interpolation, Property, Sampler, Target};
@@ -7,30 +7,31 @@ use gltf_json::scene::{Scene, UnitQuaternion};
 use gltf_json::validation::Checked;
 use gltf_json::{Camera, Extras, Index, Material, Node, Root};
 
-/// Bytes of the header of a `.glb` file, and of that of a chunk.
-const HEADER: usize = 12;
-const CHUNK_HEADER: usize = 8;
+/// Size of the header of a `.glb` file (bytes).
+const HEADER_SIZE: usize = 12;
+/// Size of the header of a chunk (bytes).
+const CHUNK_HEADER_SIZE: usize = 8;
 /// Version of glTF.
 const VERSION: u32 = 2;
-/// The extension of glTF by which materials are the same in any light.
+/// glTF extension for materials that do not depend on lighting.
 const UNLIT: &str = "KHR_materials_unlit";
 
-/// Meshes, nodes and their animation.
+/// A glTF document under construction.
 pub(super) struct Document {
     root: Root,
     pub data: Data,
     channels: Vec<Channel>,
     samplers: Vec<Sampler>,
-    top: Vec<Index<Node>>,
+    top_nodes: Vec<Index<Node>>,
 }
 
-/// Why a document has no file.
+/// Reason why a document cannot be written.
 pub(super) enum Unwritable {
-    /// A number of this is not finite in single precision.
+    /// A number of this subject is not finite in single precision.
     NotFinite(String),
-    /// It is longer (bytes) than its header can tell.
+    /// The length (bytes) does not fit into the header.
     TooLong(usize),
-    /// It has no JSON.
+    /// The JSON serialization failed.
     Json(gltf_json::Error),
 }
 
@@ -43,7 +44,7 @@ impl Document {
             data: Data::new(),
             channels: Vec::new(),
             samplers: Vec::new(),
-            top: Vec::new(),
+            top_nodes: Vec::new(),
         }
     }
 
@@ -72,7 +73,7 @@ impl Document {
         })
     }
 
-    /// A node in world coordinates.
+    /// Adds a node in world coordinates.
     pub fn node(&mut self, node: Node) -> Index<Node> {
         let rotation = node.rotation.map(|rotation| rotation.0);
         let vectors = [node.translation, node.scale]
@@ -82,12 +83,12 @@ impl Document {
         self.data
             .check(vectors.chain(rotation.into_iter().flatten()));
         let index = self.root.push(node);
-        self.top.push(index);
+        self.top_nodes.push(index);
         index
     }
 
-    /// Moves a node by keys at these times: 4 numbers each for a rotation, otherwise 3. With one key
-    /// alone it stays as it is.
+    /// Animates a node with keyframes at times (s): 4 numbers per keyframe for a rotation, otherwise 3. Does nothing for fewer than 2
+    /// keyframes.
     pub fn animate<const N: usize>(
         &mut self,
         node: Index<Node>,
@@ -119,14 +120,17 @@ impl Document {
         });
     }
 
-    /// The file, with the world turned by a quaternion (x y z w) so that y is up.
+    /// Returns the bytes of the file. The quaternion (x y z w) rotates the world so that y is up.
+    ///
+    /// # Errors
+    /// The variants of [`Unwritable`].
     pub fn into_glb(mut self, to_y_up: [f32; 4]) -> Result<Vec<u8>, Unwritable> {
         if let Some(part) = self.data.not_finite() {
             return Err(Unwritable::NotFinite(part.to_owned()));
         }
         let world = self.root.push(Node {
             name: Some("world".to_owned()),
-            children: (!self.top.is_empty()).then_some(self.top),
+            children: (!self.top_nodes.is_empty()).then_some(self.top_nodes),
             rotation: Some(UnitQuaternion(to_y_up)),
             ..Node::default()
         });
@@ -146,19 +150,21 @@ impl Document {
                 extras: Extras::default(),
             });
         }
-        let binary = self.data.moved_into(&mut self.root);
+        let binary = self.data.write_into(&mut self.root);
         let json = self.root.to_vec().map_err(Unwritable::Json)?;
         container(json, binary)
     }
 }
 
-/// The `.glb` container of the two chunks.
+/// Returns the `.glb` container of the JSON chunk and the binary chunk.
 fn container(mut json: Vec<u8>, binary: Vec<u8>) -> Result<Vec<u8>, Unwritable> {
     json.resize(json.len().next_multiple_of(4), b' ');
     let mut chunks = vec![(b"JSON", json), (b"BIN\0", binary)];
     chunks.retain(|(_, chunk)| !chunk.is_empty());
-    let lengths = chunks.iter().map(|(_, chunk)| CHUNK_HEADER + chunk.len());
-    let length = HEADER + lengths.sum::<usize>();
+    let lengths = chunks
+        .iter()
+        .map(|(_, chunk)| CHUNK_HEADER_SIZE + chunk.len());
+    let length = HEADER_SIZE + lengths.sum::<usize>();
     let size = |bytes: usize| u32::try_from(bytes).map_err(|_| Unwritable::TooLong(length));
     let mut glb = b"glTF".to_vec();
     glb.extend([VERSION, size(length)?].map(u32::to_le_bytes).concat());

@@ -1,4 +1,4 @@
-//! Points, triangles and turns as glTF has them.
+//! Triangle meshes and rotations in the conventions of glTF.
 
 use super::document::Document;
 use crate::scalar::portable::sin_cos;
@@ -10,23 +10,23 @@ use nalgebra::{Isometry3, Vector3};
 use rustc_hash::FxHashMap;
 use std::f64::consts::TAU;
 
-/// Corners of the cross-section of what is turned.
+/// Number of corners of the cross-section of a surface of revolution.
 const SIDES: usize = 16;
 
-/// Points (m) and the triangles between them, counter-clockwise seen from outside.
+/// Points (m) and triangles, counterclockwise seen from outside.
 pub(super) struct Triangles {
     pub points: Vec<Vector3<f64>>,
     pub triangles: Vec<[u32; 3]>,
 }
 
 impl Triangles {
-    /// Triangles of these vertices, without the vertices that none has.
+    /// Creates the triangles of a surface, without its unused vertices.
     pub fn of_surface(vertices: &[Vector3<f64>], triangles: &[[usize; 3]]) -> Self {
-        let mut places = FxHashMap::default();
+        let mut indices = FxHashMap::default();
         let mut points = Vec::new();
         let triangles = triangles.iter().map(|triangle| {
             triangle.map(|vertex| {
-                *places.entry(vertex).or_insert_with(|| {
+                *indices.entry(vertex).or_insert_with(|| {
                     points.push(vertices[vertex]);
                     index(points.len() - 1)
                 })
@@ -36,7 +36,7 @@ impl Triangles {
         Self { points, triangles }
     }
 
-    /// A square in the plane z = 0 around the projection of a point, visible from above.
+    /// Creates a square in the plane z = 0 around the projection of a point (m), visible from above.
     pub fn tile(center: &Vector3<f64>, half_edge: f64) -> Self {
         let corner =
             |x: f64, y: f64| Vector3::new(center.x + x * half_edge, center.y + y * half_edge, 0.0);
@@ -51,8 +51,8 @@ impl Triangles {
         }
     }
 
-    /// What a line of (radius, height) turned about the z axis passes over, from below upwards.
-    pub fn turned(profile: &[[f64; 2]]) -> Self {
+    /// Creates a surface of revolution about the z axis. The profile is a line of (radius, height), from bottom to top.
+    pub fn of_revolution(profile: &[[f64; 2]]) -> Self {
         let ring = |&[radius, height]: &[f64; 2]| {
             std::array::from_fn::<_, SIDES, _>(|side| {
                 let (sine, cosine) = sin_cos(TAU * side as f64 / SIDES as f64);
@@ -62,23 +62,23 @@ impl Triangles {
         Self::between_rings(&profile.iter().map(ring).collect::<Vec<_>>())
     }
 
-    /// A tube over rings of corners, each counter-clockwise seen from the next one.
+    /// Creates a tube over rings of corners. Each ring is counterclockwise seen from the next ring.
     pub fn between_rings<const N: usize>(rings: &[[Vector3<f64>; N]]) -> Self {
-        let at = |ring: usize, side: usize| index(ring * N + side % N);
-        let between = |ring, side| {
-            let [a, b] = [at(ring, side), at(ring, side + 1)];
-            let [c, d] = [at(ring + 1, side), at(ring + 1, side + 1)];
+        let corner = |ring: usize, side: usize| index(ring * N + side % N);
+        let quad = |ring, side| {
+            let [a, b] = [corner(ring, side), corner(ring, side + 1)];
+            let [c, d] = [corner(ring + 1, side), corner(ring + 1, side + 1)];
             [[a, b, d], [a, d, c]]
         };
         let gaps = 0..rings.len().saturating_sub(1);
-        let quads = gaps.flat_map(|ring| (0..N).flat_map(move |side| between(ring, side)));
+        let quads = gaps.flat_map(|ring| (0..N).flat_map(move |side| quad(ring, side)));
         Self {
             points: rings.as_flattened().to_vec(),
             triangles: quads.collect(),
         }
     }
 
-    /// A primitive of one material.
+    /// Adds the triangles to a document and returns a primitive of one material.
     pub fn primitive(&self, document: &mut Document, material: Index<Material>) -> Primitive {
         let positions = document.data.positions(&self.points);
         let triangles = document.data.indices(&self.triangles.concat());
@@ -86,7 +86,7 @@ impl Triangles {
     }
 }
 
-/// Points joined to triangles or lines.
+/// Returns a primitive of triangles or lines between points.
 pub(super) fn primitive(
     mode: Mode,
     positions: Index<Accessor>,
@@ -104,21 +104,16 @@ pub(super) fn primitive(
     }
 }
 
-/// The number of a point.
+/// Converts the index of a point to `u32`.
 #[expect(
     clippy::cast_possible_truncation,
     reason = "meshes and contact surfaces have fewer points than a u32 counts"
 )]
-pub(super) fn index(place: usize) -> u32 {
-    place as u32
+pub(super) fn index(point: usize) -> u32 {
+    point as u32
 }
 
-/// The rotation of a pose as a quaternion (x y z w).
+/// Rotation of a pose as a quaternion (x y z w).
 pub(super) fn quaternion(pose: &Pose) -> [f64; 4] {
     Isometry3::from(*pose).rotation.coords.into()
-}
-
-#[expect(clippy::cast_possible_truncation, reason = "glTF has single precision")]
-pub(super) fn single<const N: usize>(numbers: [f64; N]) -> [f32; N] {
-    numbers.map(|number| number as f32)
 }

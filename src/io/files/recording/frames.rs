@@ -1,24 +1,24 @@
-//! Which states of a trajectory are shown, and when.
+//! Selection of the states of a trajectory that a recording shows.
 
-use super::drawing::single;
+use super::precision::single;
 use crate::dynamics::{Contact, Model, State, Trajectory};
 
-/// Frames for each second of the recording, at most.
+/// Maximum frame rate of the recording (1/s).
 const RATE: f64 = 60.0;
-/// Rounding of times, as a part of the time between frames.
+/// Rounding error of times, relative to the time between frames.
 const ROUNDING: f64 = 1e-6;
 
-/// A state that is shown.
+/// A shown state.
 pub(super) struct Frame<'a> {
-    /// When (s of the recording, from its beginning).
+    /// Time since the start of the recording (s).
     pub time: f64,
     pub state: &'a State,
     pub contacts: Vec<Contact>,
 }
 
-/// The states that are shown, time passing so many times slower.
+/// Shown states of a trajectory, with the times multiplied by `slowdown`.
 pub(super) fn frames<'a>(
-    system: &Model,
+    model: &Model,
     trajectory: &'a Trajectory,
     slowdown: f64,
 ) -> Vec<Frame<'a>> {
@@ -28,22 +28,22 @@ pub(super) fn frames<'a>(
         .iter()
         .map(|state| (state.time - start) * slowdown)
         .collect();
-    let frame = |place: usize| Frame {
-        time: times[place],
-        state: &states[place],
-        contacts: system.contacts(&states[place]),
+    let frame = |index: usize| Frame {
+        time: times[index],
+        state: &states[index],
+        contacts: model.contacts(&states[index]),
     };
-    shown(&times).into_iter().map(frame).collect()
+    shown_indices(&times).into_iter().map(frame).collect()
 }
 
-/// Which of these times are shown: the first, those that come no sooner after the one shown before than
-/// the frame rate allows, and the last, instead of one that it comes sooner after.
-fn shown(times: &[f64]) -> Vec<usize> {
+/// Indices of the shown times: the first time, each time that follows the previous shown time at no more than the frame rate, and the
+/// last time. If the last time follows too soon, it replaces the previous shown time, unless this is the first time.
+fn shown_indices(times: &[f64]) -> Vec<usize> {
     let mut shown = vec![0];
-    for place in 1..times.len() {
+    for index in 1..times.len() {
         let before = times[shown[shown.len() - 1]];
-        if is_frame_after(before, times[place]) {
-            shown.push(place);
+        if is_frame_after(before, times[index]) {
+            shown.push(index);
         }
     }
     let last = times.len() - 1;
@@ -56,7 +56,7 @@ fn shown(times: &[f64]) -> Vec<usize> {
     shown
 }
 
-/// Whether a time is as much later as the frame rate asks, and later in single precision too.
+/// Whether a time follows another at no more than the frame rate, and is also later in single precision.
 fn is_frame_after(before: f64, time: f64) -> bool {
     time - before >= (1.0 - ROUNDING) / RATE && single([before]) < single([time])
 }

@@ -1,14 +1,15 @@
-//! Targets and paths.
+//! Targets and paths of a recording.
 
 use super::document::Document;
-use super::drawing::{Triangles, single};
+use super::drawing::Triangles;
 use super::materials::{Color, PATHS, TARGET, lit, mixed};
-use super::view::square_to;
+use super::precision::single;
+use super::view::perpendicular_to;
 use crate::scalar::portable::sin_cos;
 use gltf_json::{Material, Node};
 use nalgebra::Vector3;
 
-/// A point that is marked by a ball.
+/// A point (m) marked by a ball with a radius (m).
 #[derive(Debug, Clone)]
 pub(super) struct Target {
     pub name: String,
@@ -16,14 +17,14 @@ pub(super) struct Target {
     pub radius: f64,
 }
 
-/// A line through points.
+/// A line through points (m).
 #[derive(Debug, Clone)]
 pub(super) struct Path {
     pub name: String,
     pub points: Vec<Vector3<f64>>,
 }
 
-/// Segments of a marking ball from pole to pole.
+/// Number of segments of the ball of a target from pole to pole.
 const SEGMENTS: usize = 8;
 const OPACITY: f32 = 0.6;
 
@@ -33,9 +34,11 @@ pub(super) fn add_targets(document: &mut Document, targets: &[Target]) {
         .map(sin_cos)
         .map(|(sine, cosine)| [sine, -cosine])
         .collect();
-    let ball = Triangles::turned(&meridian);
+    let ball = Triangles::of_revolution(&meridian);
     for target in targets {
-        document.data.begin(format!("target {:?}", target.name));
+        document
+            .data
+            .set_subject(format!("target {:?}", target.name));
         let material = document.material(lit(TARGET, OPACITY));
         let primitive = ball.primitive(document, material);
         let mesh = document.mesh(vec![primitive]);
@@ -49,21 +52,22 @@ pub(super) fn add_targets(document: &mut Document, targets: &[Target]) {
     }
 }
 
-/// Adds paths as tubes of some radius (m), in colors from that of the first to that of the last.
+/// Adds paths as tubes with a radius (m). Their colors are interpolated between the two colors of [`PATHS`].
 pub(super) fn add_paths(document: &mut Document, paths: &[Path], radius: f64) {
-    for (place, path) in paths.iter().enumerate() {
-        let color = mixed(PATHS[0], PATHS[1], (place + 1) as f64 / paths.len() as f64);
+    for (index, path) in paths.iter().enumerate() {
+        let fraction = (index + 1) as f64 / paths.len() as f64;
+        let color = mixed(PATHS[0], PATHS[1], fraction);
         add_path(document, path, color, radius);
     }
 }
 
 fn add_path(document: &mut Document, path: &Path, color: Color, radius: f64) {
-    document.data.begin(format!("path {:?}", path.name));
+    document.data.set_subject(format!("path {:?}", path.name));
     let points = path.points.iter();
     document
         .data
         .check(points.flat_map(|&point| single(point.into())));
-    let line = without_stays(&path.points);
+    let line = without_repetitions(&path.points);
     if line.len() < 2 {
         return;
     }
@@ -80,37 +84,37 @@ fn add_path(document: &mut Document, path: &Path, color: Color, radius: f64) {
     });
 }
 
-/// The points that differ from the one before.
-fn without_stays(points: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
+/// Points of a line, without points equal to the previous point.
+fn without_repetitions(points: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
     let mut line = points.to_vec();
     line.dedup_by(|next, point| (*next - *point).norm() == 0.0);
     line
 }
 
-/// A tube around a line, with open ends; no point is the one before. Its spokes change as little as they can
-/// from point to point, so it is inside out where the line goes back.
+/// A tube around a line, with open ends. Consecutive points must differ. The tube is twisted as little as possible, so its faces point
+/// inwards where the line turns back.
 fn tube(line: &[Vector3<f64>], radius: f64) -> Triangles {
     let [mut across, mut third] = [Vector3::zeros(); 2];
     let mut rings = Vec::new();
-    for (place, point) in line.iter().enumerate() {
-        let along = direction(line, place);
-        across = square_to(&along, &across);
-        let beside = along.cross(&across);
-        third = if beside.dot(&third) < 0.0 {
-            -beside
+    for (index, point) in line.iter().enumerate() {
+        let along = direction(line, index);
+        across = perpendicular_to(&along, &across);
+        let normal = along.cross(&across);
+        third = if normal.dot(&third) < 0.0 {
+            -normal
         } else {
-            beside
+            normal
         };
         rings.push([across, third, -across, -third].map(|spoke| point + spoke * radius));
     }
     Triangles::between_rings(&rings)
 }
 
-/// The direction of a line at one of its points: from the one before to the one after, or, where it turns
-/// back, from the one before to it.
-fn direction(line: &[Vector3<f64>], place: usize) -> Vector3<f64> {
-    let [before, after] = [place.saturating_sub(1), (place + 1).min(line.len() - 1)];
-    let chords = [line[after] - line[before], line[place] - line[before]];
+/// Direction of a line at one of its points: from the previous point to the next point. If these two coincide, the direction from the
+/// previous point to this point.
+fn direction(line: &[Vector3<f64>], index: usize) -> Vector3<f64> {
+    let [before, after] = [index.saturating_sub(1), (index + 1).min(line.len() - 1)];
+    let chords = [line[after] - line[before], line[index] - line[before]];
     let directions = chords.iter().find_map(|chord| chord.try_normalize(0.0));
     directions.unwrap_or_else(Vector3::x)
 }

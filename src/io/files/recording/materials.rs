@@ -1,4 +1,4 @@
-//! Colors and materials.
+//! Colors and materials of a recording.
 
 use crate::scalar::portable::powf;
 use gltf_json::Material;
@@ -9,7 +9,7 @@ use gltf_json::validation::Checked;
 /// Red, green and blue from 0 to 255, as on a screen (sRGB).
 pub(super) type Color = [u8; 3];
 
-/// Colors of moving bodies, one after the other, told apart by color-blind eyes too [Okabe 2008].
+/// Colors of dynamic bodies, in order. Color-blind viewers can distinguish them [Okabe 2008].
 pub(super) const BODIES: [Color; 6] = [
     [86, 180, 233],
     [230, 159, 0],
@@ -18,16 +18,16 @@ pub(super) const BODIES: [Color; 6] = [
     [213, 94, 0],
     [0, 114, 178],
 ];
-/// Of bodies that do not move by forces.
+/// Color of fixed and kinematic bodies.
 pub(super) const SCENERY: Color = [150, 155, 160];
 pub(super) const EDGES: Color = [40, 45, 50];
 pub(super) const FORCE: Color = [200, 30, 30];
 pub(super) const TORQUE: Color = [120, 60, 170];
 pub(super) const TARGET: Color = [0, 150, 60];
-/// Of the first path and of the last one.
+/// End colors of the paths, from the first to the last.
 pub(super) const PATHS: [Color; 2] = [[160, 175, 215], [20, 60, 200]];
 
-/// From no pressure to the largest one.
+/// Color map of the pressure, from zero to the largest pressure.
 const PRESSURES: [Color; 5] = [
     [13, 8, 135],
     [126, 3, 168],
@@ -36,34 +36,38 @@ const PRESSURES: [Color; 5] = [
     [240, 249, 33],
 ];
 
-/// The color of a pressure from 0 to 1, linear, with alpha.
+/// Color of a relative pressure from 0 to 1: linear red, green, blue and alpha.
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
     reason = "the numbers lie between 0 and 255"
 )]
 pub(super) fn pressure_color(pressure: f64) -> [u8; 4] {
-    let place = pressure.clamp(0.0, 1.0) * (PRESSURES.len() - 1) as f64;
-    let below = (place as usize).min(PRESSURES.len() - 2);
-    let color = mixed(PRESSURES[below], PRESSURES[below + 1], place - below as f64);
+    let position = pressure.clamp(0.0, 1.0) * (PRESSURES.len() - 1) as f64;
+    let below = (position as usize).min(PRESSURES.len() - 2);
+    let color = mixed(
+        PRESSURES[below],
+        PRESSURES[below + 1],
+        position - below as f64,
+    );
     let [r, g, b] = color.map(|part| (255.0 * linear(part)).round() as u8);
     [r, g, b, u8::MAX]
 }
 
-/// A color between two, from 0 at the first to 1 at the second.
+/// Linear interpolation between two colors: `fraction` is 0 at the first and 1 at the second.
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
     reason = "the numbers lie between 0 and 255"
 )]
-pub(super) fn mixed(first: Color, second: Color, place: f64) -> Color {
+pub(super) fn mixed(first: Color, second: Color, fraction: f64) -> Color {
     std::array::from_fn(|part| {
         let [from, to] = [first, second].map(|color| f64::from(color[part]));
-        (from + (to - from) * place).round() as u8
+        (from + (to - from) * fraction).round() as u8
     })
 }
 
-/// Lit by the viewer, and seen through if `alpha` is below 1.
+/// Material that is lit by the viewer, and translucent if `alpha` is below 1.
 pub(super) fn lit(color: Color, alpha: f32) -> Material {
     let [r, g, b] = linear_color(color);
     Material {
@@ -83,7 +87,7 @@ pub(super) fn lit(color: Color, alpha: f32) -> Material {
     }
 }
 
-/// The same color in any light, from both sides.
+/// Double-sided material with the same color in any light.
 pub(super) fn unlit(color: Color, alpha: f32) -> Material {
     Material {
         double_sided: true,
@@ -99,7 +103,7 @@ fn linear_color(color: Color) -> [f32; 3] {
     color.map(|part| linear(part) as f32)
 }
 
-/// Light, from 0 to 1, of a part of an sRGB color (IEC 61966-2-1).
+/// Linear intensity, from 0 to 1, of a component of an sRGB color (IEC 61966-2-1).
 fn linear(part: u8) -> f64 {
     let part = f64::from(part) / 255.0;
     if part <= 0.04045 {

@@ -1,4 +1,4 @@
-//! A rollout as an animated glTF file.
+//! Recording of a rollout as an animated glTF file.
 
 mod arrows;
 mod bodies;
@@ -9,53 +9,51 @@ mod frames;
 mod loads;
 mod marks;
 mod materials;
+mod precision;
 mod surfaces;
 mod view;
 
 use super::FileError;
+use super::atomic_write::atomic_write;
 use super::extension::known_extension;
-use super::replacement::write_whole;
 use super::trajectory::check_fits;
 use crate::dynamics::{Force, Model, Trajectory, World};
 use document::{Document, Unwritable};
-use drawing::single;
 use marks::{Path as MarkedPath, Target};
 use nalgebra::Vector3;
+use precision::single;
 use std::io::Write;
 use std::path::Path;
 use view::Camera;
 
-/// Radius of a path's tube, as a part of the longest arrow's length.
-const TUBE: f64 = 0.015;
+/// Radius of the tube of a path, relative to the length of the longest arrow.
+const TUBE_RADIUS: f64 = 0.015;
 
-/// Torques with a lever arm below this part of the longest arrow's length, to the largest force, are
-/// left out: those of facets that stand for a sphere, and round-off.
-const NO_TORQUE: f64 = 1e-2;
+/// Torques are omitted if the largest torque, divided by the largest force, is below this fraction of the length of the longest arrow.
+/// Such torques come from the facets of a sphere and from round-off.
+const NEGLIGIBLE_TORQUE: f64 = 1e-2;
 
-/// What the name of a recording can end in.
+/// Extensions of recordings.
 const EXTENSIONS: &[&str] = &["glb"];
 
-/// A trajectory of a world to be written as one animated glTF file (`.glb`), which opens in Blender and in
-/// any other viewer of glTF.
+/// A trajectory of a world, to be written as an animated glTF file (`.glb`). Blender and any other glTF viewer can open the file.
 ///
-/// It shows
-/// - the bodies, seen through;
+/// The recording shows
+/// - the bodies, translucent;
 /// - their contact surfaces, colored by pressure;
-/// - for each pair of bodies an arrow for the force, at the center of pressure, on the first of the two
-///   that moves;
-/// - for each body an arrow with two heads for the torque of its contacts about its center of mass, if any
-///   torque is worth an arrow beside the forces.
+/// - for each pair of bodies, an arrow for the contact force at the center of pressure, on the first dynamic body of the pair;
+/// - for each body, an arrow with two heads for the torque of its contacts about its center of mass, unless all torques are
+///   negligible compared with the forces.
 ///
-/// Names say what the brightest color and the longest arrows stand for. Up is against gravity, or z
-/// without it.
+/// The names of the nodes contain the pressure of the brightest color and the magnitude of the longest arrows. The up direction is
+/// opposite to gravity, or z without gravity.
 ///
-/// The first state and the last are always shown, and of those between them at most 60 for each second;
-/// states that single precision puts at one time are one. Viewers that play no animation show the first
-/// state.
+/// The first and the last state are always shown, and at most 60 states per second between them. States with equal times in single
+/// precision are merged. Viewers without animation show the first state.
 ///
-/// A contact surface has other polygons at any time, so each shown has a mesh of its own: some 25 bytes
-/// for each polygon, and 860 bytes (`cargo test --test io recording::`). A recording has no more than 240 of
-/// them; where more frames have contacts, one stands for several.
+/// Each shown contact surface has its own mesh, because its polygons change over time. A mesh takes about 25 bytes per polygon, and
+/// 860 bytes (`cargo test --test io recording::`). A recording has at most 240 of these meshes. If more frames have contacts, a
+/// mesh is shown in several frames.
 ///
 /// ```
 /// use hydroelastic::contact::Shape;
@@ -83,7 +81,7 @@ const EXTENSIONS: &[&str] = &["glb"];
 /// ```
 #[derive(Debug)]
 pub struct Recording {
-    system: Model,
+    model: Model,
     trajectory: Trajectory,
     slowdown: f64,
     camera: Option<Camera>,
@@ -92,11 +90,11 @@ pub struct Recording {
 }
 
 impl Recording {
-    /// In real time, without marks.
+    /// Creates a recording in real time, without targets, paths or a camera.
     #[must_use]
     pub fn new<F: Force>(world: &World<f64, F>, trajectory: &Trajectory) -> Self {
         Self {
-            system: world.model.clone(),
+            model: world.model.clone(),
             trajectory: trajectory.clone(),
             slowdown: 1.0,
             camera: None,
@@ -105,14 +103,14 @@ impl Recording {
         }
     }
 
-    /// The same recording in slow motion, with as many more frames, if the trajectory has them: a second
-    /// lasts `slowdown` seconds, a positive number; below 1 it is faster.
+    /// Sets the playback speed: a second of the trajectory lasts `slowdown` seconds in the recording. The slowdown must be positive.
+    /// A slowdown below 1 is faster than real time. A slower recording shows proportionally more frames if the trajectory has them.
     #[must_use]
     pub fn slowed(self, slowdown: f64) -> Self {
         Self { slowdown, ..self }
     }
 
-    /// The same recording with a ball of some positive radius (m) that marks a point (m, world frame).
+    /// Adds a ball of a positive radius (m) that marks a point (m, world frame).
     #[must_use]
     pub fn with_target(mut self, name: &str, point: Vector3<f64>, radius: f64) -> Self {
         let name = name.to_owned();
@@ -124,8 +122,8 @@ impl Recording {
         self
     }
 
-    /// The same recording with a line through points (m, world frame); not shown if there are fewer than
-    /// two. Paths are colored from pale to strong in the order in which they are added.
+    /// Adds a line through points (m, world frame). It is not shown if there are fewer than two points. The colors of the paths vary
+    /// from pale to strong in the order in which they are added.
     #[must_use]
     pub fn with_path(mut self, name: &str, points: impl IntoIterator<Item = Vector3<f64>>) -> Self {
         let (name, points) = (name.to_owned(), Vec::from_iter(points));
@@ -133,21 +131,24 @@ impl Recording {
         self
     }
 
-    /// The same recording with a camera at `eye` that looks at `point` (m, world frame), which is another. Most viewers
-    /// begin with a view of their own, and offer this one.
+    /// Adds a camera at `eye` that looks at `point` (m, world frame). The two points must differ. Most viewers start with their own
+    /// view, and offer this camera as another view.
     #[must_use]
     pub fn seen_from(self, eye: Vector3<f64>, point: Vector3<f64>) -> Self {
         let camera = Some(Camera { eye, point });
         Self { camera, ..self }
     }
 
-    /// Writes the file. It takes the place of an older one all at once, when it is whole and on the disk.
+    /// Writes the file. An existing file is replaced atomically after the new file has reached the disk.
     ///
     /// # Errors
-    /// If the extension is not `.glb`, the slowdown is no positive, finite number, the trajectory is of
-    /// another world, a radius is not positive, the camera is where it looks, a number is not finite in
-    /// single precision, the file would be larger than 4 GiB, or
-    /// it cannot be written.
+    /// - If the extension is not `.glb`.
+    /// - If the slowdown is not positive and finite.
+    /// - If the trajectory belongs to another world.
+    /// - If the radius of a target is not positive.
+    /// - If the camera coincides with the point that it looks at.
+    /// - If a number is not finite in single precision.
+    /// - If the file would be larger than 4 GiB, or cannot be written.
     pub fn write(&self, path: impl AsRef<Path>) -> Result<(), FileError> {
         let path = path.as_ref();
         known_extension(path, EXTENSIONS)?;
@@ -157,13 +158,13 @@ impl Recording {
                 found: self.slowdown,
             });
         }
-        check_fits(path, &self.system.bodies, &self.trajectory)?;
+        check_fits(path, &self.model.bodies, &self.trajectory)?;
         self.check_marks(path)?;
-        let glb = self.glb().map_err(|why| unwritable(path, why))?;
-        write_whole(path, |file| file.write_all(&glb))
+        let glb = self.glb().map_err(|cause| file_error(path, cause))?;
+        atomic_write(path, |file| file.write_all(&glb))
     }
 
-    /// Checks that the targets can be seen and the camera looks in a direction.
+    /// Checks the radii of the targets and the distance of the camera.
     fn check_marks(&self, path: &Path) -> Result<(), FileError> {
         for target in &self.targets {
             let [radius] = single([target.radius]);
@@ -185,11 +186,11 @@ impl Recording {
     }
 
     fn glb(&self) -> Result<Vec<u8>, Unwritable> {
-        let bodies = &self.system.bodies;
-        let frames = frames::frames(&self.system, &self.trajectory, self.slowdown);
+        let bodies = &self.model.bodies;
+        let frames = frames::frames(&self.model, &self.trajectory, self.slowdown);
         let mut document = Document::new();
         let times = frames.iter().flat_map(|frame| single([frame.time]));
-        document.data.begin("the times");
+        document.data.set_subject("the times");
         document.data.check(times);
         bodies::add(&mut document, bodies, &frames);
         surfaces::add(&mut document, &frames);
@@ -199,12 +200,12 @@ impl Recording {
             loads::torques(bodies, &frames),
         );
         arrows::add(&mut document, &arrows::FORCES, &forces, &frames, length);
-        if loads::largest(&torques) > NO_TORQUE * length * loads::largest(&forces) {
+        if loads::largest(&torques) > NEGLIGIBLE_TORQUE * length * loads::largest(&forces) {
             arrows::add(&mut document, &arrows::TORQUES, &torques, &frames, length);
         }
         marks::add_targets(&mut document, &self.targets);
-        marks::add_paths(&mut document, &self.paths, TUBE * length);
-        let up = view::up(&self.system.gravity);
+        marks::add_paths(&mut document, &self.paths, TUBE_RADIUS * length);
+        let up = view::up(&self.model.gravity);
         if let Some(camera) = &self.camera {
             camera.add_to(&mut document, &up);
         }
@@ -212,8 +213,8 @@ impl Recording {
     }
 }
 
-fn unwritable(path: &Path, why: Unwritable) -> FileError {
-    match why {
+fn file_error(path: &Path, cause: Unwritable) -> FileError {
+    match cause {
         Unwritable::NotFinite(part) => FileError::NotFinite {
             path: path.into(),
             part,

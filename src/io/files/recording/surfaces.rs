@@ -1,12 +1,13 @@
-//! The contact surfaces, colored by pressure.
+//! Contact surfaces, colored by pressure.
 //!
-//! A contact surface has other polygons in every frame, so each that is shown has a mesh of its own,
-//! visible (at scale 1 instead of 0) in the frames that it stands for.
+//! The polygons of a contact surface change from frame to frame. Each shown contact surface therefore has its own mesh, which is
+//! visible (scale 1) in one or several frames, and hidden (scale 0) in the other frames.
 
 use super::document::Document;
-use super::drawing::{Triangles, index, single};
+use super::drawing::{Triangles, index};
 use super::frames::Frame;
 use super::materials::{pressure_color, unlit};
+use super::precision::single;
 use crate::contact::ContactPolygon;
 use gltf_json::animation::{Interpolation, Property};
 use gltf_json::mesh::{Mesh, Semantic};
@@ -15,63 +16,58 @@ use gltf_json::{Index, Material, Node};
 use nalgebra::Vector3;
 use rustc_hash::FxHashMap;
 
-/// So many contact surfaces at most; each then stands for several frames.
-const LARGEST_COUNT: usize = 240;
+/// Maximum number of meshes. If more frames have contacts, each mesh is shown in several frames.
+const MAX_MESH_COUNT: usize = 240;
 
-/// Corners nearer to each other than this, relative to the largest coordinate, are one: several times
-/// the rounding of single precision.
-const WELDED: f64 = 1e-6;
+/// Cell size for merging corners, relative to the largest coordinate. It is several times the rounding of single precision.
+const WELD_TOLERANCE: f64 = 1e-6;
 
-/// A contact surface as triangles with colors.
+/// A contact surface as colored triangles.
 struct Colored {
     surface: Triangles,
     colors: Vec<[u8; 4]>,
 }
 
-/// Adds the contact surfaces of all frames; not those too small for single precision.
+/// Adds the contact surfaces of all frames, except those too small for single precision.
 pub(super) fn add(document: &mut Document, frames: &[Frame]) {
-    document.data.begin("the contact surfaces");
+    document.data.set_subject("the contact surfaces");
     let peak = frames.iter().flat_map(polygons).map(peak_pressure);
     let peak = peak.fold(f64::MIN_POSITIVE, f64::max);
     let name = format!("contact surface, brightest at {peak:.3e} Pa");
     let mut material = None;
-    for places in shown(frames) {
-        let colored = Colored::of(&frames[places[0]], peak);
+    for group in frame_groups(frames) {
+        let colored = Colored::of(&frames[group[0]], peak);
         if !colored.surface.triangles.is_empty() {
             let white = || document.material(unlit([255; 3], 1.0));
             let material = *material.get_or_insert_with(white);
             let mesh = colored.mesh(document, material);
-            show(document, mesh, &name, frames, &places);
+            show(document, mesh, &name, frames, &group);
         }
     }
 }
 
-/// For each contact surface the frames it is shown in, the first of them its own.
-fn shown(frames: &[Frame]) -> Vec<Vec<usize>> {
+/// Groups of frames that share a mesh, by index. The mesh is the contact surface of the first frame of the group.
+fn frame_groups(frames: &[Frame]) -> Vec<Vec<usize>> {
     let touching: Vec<usize> = (0..frames.len())
-        .filter(|&place| !frames[place].contacts.is_empty())
+        .filter(|&index| !frames[index].contacts.is_empty())
         .collect();
-    let mut touches: Vec<&[usize]> = touching.chunk_by(|a, b| a + 1 == *b).collect();
-    if touches.len() > LARGEST_COUNT {
-        // One surface has to stand for several touches.
-        touches = vec![&touching];
+    let mut intervals: Vec<&[usize]> = touching.chunk_by(|a, b| a + 1 == *b).collect();
+    if intervals.len() > MAX_MESH_COUNT {
+        // A mesh must be shared by several intervals of contact.
+        intervals = vec![&touching];
     }
-    let cut = |every: usize| touches.iter().flat_map(move |touch| touch.chunks(every));
-    let every = (1..=touching.len()).find(|&every| cut(every).count() <= LARGEST_COUNT);
-    cut(every.unwrap_or(1)).map(<[usize]>::to_vec).collect()
+    let chunks_of = |size: usize| intervals.iter().flat_map(move |frames| frames.chunks(size));
+    let size = (1..=touching.len()).find(|&size| chunks_of(size).count() <= MAX_MESH_COUNT);
+    chunks_of(size.unwrap_or(1))
+        .map(<[usize]>::to_vec)
+        .collect()
 }
 
-/// Adds a mesh that is visible in some frames.
-fn show(
-    document: &mut Document,
-    mesh: Index<Mesh>,
-    name: &str,
-    frames: &[Frame],
-    places: &[usize],
-) {
+/// Adds a mesh that is visible in the frames of a group. The group is sorted.
+fn show(document: &mut Document, mesh: Index<Mesh>, name: &str, frames: &[Frame], group: &[usize]) {
     let mut keys: Vec<(f64, bool)> = Vec::new();
-    for (place, frame) in frames.iter().enumerate() {
-        let is_visible = places.binary_search(&place).is_ok();
+    for (index, frame) in frames.iter().enumerate() {
+        let is_visible = group.binary_search(&index).is_ok();
         if keys.last().is_none_or(|key| key.1 != is_visible) {
             keys.push((frame.time, is_visible));
         }
@@ -85,8 +81,8 @@ fn show(
         scale: Some(single(scales[0])),
         ..Node::default()
     });
-    let way = (Property::Scale, Interpolation::Step);
-    document.animate(node, way, &times, &scales);
+    let stepwise = (Property::Scale, Interpolation::Step);
+    document.animate(node, stepwise, &times, &scales);
 }
 
 fn polygons<'a>(frame: &'a Frame) -> impl Iterator<Item = &'a ContactPolygon> {
@@ -104,11 +100,11 @@ fn peak_pressure(polygon: &ContactPolygon) -> f64 {
 }
 
 impl Colored {
-    /// All contact surfaces of a frame, brightest at the peak pressure (Pa).
+    /// Creates the colored triangles of all contact surfaces of a frame. The brightest color is that of the peak pressure (Pa).
     fn of(frame: &Frame, peak: f64) -> Self {
         let corners = polygons(frame).flat_map(|polygon| polygon.outline.corners());
         let largest = corners.fold(0.0, |largest: f64, corner| largest.max(corner.amax()));
-        let cell = (WELDED * largest).max(f64::MIN_POSITIVE);
+        let cell = (WELD_TOLERANCE * largest).max(f64::MIN_POSITIVE);
         let mut colored = Self {
             surface: Triangles {
                 points: Vec::new(),
@@ -116,17 +112,18 @@ impl Colored {
             },
             colors: Vec::new(),
         };
-        let mut places = FxHashMap::default();
+        let mut indices = FxHashMap::default();
         for polygon in polygons(frame) {
-            let place = |corner: &Vector3<f64>| {
-                // Plus zero: there are two zeros.
-                let near = corner.map(|x| ((x / cell).round() + 0.0).to_bits());
-                *places.entry(near).or_insert_with(|| {
+            let merged_index = |corner: &Vector3<f64>| {
+                // Adding 0.0 converts -0.0 to 0.0, so that both have the same bits.
+                let cell_of_corner = corner.map(|x| ((x / cell).round() + 0.0).to_bits());
+                *indices.entry(cell_of_corner).or_insert_with(|| {
                     let pressure = polygon.pressure_at(corner) / peak;
                     colored.push(*corner, pressure_color(pressure))
                 })
             };
-            let corners: Vec<u32> = polygon.outline.corners().iter().map(place).collect();
+            let corners = polygon.outline.corners().iter().map(merged_index);
+            let corners: Vec<u32> = corners.collect();
             colored.fill(&corners);
         }
         colored
@@ -138,17 +135,17 @@ impl Colored {
         index(self.colors.len() - 1)
     }
 
-    /// A convex polygon as a fan of triangles.
+    /// Appends a convex polygon as a fan of triangles.
     fn fill(&mut self, corners: &[u32]) {
         let [first, rest @ ..] = corners else { return };
         let fan = rest.windows(2).map(|side| [*first, side[0], side[1]]);
-        let is_flat = |[a, b, c]: &[u32; 3]| a == b || b == c || a == c;
+        let is_degenerate = |[a, b, c]: &[u32; 3]| a == b || b == c || a == c;
         self.surface
             .triangles
-            .extend(fan.filter(|triangle| !is_flat(triangle)));
+            .extend(fan.filter(|triangle| !is_degenerate(triangle)));
     }
 
-    /// The mesh of one material.
+    /// Adds the triangles to a document as a mesh of one material.
     fn mesh(&self, document: &mut Document, material: Index<Material>) -> Index<Mesh> {
         let colors = document.data.colors(&self.colors);
         let mut primitive = self.surface.primitive(document, material);

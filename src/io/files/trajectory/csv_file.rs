@@ -3,19 +3,19 @@ use std::fs::File;
 use std::io::{self, Write};
 use std::iter::empty;
 
-/// Writes the line of the columns' names, and the rows, as CSV.
+/// Writes the header line and the rows as CSV.
 pub(super) fn write(file: &mut File, rows: &mut dyn Iterator<Item = Row>) -> io::Result<()> {
     write_records(file, true, rows).map_err(system_error)
 }
 
-/// The line of the columns' names.
+/// Header line, with the names of the columns.
 pub(super) fn header() -> io::Result<Vec<u8>> {
     let mut line = Vec::new();
     write_records(&mut line, true, empty()).map_err(system_error)?;
     Ok(line)
 }
 
-/// The lines of rows.
+/// Lines of the rows.
 pub(super) fn lines<'a>(rows: impl Iterator<Item = Row<'a>>) -> io::Result<Vec<u8>> {
     let mut lines = Vec::new();
     write_records(&mut lines, false, rows).map_err(system_error)?;
@@ -39,7 +39,7 @@ fn write_records<'a>(
     Ok(writer.flush()?)
 }
 
-/// What the system says; csv's own conversion would hide it in an error of another kind.
+/// Extracts the error of the operating system. The conversion of the crate csv would wrap it in an error of another kind.
 fn system_error(error: csv::Error) -> io::Error {
     match error.into_kind() {
         csv::ErrorKind::Io(error) => error,

@@ -1,26 +1,26 @@
-//! Trajectories as tables.
+//! Writers of trajectories as tables.
 
+mod csv_appender;
 mod csv_file;
-mod growing;
 #[cfg(feature = "parquet")]
 mod parquet_file;
 
 use super::FileError;
+use super::atomic_write::atomic_write;
 use super::extension::known_extension;
-use super::replacement::write_whole;
 use crate::dynamics::{Body, BodyState, Force, State, Trajectory, World};
-pub use growing::TrajectoryFile;
+pub use csv_appender::TrajectoryFile;
 use nalgebra::Isometry3;
 use std::path::Path;
 
-/// What the name of a trajectory file can end in.
+/// Extensions of trajectory files.
 const EXTENSIONS: &[&str] = if cfg!(feature = "parquet") {
     &["csv", "parquet"]
 } else {
     &["csv"]
 };
 
-/// The names of the columns: those of a row's time, body and numbers.
+/// Names of the columns: time, body, and the numbers of a row.
 const COLUMNS: [&str; 15] = [
     "time",
     "body",
@@ -39,28 +39,33 @@ const COLUMNS: [&str; 15] = [
     "spin_z",
 ];
 
-/// A body at a time.
+/// State of a body at one time.
 struct Row<'a> {
     /// Time (s).
     time: f64,
     /// Name of the body.
     body: &'a str,
-    /// Position, orientation, velocity, spin.
+    /// Position (m), orientation (quaternion w x y z), velocity (m/s), angular velocity (rad/s).
     numbers: [f64; 13],
 }
 
-/// Writes a trajectory of a world as a table, a row for each state and body, in the order of the states:
-/// CSV if the name of the file ends in `.csv`, or Apache Parquet if it ends in `.parquet` (with the
-/// feature `parquet`; plain doubles and UTF-8 strings, not compressed).
+/// Writes a trajectory of a world as a table, with a row for each state and body, in the order of the states. The extension of the
+/// file name selects the format:
 ///
-/// The columns, all in the world frame: time (s), name of the body, position of its origin (m),
-/// orientation as a unit quaternion (w x y z; its sign has no meaning), velocity of its center of
-/// mass (m/s; for a body on a prescribed path, of its origin), spin (rad/s). CSV has as many digits
-/// as it takes to read back the same `f64`.
+/// - `.csv`: CSV, with enough digits to read back the same `f64`.
+/// - `.parquet` (feature `parquet`): Apache Parquet, with doubles and UTF-8 strings, uncompressed.
 ///
-/// The file takes the place of an older one all at once, when it is whole and on the disk: what goes wrong
-/// before (a full disk, a killed process) leaves the older one as it was. A rollout that is to be on the
-/// disk as it comes about goes to a [`TrajectoryFile`].
+/// The columns, in the world frame:
+///
+/// - time (s),
+/// - name of the body,
+/// - position of the origin of the body (m),
+/// - orientation as a unit quaternion (w x y z, arbitrary sign),
+/// - velocity of the center of mass (m/s), or of the origin for a kinematic body,
+/// - angular velocity (rad/s).
+///
+/// An existing file is replaced atomically after the new file has reached the disk. After a failure (a full disk, a killed process),
+/// the existing file is unchanged. To write states to the disk during a rollout, use a [`TrajectoryFile`].
 ///
 /// ```
 /// use hydroelastic::contact::Shape;
@@ -82,8 +87,9 @@ struct Row<'a> {
 /// ```
 ///
 /// # Errors
-/// If the extension is not one of these, a state has more or fewer bodies than the world, or the file
-/// cannot be written.
+/// - If the extension is unknown.
+/// - If the number of bodies differs between a state and the world.
+/// - If the file cannot be written.
 pub fn write_trajectory<F: Force>(
     path: impl AsRef<Path>,
     world: &World<f64, F>,
@@ -97,7 +103,7 @@ pub fn write_trajectory<F: Force>(
     };
     let bodies = world.bodies();
     check_fits(path, bodies, trajectory)?;
-    write_whole(path, |file| write(file, &mut rows(bodies, trajectory)))
+    atomic_write(path, |file| write(file, &mut rows(bodies, trajectory)))
 }
 
 /// Checks that all states have as many bodies as the world.
@@ -123,13 +129,13 @@ fn check_count(path: &Path, bodies: &[Body], state: &State) -> Result<(), FileEr
     })
 }
 
-/// The rows of the table: all bodies of the first state, then those of the next.
+/// Rows of the table: all bodies of the first state, then all bodies of the second state, and so on.
 fn rows<'a>(bodies: &'a [Body], trajectory: &'a Trajectory) -> impl Iterator<Item = Row<'a>> {
     let states = trajectory.states().iter();
     states.flat_map(|state| rows_of(bodies, state))
 }
 
-/// The rows of a state.
+/// Rows of a state.
 fn rows_of<'a>(bodies: &'a [Body], state: &'a State) -> impl Iterator<Item = Row<'a>> {
     bodies
         .iter()

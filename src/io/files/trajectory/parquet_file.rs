@@ -7,10 +7,10 @@ use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
 use parquet::schema::types::Type;
 use std::{fs::File, io, sync::Arc};
 
-/// Rows that are turned into columns, and written, at a time: 15 MB of numbers.
+/// Number of rows in a row group: 15 MB of numbers.
 const ROWS_PER_GROUP: usize = 1 << 17;
 
-/// The column of the bodies' names; all others are numbers.
+/// Index of the column with the names of the bodies. All other columns are numbers.
 const NAME_COLUMN: usize = 1;
 
 /// Writes the rows as Apache Parquet.
@@ -54,7 +54,7 @@ fn schema() -> Result<Type, ParquetError> {
         .build()
 }
 
-/// Writes time, name and each number of the rows as columns.
+/// Writes the times, the names and the numbers of the rows as columns.
 fn write_columns(
     writer: &mut SerializedRowGroupWriter<&mut File>,
     rows: &[Row],
@@ -76,7 +76,7 @@ fn write_columns(
     Ok(())
 }
 
-/// The number of a row in a column other than that of the names.
+/// Number of a row in a numeric column.
 fn number(row: &Row, column: usize) -> f64 {
     if column < NAME_COLUMN {
         row.time
@@ -85,7 +85,7 @@ fn number(row: &Row, column: usize) -> f64 {
     }
 }
 
-/// What the system says, where it is the system.
+/// Extracts the error of the operating system, if it is the cause.
 fn system_error(error: ParquetError) -> io::Error {
     match error {
         ParquetError::External(source) => match source.downcast::<io::Error>() {

@@ -1,17 +1,20 @@
-//! The dual numbers that rollouts are differentiated in, and what a program brings to them: its world's forces and its
-//! outcome. All else of an experiment is compiled once, in this library.
+//! Widths of the dual numbers of forward mode, and traits that erase the types of forces and outcomes.
+//!
+//! Only forces and outcomes are compiled in the crate of the user, once for each width. The rest of an experiment is compiled
+//! once, in this library.
 
 use super::Outcome;
 use crate::dynamics::{DynWorld, Force, State, Trajectory, WithModel, World};
 use crate::scalar::{DenseDual, Scalar};
 
-/// Widths of the dual numbers that parameters are seeded in: the narrowest that holds them all, or the widest several times.
-/// Contacts are evaluated once a pass, so a wide pass is cheaper than several; but each width is compiled, so they are few.
+/// Widths of the dual numbers that parameters are seeded in. A rollout uses the narrowest width that holds all parameters, or
+/// several passes of the widest. Each pass evaluates all contacts, so one wide pass is cheaper than several narrow ones. There
+/// are only three widths, because each is compiled separately.
 pub(super) const NARROW: usize = 6;
 pub(super) const MIDDLE: usize = 12;
 pub(super) const WIDE: usize = 96;
 
-/// A world that steps in `f64`, and after a change in `f64` and in every width.
+/// A world that steps in `f64`, and that can be rebuilt with a changed model in `f64` and in every dual width.
 pub(super) trait DifferentiableWorld:
     DynWorld<f64>
     + WithModel<f64>
@@ -23,12 +26,12 @@ pub(super) trait DifferentiableWorld:
 
 impl<F: Force> DifferentiableWorld for World<f64, F> {}
 
-/// An outcome in `T`.
+/// An outcome evaluated in the scalar `T`.
 pub(super) trait OutcomeIn<T>: Sync {
-    /// The numbers of interest.
+    /// Numbers of the outcome.
     fn of_trajectory(&self, trajectory: &Trajectory<T>) -> Vec<T>;
 
-    /// What one recorded state adds to them, if they are a sum.
+    /// Contribution of one recorded state, or `None` if the outcome is not a sum over the recorded states.
     fn share_of(&self, times: &[f64], record: usize, state: &State<T>) -> Option<Vec<T>>;
 }
 
@@ -42,7 +45,7 @@ impl<T: Scalar, O: Outcome> OutcomeIn<T> for O {
     }
 }
 
-/// An outcome in `f64` and in every width.
+/// An outcome that can be evaluated in `f64` and in every dual width.
 pub(super) trait DifferentiableOutcome:
     OutcomeIn<f64>
     + OutcomeIn<DenseDual<NARROW>>

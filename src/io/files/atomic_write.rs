@@ -1,4 +1,4 @@
-//! Files that take the place of older ones all at once.
+//! Atomic replacement of files.
 
 use super::FileError;
 use std::fs::{self, File, OpenOptions, Permissions};
@@ -6,22 +6,22 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::{io, process};
 
-/// How many drafts this process has begun: no two have the same name.
-static BEGUN: AtomicUsize = AtomicUsize::new(0);
+/// Number of temporary files that this process has created. It makes their names unique.
+static TEMP_FILE_COUNT: AtomicUsize = AtomicUsize::new(0);
 
-/// Writes a file that is whole or not there: a draft beside its place, moved there when all of it is on
-/// the disk. Where that fails, an older file stays as it was.
+/// Writes a file atomically. The function writes a temporary file in the same folder, syncs it to the disk, and renames it to the
+/// target. On failure, an existing file stays unchanged.
 ///
-/// Links are followed. What is no ordinary file (a device, a pipe) cannot be replaced, and is written to.
-pub(super) fn write_whole(
+/// Symbolic links are followed. Special files (devices, pipes) cannot be replaced, so the function writes to them directly.
+pub(super) fn atomic_write(
     path: &Path,
     write: impl FnOnce(&mut File) -> io::Result<()>,
 ) -> Result<(), FileError> {
-    let place = fs::canonicalize(path).unwrap_or_else(|_| path.into());
-    let written = Older::at(&place).and_then(|older| match older {
-        Older::Special(mut file) => write(&mut file),
-        Older::Ordinary(permissions) => replace(&place, Some(permissions), write),
-        Older::Nothing => replace(&place, None, write),
+    let target = fs::canonicalize(path).unwrap_or_else(|_| path.into());
+    let written = Existing::at(&target).and_then(|existing| match existing {
+        Existing::Special(mut file) => write(&mut file),
+        Existing::Ordinary(permissions) => replace(&target, Some(permissions), write),
+        Existing::Nothing => replace(&target, None, write),
     });
     written.map_err(|source| FileError::Write {
         path: path.into(),
@@ -29,17 +29,20 @@ pub(super) fn write_whole(
     })
 }
 
-/// What is there before.
-enum Older {
+/// File that exists at the target.
+enum Existing {
     Nothing,
     Ordinary(Permissions),
     Special(File),
 }
 
-impl Older {
-    /// An error where there is something that must not be written.
-    fn at(place: &Path) -> io::Result<Self> {
-        let file = match OpenOptions::new().write(true).open(place) {
+impl Existing {
+    /// Returns the existing file.
+    ///
+    /// # Errors
+    /// If the existing file is not writable.
+    fn at(target: &Path) -> io::Result<Self> {
+        let file = match OpenOptions::new().write(true).open(target) {
             Ok(file) => file,
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Self::Nothing),
             Err(error) => return Err(error),
@@ -54,35 +57,35 @@ impl Older {
 }
 
 fn replace(
-    place: &Path,
+    target: &Path,
     permissions: Option<Permissions>,
     write: impl FnOnce(&mut File) -> io::Result<()>,
 ) -> io::Result<()> {
-    let (mut file, draft) = Draft::beside(place)?;
+    let (mut file, temp_file) = TempFile::beside(target)?;
     write(&mut file)?;
     if let Some(permissions) = permissions {
         file.set_permissions(permissions)?;
     }
     file.sync_all()?;
     drop(file);
-    fs::rename(&draft.path, place)
+    fs::rename(&temp_file.path, target)
 }
 
-/// A file that is removed when this is dropped, unless it was moved.
-struct Draft {
+/// A temporary file, which is removed on drop unless it was renamed.
+struct TempFile {
     path: PathBuf,
 }
 
-impl Draft {
-    /// An empty file of a name of its own in the folder of a place.
-    fn beside(place: &Path) -> io::Result<(File, Self)> {
+impl TempFile {
+    /// Creates an empty file with a unique name in the folder of the target.
+    fn beside(target: &Path) -> io::Result<(File, Self)> {
         loop {
-            let number = BEGUN.fetch_add(1, Ordering::Relaxed);
+            let number = TEMP_FILE_COUNT.fetch_add(1, Ordering::Relaxed);
             let name = format!("hydroelastic-{}-{number}.part", process::id());
-            let path = place.with_file_name(name);
+            let path = target.with_file_name(name);
             match File::create_new(&path) {
                 Ok(file) => return Ok((file, Self { path })),
-                // Left by a process of the same number that was killed.
+                // A killed process with the same id has left this file.
                 Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
                 Err(error) => return Err(error),
             }
@@ -90,9 +93,9 @@ impl Draft {
     }
 }
 
-impl Drop for Draft {
+impl Drop for TempFile {
     fn drop(&mut self) {
-        // Moved or not: there is nobody to tell if it stays.
+        // The file is missing if it was renamed. Other errors cannot be reported here.
         let _ = fs::remove_file(&self.path);
     }
 }
@@ -105,7 +108,7 @@ mod tests {
 
     /// An empty folder.
     fn folder(name: &str) -> PathBuf {
-        let name = format!("hydroelastic_replacement_{name}_{}", process::id());
+        let name = format!("hydroelastic_atomic_write_{name}_{}", process::id());
         let folder = std::env::temp_dir().join(name);
         fs::create_dir(&folder).unwrap();
         folder
@@ -119,7 +122,7 @@ mod tests {
             .collect()
     }
 
-    fn half(file: &mut File) -> io::Result<()> {
+    fn write_half(file: &mut File) -> io::Result<()> {
         file.write_all(b"half")?;
         Err(io::ErrorKind::StorageFull.into())
     }
@@ -128,15 +131,16 @@ mod tests {
     fn what_fails_half_way_leaves_the_older_file_and_no_other() {
         let folder = folder("fails");
         let path = folder.join("table.csv");
-        write_whole(&path, |file| file.write_all(b"good")).unwrap();
-        let FileError::Write { path: named, .. } = write_whole(&path, half).unwrap_err() else {
+        atomic_write(&path, |file| file.write_all(b"good")).unwrap();
+        let FileError::Write { path: named, .. } = atomic_write(&path, write_half).unwrap_err()
+        else {
             panic!()
         };
         assert_eq!(named, path);
-        let panics = || write_whole(&path, |_| panic!("half way"));
+        let panics = || atomic_write(&path, |_| panic!("half way"));
         assert!(catch_unwind(AssertUnwindSafe(panics)).is_err());
         assert_eq!(fs::read(&path).unwrap(), b"good");
-        assert!(write_whole(&folder.join("new.csv"), half).is_err());
+        assert!(atomic_write(&folder.join("new.csv"), write_half).is_err());
         assert_eq!(names(&folder), ["table.csv"]);
         fs::remove_dir_all(folder).unwrap();
     }
@@ -144,15 +148,16 @@ mod tests {
     #[test]
     fn a_draft_that_a_killed_process_left_is_not_touched() {
         let folder = folder("killed");
-        let number = BEGUN.load(Ordering::Relaxed);
-        // Of the next numbers, as other tests take some meanwhile.
+        let number = TEMP_FILE_COUNT.load(Ordering::Relaxed);
+        // Reserves 100 numbers, because other tests use some of them meanwhile.
         for number in number..number + 100 {
             let name = format!("hydroelastic-{}-{number}.part", process::id());
             fs::write(folder.join(name), b"left").unwrap();
         }
-        write_whole(&folder.join("table.csv"), |file| file.write_all(b"good")).unwrap();
-        let left = |name: &String| fs::read(folder.join(name)).unwrap() == b"left";
-        assert_eq!(names(&folder).iter().filter(|name| left(name)).count(), 100);
+        atomic_write(&folder.join("table.csv"), |file| file.write_all(b"good")).unwrap();
+        let is_left = |name: &String| fs::read(folder.join(name)).unwrap() == b"left";
+        let left_count = names(&folder).iter().filter(|name| is_left(name)).count();
+        assert_eq!(left_count, 100);
         assert_eq!(fs::read(folder.join("table.csv")).unwrap(), b"good");
         fs::remove_dir_all(folder).unwrap();
     }
@@ -163,10 +168,10 @@ mod tests {
         use std::os::unix::fs::{PermissionsExt, symlink};
         let folder = folder("links");
         let (path, link) = (folder.join("table.csv"), folder.join("link.csv"));
-        fs::write(&path, b"older").unwrap();
+        fs::write(&path, b"existing").unwrap();
         fs::set_permissions(&path, Permissions::from_mode(0o640)).unwrap();
         symlink(&path, &link).unwrap();
-        write_whole(&link, |file| file.write_all(b"newer")).unwrap();
+        atomic_write(&link, |file| file.write_all(b"newer")).unwrap();
         assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
         assert_eq!(fs::read(&path).unwrap(), b"newer");
         let mode = fs::metadata(&path).unwrap().permissions().mode();

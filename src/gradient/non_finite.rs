@@ -5,88 +5,88 @@ use crate::scalar::DenseDual;
 use nalgebra::DMatrix;
 
 /// The first derivative that is not finite.
-pub(super) struct Breakdown {
-    place: Place,
-    /// Which number of the parameters the derivative is by.
+pub(super) struct NonFinite {
+    location: Location,
+    /// Index of the number of the parameters that the derivative is with respect to.
     column: usize,
 }
 
-/// What the derivative is of.
-enum Place {
+/// Quantity that the derivative belongs to.
+enum Location {
     /// The state of a body after a step.
     State { step: usize, time: f64, body: usize },
-    /// A number of the outcome, all states before it having finite derivatives.
+    /// A number of the outcome. The derivatives of all states are finite.
     Outcome { row: usize },
 }
 
-impl Breakdown {
-    /// In an outcome's derivatives; the first of them.
+impl NonFinite {
+    /// Finds the first derivative of an outcome that is not finite.
     pub(super) fn in_outcome(jacobian: &DMatrix<f64>) -> Option<Self> {
         let mut columns = jacobian.column_iter().enumerate();
         columns.find_map(|(column, derivatives)| {
             let row = derivatives.iter().position(|number| !number.is_finite())?;
-            let place = Place::Outcome { row };
-            Some(Self { place, column })
+            let location = Location::Outcome { row };
+            Some(Self { location, column })
         })
     }
 
-    /// In a state's derivatives by some of the numbers that were seeded.
+    /// Finds the first derivative of a state that is not finite, in some of the seeded columns.
     pub(super) fn in_state<const WIDTH: usize>(
         step: usize,
         state: &State<DenseDual<WIDTH>>,
         columns: &[usize],
     ) -> Option<Self> {
-        let lacks = |body: usize, column: usize| {
+        let is_non_finite = |body: usize, column: usize| {
             numbers(state, body).any(|number| !number.eps[column].is_finite())
         };
         columns.iter().find_map(|&column| {
-            let body = (0..state.bodies.len()).find(|&body| lacks(body, column))?;
+            let body = (0..state.bodies.len()).find(|&body| is_non_finite(body, column))?;
             let time = state.time;
-            let place = Place::State { step, time, body };
-            Some(Self { place, column })
+            let location = Location::State { step, time, body };
+            Some(Self { location, column })
         })
     }
 
-    /// The same by a number so many places later among those of the parameters.
-    pub(super) fn by_later_number(self, offset: usize) -> Self {
+    /// Adds an offset to the index of the parameter's number.
+    pub(super) fn with_column_offset(self, offset: usize) -> Self {
         let column = self.column + offset;
         Self { column, ..self }
     }
 
-    /// The step that led to it; the outcome comes after all steps.
+    /// Step after which the derivative is not finite; `usize::MAX` for the outcome, which is evaluated after all steps.
     pub(super) fn step(&self) -> usize {
-        match self.place {
-            Place::State { step, .. } => step,
-            Place::Outcome { .. } => usize::MAX,
+        match self.location {
+            Location::State { step, .. } => step,
+            Location::Outcome { .. } => usize::MAX,
         }
     }
 
-    /// As an error, beside all that was found.
+    /// Converts to an error that also holds all computed derivatives.
     pub(super) fn into_error(
         self,
-        system: &Model,
+        model: &Model,
         parameters: &[Parameter],
-        found: OutcomeJacobian,
+        jacobian: OutcomeJacobian,
     ) -> GradientError {
         let mut names = parameters.iter().flat_map(Parameter::number_names);
         let number = names.nth(self.column).unwrap_or_default();
-        let found = Box::new(found);
-        match self.place {
-            Place::State { step, time, body } => GradientError::StateDerivativeNotFinite {
+        let found = Box::new(jacobian);
+        match self.location {
+            Location::State { step, time, body } => GradientError::StateDerivativeNotFinite {
                 step,
                 time,
-                body: system.bodies[body].name().to_owned(),
+                body: model.bodies[body].name().to_owned(),
                 number,
                 found,
             },
-            Place::Outcome { row } => {
+            Location::Outcome { row } => {
                 GradientError::OutcomeDerivativeNotFinite { row, number, found }
             }
         }
     }
 }
 
-/// The columns in which a number is not finite.
+/// Columns in which a number is not finite.
 pub(super) fn columns_not_finite(jacobian: &DMatrix<f64>) -> Vec<usize> {
     let is_finite = |column: usize| jacobian.column(column).iter().all(|x| x.is_finite());
     let columns = 0..jacobian.ncols();

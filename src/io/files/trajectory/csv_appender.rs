@@ -6,19 +6,18 @@ use std::fs::{self, File};
 use std::io::{self, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
-/// What the name of a growing file can end in.
+/// Extensions of appendable trajectory files.
 const EXTENSIONS: &[&str] = &["csv"];
 
-/// A trajectory that goes to a CSV file as it comes about, for rollouts too long to be kept in memory or
-/// to be lost: the table of [`write_trajectory`](super::write_trajectory), with the rows of each state as
-/// soon as it is pushed.
+/// A CSV file that states are appended to during a rollout. Use it for rollouts that are too long for the memory or that must not be
+/// lost. The table has the columns of [`write_trajectory`](super::write_trajectory).
 ///
-/// A process that is killed, or panics, leaves all states that were pushed before; of the one that was
-/// being written a part may be there, the last line cut short. On a full disk [`Self::push`] is an error, and
-/// the file ends with the last whole state. When the system itself goes down, what was pushed since
-/// [`Self::sync`] may be lost.
+/// - If the process panics or is killed, the file contains all states that were pushed before. The last state may be incomplete, and
+///   its last line may be truncated.
+/// - If the disk is full, [`Self::push`] returns an error, and the file ends with the last complete state.
+/// - If the operating system crashes, states that were pushed after the last call of [`Self::sync`] may be lost.
 ///
-/// There is no such file in Parquet: without its footer, which comes last, it cannot be read.
+/// Parquet is not supported, because a Parquet file cannot be read without its footer, which is written last.
 ///
 /// ```
 /// use hydroelastic::contact::Shape;
@@ -51,16 +50,17 @@ pub struct TrajectoryFile {
     path: PathBuf,
     file: File,
     bodies: Vec<Body>,
-    /// Bytes up to the end of the last whole state.
+    /// Length of the file up to the end of the last complete state (bytes).
     length: u64,
 }
 
 impl TrajectoryFile {
-    /// A new file without states.
+    /// Creates a file without states.
     ///
     /// # Errors
-    /// If the name of the file does not end in `.csv`, there is a file of that name (an earlier run is
-    /// not written over), or it cannot be written.
+    /// - If the extension is not `.csv`.
+    /// - If the file exists. The results of an earlier run are never overwritten.
+    /// - If the file cannot be written.
     pub fn create_new<F: Force>(
         path: impl AsRef<Path>,
         world: &World<f64, F>,
@@ -68,25 +68,25 @@ impl TrajectoryFile {
         let path = path.as_ref();
         known_extension(path, EXTENSIONS)?;
         let file = File::create_new(path).map_err(|source| write_error(path, source))?;
-        let mut growing = Self {
+        let mut trajectory_file = Self {
             path: path.into(),
             file,
             bodies: world.bodies().to_vec(),
             length: 0,
         };
-        if let Err(source) = csv_file::header().and_then(|line| growing.append(&line)) {
-            // As a file without its header is of no use, so nothing is lost if it stays.
+        if let Err(source) = csv_file::header().and_then(|line| trajectory_file.append(&line)) {
+            // An error is ignored, because a file without its header contains no data.
             let _ = fs::remove_file(path);
             return Err(write_error(path, source));
         }
-        Ok(growing)
+        Ok(trajectory_file)
     }
 
-    /// Adds the rows of a state and hands them to the system.
+    /// Appends the rows of a state, and passes them to the operating system.
     ///
     /// # Errors
-    /// If the state has more or fewer bodies than the world, or the file cannot be written; then it ends with
-    /// the state before.
+    /// - If the number of bodies differs between the state and the world.
+    /// - If the file cannot be written. The file then ends with the previous state.
     pub fn push(&mut self, state: &State) -> Result<(), FileError> {
         check_count(&self.path, &self.bodies, state)?;
         let lines = csv_file::lines(rows_of(&self.bodies, state));
@@ -94,16 +94,16 @@ impl TrajectoryFile {
         appended.map_err(|source| write_error(&self.path, source))
     }
 
-    /// Waits until all states are on the disk.
+    /// Waits until all pushed states are on the disk.
     ///
     /// # Errors
-    /// If the system says that they are not.
+    /// If the operating system reports a failure.
     pub fn sync(&self) -> Result<(), FileError> {
         let synced = self.file.sync_all();
         synced.map_err(|source| write_error(&self.path, source))
     }
 
-    /// Adds all the bytes or, as far as the disk lets it, none.
+    /// Appends bytes. On failure, tries to truncate the file to its previous length.
     fn append(&mut self, bytes: &[u8]) -> io::Result<()> {
         let written = self.file.write_all(bytes);
         if written.is_ok() {
