@@ -163,7 +163,7 @@ def test_what_is_refused(tmp_path):
         "its material is rigid: it needs a hydroelastic modulus": lambda: he.Body.fixed("it", cube(), HARD),
         'body "it" is rigid, but its material has a hydroelastic modulus': lambda: he.Body.fixed("it", he.HalfSpace(), SKIN),
         'body "it" is a half-space, which has no mass': lambda: he.Body.dynamic("it", he.HalfSpace(), HARD, 1.0),
-        'between bodies "tool" and "floor" no contact is computed': lambda: he.World([tool, floor]),
+        'bodies "tool" and "floor" cannot have a contact': lambda: he.World([tool, floor]),
         'body "floor" is rigid: it has no modulus': lambda: world.jacobian(he.Plan(1e-3, 2), [he.Parameter.modulus("floor")]),
     }
     for reason, refused in refusals.items():

@@ -157,7 +157,7 @@ def refusals():
         ),
         "the time step is 0": lambda: he.Plan(0.0, 5),
         "the gravity is NaN": lambda: he.World([body], gravity=[0.0, 0.0, float("nan")]),
-        "a state of 2 bodies does not fit a world of 1": lambda: world.diagnostics(
+        "a state has 2 bodies, but the world has 1": lambda: world.diagnostics(
             he.State(0.0, np.stack([eye, eye]), np.zeros((2, 6)))
         ),
         "the stiffness of a spring is -1": lambda: he.World(

@@ -1,21 +1,22 @@
 use super::WorldError;
-use super::settings::check_positive;
+use super::validate::check_positive;
 
-/// Tolerances of values and of slopes that are tight for most motions.
+/// Upper bounds of the tight tolerances of values and of slopes.
 const TIGHT: [f64; 2] = [1e-6, 3e-5];
 
-/// How closely [`Integrator::Sdirk3`](super::Integrator::Sdirk3) follows the motion.
+/// Error tolerances of [`Integrator::Sdirk3`](super::Integrator::Sdirk3).
 ///
-/// Each time step is divided until two errors are below their tolerances for every body: the local error of its velocity, or of its
-/// displacement over the duration if that is larger, and the error of the derivatives of its motion. Let v be the speed of a body relative
-/// to the bodies that it touches, with its spin counted by the radius of gyration. It is at least the speed of the spin, and only that if
-/// the body touches nothing. Let f be the *resting speed*. A tolerance t then allows
+/// Each time step is divided until two errors are below their tolerances for every body. The first is the local error of its velocity, or
+/// of its displacement over the duration if that is larger. The second is the error of the derivatives of its motion. Let v be the speed of
+/// a body relative to the bodies that it touches, with its spin multiplied by the radius of gyration. It is at least the speed of the spin,
+/// and only that speed if the body touches nothing. Let f be the *resting speed*. A tolerance t then allows
 ///
 /// t·v + min(t·f⁴/v³, f·t^¼).
 ///
-/// If a body is faster than f, the tolerance is relative. Below f the tolerance grows. Below f·t^¼, which is 0.13 f for values and
-/// 0.21 f for slopes by default, impacts are not resolved, and bodies come to rest. The error of the derivatives is that of the rate of displacement (m/s), plus
-/// that of the acceleration (m/s²) times the time in which gravity changes the velocity by v, v/g and at most 1 s.
+/// If a body is faster than f, the tolerance is relative. Below f the tolerance grows. Below f·t^¼, which is 0.13 f for values and 0.21 f
+/// for slopes by default, impacts are not resolved, and bodies come to rest. The error of the derivatives is a sum of two terms: the error
+/// of the rate of displacement (m/s), and the error of the acceleration (m/s²) times a time. This is the time in which gravity changes the
+/// velocity by v, which is v/g and at most 1 s.
 ///
 /// Each step has a budget of trials. For a group of n bodies that move together it is 2500/n² · (3e-4/t)^⅓ with the tolerance t of
 /// values, and at least 4. Rejected substeps count, except those that are not solved or in which bodies might pass through each other.
@@ -34,7 +35,7 @@ pub struct Accuracy {
     values: f64,
     slopes: f64,
     resting_speed: Option<f64>,
-    /// Factor of every resting speed, set or default.
+    /// Factor of every resting speed, whether set or default.
     resting_speed_factor: f64,
 }
 
@@ -64,8 +65,8 @@ impl Accuracy {
         })
     }
 
-    /// The same tolerances with a resting speed (m/s) for all bodies. By default the resting speed of a body is the speed after a
-    /// fall by a hundredth of its smallest extent under standard gravity, 0.14 m/s for a cube of 0.1 m.
+    /// Sets the resting speed (m/s) of all bodies. The default for each body is the speed after a fall by a hundredth of its smallest
+    /// extent under standard gravity. It is 0.14 m/s for a cube of 0.1 m.
     ///
     /// # Errors
     /// If the speed is not positive and finite.
@@ -77,7 +78,7 @@ impl Accuracy {
         })
     }
 
-    /// Tolerances at which outcomes and derivatives serve as those of the motion, and a tenth of the resting speeds.
+    /// Returns tight tolerances for converged outcomes and derivatives, with a tenth of the resting speeds.
     pub(super) fn tight(self) -> Self {
         let [values, slopes] = TIGHT;
         let tenth = self.tenth();
@@ -89,7 +90,7 @@ impl Accuracy {
         }
     }
 
-    /// A tenth of these tolerances, with the same resting speeds.
+    /// Returns a tenth of these tolerances, with the same resting speeds.
     pub(super) fn tenth(self) -> Self {
         Self {
             values: 0.1 * self.values,
@@ -98,7 +99,7 @@ impl Accuracy {
         }
     }
 
-    /// The resting speed (m/s) of a body, from its default.
+    /// Resting speed (m/s) of a body whose default is given.
     pub(super) fn resting_speed_or(&self, default: f64) -> f64 {
         self.resting_speed_factor * self.resting_speed.unwrap_or(default)
     }

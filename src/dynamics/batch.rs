@@ -6,17 +6,17 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
-/// How far a batch has come.
+/// Progress of a batch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Progress {
-    /// Rollouts that have ended, well or not.
+    /// Number of rollouts that have ended, with or without an error.
     pub finished: usize,
-    /// Rollouts in the batch.
+    /// Number of rollouts in the batch.
     pub total: usize,
 }
 
-/// Many independent jobs with rollouts of one plan, spread over all threads.
+/// Independent jobs with rollouts of one plan, spread over all threads.
 ///
 /// [`Self::rollouts`] returns the trajectories of many worlds. [`Self::map`] calls a function for each item of a list, for example to
 /// differentiate each world. Results have the order of their items, and the same bits for any number of threads. If one job fails
@@ -55,7 +55,7 @@ pub struct Batch {
     progress: Option<Arc<ProgressFunction>>,
 }
 
-/// Plan and cancel flag of one job of a [`Batch`]: creates rollouts and experiments that end with the batch.
+/// Plan and cancel flag of one job of a [`Batch`]. It creates rollouts and experiments that end with the batch.
 #[derive(Debug, Clone)]
 pub struct Job {
     pub(crate) plan: Plan,
@@ -63,7 +63,7 @@ pub struct Job {
 }
 
 impl Job {
-    /// A rollout of a world from its initial state.
+    /// Creates a rollout of a world from its initial state.
     #[must_use]
     pub fn rollout<T: Scalar, F: Force>(&self, world: impl Into<Arc<World<T, F>>>) -> Rollout<T> {
         Rollout::new(world, &self.plan).with_cancel_flag(Arc::clone(&self.stop))
@@ -73,7 +73,7 @@ impl Job {
 type ProgressFunction = dyn Fn(Progress) -> ControlFlow<()> + Send + Sync;
 
 impl Batch {
-    /// Rollouts by a plan.
+    /// Creates a batch with a plan.
     #[must_use]
     pub fn new(plan: &Plan) -> Self {
         let (plan, stop) = (*plan, Arc::default());
@@ -83,13 +83,11 @@ impl Batch {
         }
     }
 
-    /// The same batch, telling a function of each rollout that has ended. Where the function returns
-    /// [`ControlFlow::Break`], the batch ends: rollouts that run go on to their end, others are not begun and have the error
-    /// [`RolloutError::Stopped`].
+    /// Sets a function that is called each time a rollout has ended. If the function returns [`ControlFlow::Break`], the batch ends:
+    /// running rollouts continue to their end, and the other rollouts do not begin and return the error [`RolloutError::Stopped`].
     ///
-    /// The function is called on the thread of that rollout: with each count once, but two of them
-    /// may come at the same time or out of order. After a panic in it, it is not called again; the batch
-    /// goes on.
+    /// The function is called on the thread of the rollout, once for each count. Two calls may run at the same time or out of order. If the
+    /// function panics, it is not called again, and the batch continues.
     #[must_use]
     pub fn with_progress(
         self,
@@ -101,15 +99,15 @@ impl Batch {
         }
     }
 
-    /// Ends the batch once the flag is true. Running rollouts end before their next step, or during an implicit step, and no other
-    /// rollout begins. Both return the error [`RolloutError::Stopped`]. Another thread or a signal handler can set the flag.
+    /// Ends the batch once the flag is true. Running rollouts end before their next step, or during an implicit step, and the other
+    /// rollouts do not begin. All of these return the error [`RolloutError::Stopped`]. Another thread or a signal handler can set the flag.
     #[must_use]
     pub fn with_cancel_flag(mut self, flag: Arc<AtomicBool>) -> Self {
         self.job.stop = flag;
         self
     }
 
-    /// The trajectory of each world from its initial state. [`World::with_initial_state`] gives worlds that start from many states.
+    /// Trajectory of each world from its initial state. [`World::with_initial_state`] creates worlds that start from other states.
     pub fn rollouts<T: Scalar, F: Force>(&self, worlds: &[World<T, F>]) -> Vec<RolloutResult<T>> {
         let run = |world: &World<T, F>| self.job.rollout(world).run();
         self.results(worlds, run, |world| RolloutFailure {
@@ -121,8 +119,9 @@ impl Batch {
     /// Calls a function for each item.
     ///
     /// # Errors
-    /// The errors that the function returns; [`RolloutError::Panicked`] if it panics, and [`RolloutError::Stopped`] if the batch ends
-    /// before its item.
+    /// - The errors that the function returns.
+    /// - [`RolloutError::Panicked`] if the function panics.
+    /// - [`RolloutError::Stopped`] if the batch ends before the job of an item begins.
     pub fn map<I: Sync, O: Send, E: From<RolloutError> + Send>(
         &self,
         items: &[I],
@@ -135,7 +134,7 @@ impl Batch {
         self.results(items, call, |_| RolloutError::Stopped.into())
     }
 
-    /// The result of a job for each item, or the `stopped` error of an item whose job has not begun. The job contains its panics.
+    /// Result of the job of each item, or the `stopped` error of an item whose job has not begun. The job must contain its panics.
     fn results<I: Sync, O: Send, E: Send>(
         &self,
         items: &[I],

@@ -8,14 +8,14 @@ use std::sync::Arc;
 
 /// A shape with a name, a material, a motion and an initial state.
 ///
-/// A shape goes in as a [`Shape`](crate::contact::Shape), a [`RigidShape`](crate::contact::RigidShape) or a
-/// [`HalfSpace`](crate::contact::HalfSpace), or in an `Arc` of one of them, to be shared by several bodies.
+/// The shape can be a [`Shape`](crate::contact::Shape), a [`RigidShape`](crate::contact::RigidShape), a
+/// [`HalfSpace`](crate::contact::HalfSpace), or an `Arc` of one of them, so that several bodies can share it.
 #[derive(Debug, Clone)]
 pub struct Body<T = f64> {
     pub(super) name: String,
     pub(super) shape: BodyShape,
     pub(crate) material: Material<T>,
-    /// Whether dissipation and friction are evaluated: one of them is not zero, or is a parameter.
+    /// Whether dissipation and friction are evaluated: one of them is not zero or is differentiated.
     pub(crate) is_dissipative: bool,
     pub(crate) motion: Motion<T>,
     pub(crate) initial: BodyState<T>,
@@ -24,11 +24,12 @@ pub struct Body<T = f64> {
 }
 
 impl Body<f64> {
-    /// A body that forces move, at rest at the origin.
+    /// Creates a dynamic body, which is moved by forces. It starts at rest at the origin.
     ///
     /// # Errors
-    /// If the material or the mass is out of range, a compliant body has no modulus or a rigid one has one, or it is a
-    /// half-space.
+    /// - If the material or the mass is out of range.
+    /// - If a compliant body has no modulus, or a rigid body has one.
+    /// - If the shape is a half-space.
     pub fn dynamic(
         name: &str,
         shape: impl Into<BodyShape>,
@@ -41,10 +42,11 @@ impl Body<f64> {
         Self::new(name, shape, material, motion)
     }
 
-    /// A body that never moves, at the origin.
+    /// Creates a fixed body at the origin.
     ///
     /// # Errors
-    /// If the material is out of range, or a compliant body has no modulus, or a rigid one has one.
+    /// - If the material is out of range.
+    /// - If a compliant body has no modulus, or a rigid body has one.
     pub fn fixed(
         name: &str,
         shape: impl Into<BodyShape>,
@@ -53,11 +55,12 @@ impl Body<f64> {
         Self::new(name, shape.into(), material, Motion::Fixed)
     }
 
-    /// A body that follows a path: its pose and its twist, which must be the pose's derivative (the
-    /// linear part being the velocity of the origin of the body frame).
+    /// Creates a kinematic body, which follows a path of poses and twists. The twist must be the time derivative of the pose. Its linear
+    /// part is the velocity of the origin of the body frame.
     ///
     /// # Errors
-    /// If the material is out of range, or a compliant body has no modulus, or a rigid one has one.
+    /// - If the material is out of range.
+    /// - If a compliant body has no modulus, or a rigid body has one.
     pub fn kinematic(
         name: &str,
         shape: impl Into<BodyShape>,
@@ -93,29 +96,28 @@ impl Body<f64> {
         })
     }
 
-    /// The same body, starting at a pose; not for a body on a path.
+    /// Sets the initial pose. Do not use it for a kinematic body: a world rejects a body that starts off its path.
     #[must_use]
     pub fn with_pose(mut self, pose: Pose) -> Self {
         self.initial.pose = pose;
         self
     }
 
-    /// The same body, its center of mass starting with a velocity (m/s, world axes); only for a
-    /// body that forces move.
+    /// Sets the initial velocity of the center of mass (m/s, world axes) of a dynamic body.
     #[must_use]
     pub fn with_velocity(mut self, velocity: Vector3<f64>) -> Self {
         self.initial.twist.linear = velocity;
         self
     }
 
-    /// The same body, starting with a spin (rad/s, world axes); only for a body that forces move.
+    /// Sets the initial angular velocity (rad/s, world axes) of a dynamic body.
     #[must_use]
     pub fn with_angular_velocity(mut self, spin: Vector3<f64>) -> Self {
         self.initial.twist.angular = spin;
         self
     }
 
-    /// The constant body.
+    /// The body with zero derivatives.
     pub(super) fn lifted<T: Scalar>(&self) -> Body<T> {
         Body {
             name: self.name.clone(),
@@ -132,7 +134,7 @@ impl Body<f64> {
         }
     }
 
-    /// Moves the initial state to a time (s): that of a body on a path along the path.
+    /// Sets the time (s) of the initial state. A kinematic body moves along its path to this time.
     pub(super) fn start_at(&mut self, time: f64) {
         self.start = time;
         if let Motion::Kinematic(path) = &self.motion {
@@ -156,7 +158,7 @@ impl Body<f64> {
         })
     }
 
-    /// Checks that a fixed body starts at rest, and a body with a path on the path.
+    /// Checks that a fixed body starts at rest, and a kinematic body on its path.
     fn check_own_start(&self) -> Result<(), WorldError> {
         let start = match &self.motion {
             Motion::Dynamic(_) => return Ok(()),
@@ -166,12 +168,12 @@ impl Body<f64> {
             },
             Motion::Kinematic(path) => state_on(&**path, self.start),
         };
-        let (given, twist) = (&self.initial, &self.initial.twist);
+        let (initial, twist) = (&self.initial, &self.initial.twist);
         let keeps = [
             (
                 "pose",
-                given.pose.translation() == start.pose.translation()
-                    && given.pose.rotation() == start.pose.rotation(),
+                initial.pose.translation() == start.pose.translation()
+                    && initial.pose.rotation() == start.pose.rotation(),
             ),
             ("velocity", twist.linear == start.twist.linear),
             ("spin", twist.angular == start.twist.angular),
@@ -231,19 +233,19 @@ impl<T: Scalar> Body<T> {
         }
     }
 
-    /// The state the body starts in.
+    /// Initial state.
     #[must_use]
     pub fn initial_state(&self) -> &BodyState<T> {
         &self.initial
     }
 
-    /// Time (s) of the initial state: 0, or the time at which the world of the body starts.
+    /// Time (s) of the initial state: 0, or the initial time of the world that contains the body.
     #[must_use]
     pub fn initial_time(&self) -> f64 {
         self.start
     }
 
-    /// The center of mass (m) in the world, of a body that forces do not move its origin.
+    /// Position of the center of mass (m) in the world. For a body that is not dynamic, it is the origin of the body frame.
     pub(super) fn center_in(&self, state: &BodyState<T>) -> Vector3<T> {
         let origin = *state.pose.translation();
         match self.inertia() {
@@ -252,7 +254,7 @@ impl<T: Scalar> Body<T> {
         }
     }
 
-    /// The twist at the origin of the body frame instead of the center of mass.
+    /// Twist at the origin of the body frame.
     pub(super) fn twist_at_origin(&self, state: &BodyState<T>) -> Twist<T> {
         let Some(inertia) = self.inertia() else {
             return state.twist;
@@ -265,14 +267,17 @@ impl<T: Scalar> Body<T> {
     }
 }
 
-/// The place of the body of a name, if there is one.
-pub(super) fn place_of<T: Scalar>(name: &str, bodies: &[Body<T>]) -> Option<usize> {
+/// Index of the body with this name, if there is one.
+pub(super) fn index_of<T: Scalar>(name: &str, bodies: &[Body<T>]) -> Option<usize> {
     bodies.iter().position(|body| body.name() == name)
 }
 
-/// The place of the body of a name.
-pub(super) fn known_place<T: Scalar>(name: &str, bodies: &[Body<T>]) -> Result<usize, WorldError> {
-    place_of(name, bodies).ok_or_else(|| WorldError::UnknownBody {
+/// Index of the body with this name, or an error that lists the known names.
+pub(super) fn require_index_of<T: Scalar>(
+    name: &str,
+    bodies: &[Body<T>],
+) -> Result<usize, WorldError> {
+    index_of(name, bodies).ok_or_else(|| WorldError::UnknownBody {
         name: name.to_owned(),
         known: bodies.iter().map(|b| b.name().to_owned()).collect(),
     })

@@ -6,29 +6,29 @@ use crate::spatial::{MassGradient, MassProperties, Pose};
 use nalgebra::Vector3;
 use std::sync::Arc;
 
-/// What a body is for contact. Any of the shapes becomes one by `into()`, an `Arc` of it too, so that bodies can share it.
+/// Shape of a body for contact. Each of the shapes, and an `Arc` of it, converts into this type with `into()`. Bodies can share an `Arc`.
 ///
-/// There is contact where at least one of two bodies is compliant and has a mesh: of rigid bodies and half-spaces among
-/// themselves there is none.
+/// Two bodies can be in contact if at least one of them is compliant and has a mesh. Rigid bodies and half-spaces have no contact with each
+/// other.
 #[derive(Debug, Clone)]
 #[non_exhaustive]
 pub enum BodyShape {
-    /// A compliant body: a tetrahedral mesh with a pressure field.
+    /// Compliant body: a tetrahedral mesh with a pressure field.
     Compliant(Arc<Shape>),
-    /// A rigid body: a closed surface.
+    /// Rigid body: a closed surface.
     Rigid(Arc<RigidShape>),
-    /// All below a plane, rigid or with a soft layer.
+    /// Half-space below a plane, rigid or with a soft layer.
     HalfSpace(Arc<HalfSpace>),
 }
 
 impl BodyShape {
-    /// Whether it does not give way (a rigid body, or a half-space without a layer), so that its material has no modulus.
+    /// Whether the shape is rigid: a rigid body, or a half-space without a soft layer. The material of such a body has no modulus.
     #[must_use]
     pub fn is_rigid(&self) -> bool {
         self.partner().is_rigid()
     }
 
-    /// The shape, if it is that of a compliant body with a mesh.
+    /// The shape of a compliant body with a mesh.
     #[must_use]
     pub fn compliant(&self) -> Option<&Arc<Shape>> {
         match self {
@@ -37,7 +37,7 @@ impl BodyShape {
         }
     }
 
-    /// The smallest box around it in the body frame; `None` of a half-space, which has no end.
+    /// Bounding box in the body frame. A half-space is unbounded and has none.
     #[must_use]
     pub fn bounds(&self) -> Option<Aabb> {
         match self {
@@ -47,13 +47,13 @@ impl BodyShape {
         }
     }
 
-    /// A box around it at a pose, in the world frame.
+    /// Bounding box in the world frame, at a pose.
     pub(super) fn bounds_at(&self, pose: &Pose) -> Aabb {
         let bounds = self.bounds();
         bounds.map_or(Aabb::EVERYWHERE, |bounds| bounds.posed(pose))
     }
 
-    /// The shape as that of a body B.
+    /// The shape in the role of body B of a contact.
     pub(super) fn partner(&self) -> PartnerShape<'_> {
         match self {
             Self::Compliant(shape) => PartnerShape::Compliant(shape),
@@ -62,10 +62,11 @@ impl BodyShape {
         }
     }
 
-    /// The mass properties of a body of this shape that forces move.
+    /// Mass properties of a dynamic body with this shape.
     ///
     /// # Errors
-    /// If they are not those of a solid, or the shape is a half-space, which has no mass.
+    /// - If no solid has the mass properties.
+    /// - If the shape is a half-space, which has no mass.
     pub(super) fn mass_properties(
         &self,
         body: &str,
@@ -95,7 +96,7 @@ impl BodyShape {
         }
     }
 
-    /// The derivatives by the vertices of a number with these by the mass properties at a density (kg/m³).
+    /// Gradient with respect to the vertices, from the gradient with respect to the mass properties at a density (kg/m³).
     pub(crate) fn mass_gradient(
         &self,
         density: f64,
@@ -108,7 +109,7 @@ impl BodyShape {
         }
     }
 
-    /// Whether two bodies share this shape: the same one, not one that is equal.
+    /// Whether both values share one shape. Equal shapes in different allocations do not count.
     #[must_use]
     pub fn is_same(&self, other: &Self) -> bool {
         match (self, other) {

@@ -1,38 +1,36 @@
+use super::model::Model;
 use super::sweep::Sweep;
-use super::system::System;
 use super::{Force, State, World, WorldError};
 use crate::contact::{ContactSurface, ContactWrench};
 use crate::parallel::mapped_into;
 use crate::scalar::Scalar;
 
-/// Two bodies of a world that touch.
+/// Contact of two bodies of a world.
 #[derive(Debug, Clone)]
 #[non_exhaustive]
 pub struct Contact<T = f64> {
-    /// The places of the bodies in the world's list: A, which is compliant with a mesh, and B. Of two such bodies A is that of
-    /// the smaller place.
+    /// Indices of the bodies in the world, A first. Body A is compliant and has a mesh. If both bodies have a mesh, A is the one with the
+    /// smaller index.
     pub bodies: [usize; 2],
-    /// The contact surface, in the world frame.
+    /// Contact surface, in the world frame.
     pub surface: ContactSurface<T>,
-    /// The wrench on each body about the origin of its frame, in world axes, with friction and
-    /// dissipation.
+    /// Wrench on each body about the origin of its frame, in world axes. It includes friction and dissipation.
     pub wrench: ContactWrench<T>,
 }
 
 impl<T: Scalar, F: Force> World<T, F> {
-    /// The contacts of a state, sorted by the bodies' places in the world. Those of two bodies that both do not move
-    /// by forces are left out, as are ignored ones.
+    /// Contacts of a state, sorted by the indices of their bodies. Ignored pairs and pairs without a dynamic body are omitted.
     ///
     /// # Errors
     /// If the state does not fit the world: another number of bodies, a pose that is not rigid, or a number that is not finite.
     pub fn contacts(&self, state: &State<T>) -> Result<Vec<Contact<T>>, WorldError> {
         state.check_fits(self.bodies())?;
-        Ok(self.system.contacts(state))
+        Ok(self.model.contacts(state))
     }
 }
 
-impl<T: Scalar> System<T> {
-    /// The contacts of a state that fits the bodies.
+impl<T: Scalar> Model<T> {
+    /// Contacts of a state that fits the bodies.
     pub(crate) fn contacts(&self, state: &State<T>) -> Vec<Contact<T>> {
         let (mut sweep, mut contacts) = (Sweep::default(), Vec::new());
         let pairs = self.close_pairs(&state.bodies, &mut sweep);

@@ -1,20 +1,20 @@
+use super::model::Model;
 use super::sweep::Sweep;
-use super::system::System;
 use super::{BodyShape, BodyState, Force, Inertia, RolloutError, State, World, WorldError};
 use crate::scalar::{Scalar, lift, lift_vector};
 use nalgebra::Vector3;
 
-/// Energies and momentum of a state. Only dynamic bodies have kinetic energy, weight and momentum.
+/// Energies and momentum of a state. Only dynamic bodies have kinetic energy, gravitational energy and momentum.
 #[derive(Debug, Clone, Copy)]
 #[non_exhaustive]
 pub struct Diagnostics<T = f64> {
-    /// ½ m v² + ½ ω·I·ω (J).
+    /// Kinetic energy (J): ½ m v² + ½ ω·I·ω.
     pub kinetic_energy: T,
-    /// −m g·x (J), x the center of mass from the origin of the world.
+    /// Gravitational energy (J): −m g·x, with the center of mass x relative to the origin of the world.
     pub gravitational_energy: T,
-    /// Potential energy of all contacts (J).
+    /// Potential energy (J) of all contacts.
     pub contact_energy: T,
-    /// Momentum.
+    /// Linear and angular momentum.
     pub momentum: Momentum<T>,
 }
 
@@ -27,8 +27,7 @@ pub struct Momentum<T = f64> {
     pub angular: Vector3<T>,
 }
 
-/// Which tetrahedra touch in a state. Where it changes from one state to the next, a derivative may
-/// be one-sided.
+/// Set of touching tetrahedron pairs in a state. If it changes between two states, a derivative may be one-sided.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(
@@ -36,7 +35,7 @@ pub struct Momentum<T = f64> {
     serde(from = "Vec<[usize; 4]>", into = "Vec<[usize; 4]>")
 )]
 pub struct ContactTopology {
-    /// Bodies A and B, tetrahedron of A, tetrahedron (or triangle) of B: sorted.
+    /// Bodies A and B, tetrahedron of A, tetrahedron or triangle of B. The list is sorted.
     touching: Vec<[usize; 4]>,
 }
 
@@ -47,7 +46,7 @@ impl ContactTopology {
         self.touching.len()
     }
 
-    /// Whether two bodies, by their places in the world's list, touch.
+    /// Whether two bodies touch. The arguments are indices of bodies in the world.
     #[must_use]
     pub fn touches(&self, first: usize, second: usize) -> bool {
         let is_theirs =
@@ -55,7 +54,7 @@ impl ContactTopology {
         self.touching.iter().any(is_theirs)
     }
 
-    /// Number of pairs of tetrahedra that touch in one of two states and not in the other.
+    /// Number of tetrahedron pairs that touch in exactly one of the two states.
     #[must_use]
     pub fn changes_since(&self, before: &Self) -> usize {
         let missing = |from: &Self, in_other: &Self| {
@@ -83,7 +82,7 @@ impl From<ContactTopology> for Vec<[usize; 4]> {
 }
 
 impl<T: Scalar> Diagnostics<T> {
-    /// Kinetic, gravitational and contact energy (J), without what is stored in forces of other kinds.
+    /// Sum of kinetic, gravitational and contact energy (J). It does not include energy that is stored in other forces.
     #[must_use]
     pub fn total_energy(&self) -> T {
         self.kinetic_energy + self.gravitational_energy + self.contact_energy
@@ -97,34 +96,34 @@ impl<T: Scalar, F: Force> World<T, F> {
     /// If the state does not fit the world: another number of bodies, a pose that is not rigid, or a number that is not finite.
     pub fn diagnostics(&self, state: &State<T>) -> Result<Diagnostics<T>, WorldError> {
         state.check_fits(self.bodies())?;
-        Ok(self.system.diagnostics(state))
+        Ok(self.model.diagnostics(state))
     }
 
-    /// Indices of bodies, A and B, that have passed so far into each other that contact may no longer push them apart: see
-    /// [`ContactPair::has_sunk_through`](crate::contact::ContactPair::has_sunk_through).
+    /// Pairs of bodies, A and B, that have passed so far into each other that contact may no longer push them apart: see
+    /// [`ContactPair::has_sunk_through`](crate::contact::ContactPair::has_sunk_through). Bodies are given by their indices.
     ///
     /// # Errors
     /// If the state does not fit the world: another number of bodies, a pose that is not rigid, or a number that is not finite.
     pub fn fully_submerged(&self, state: &State<T>) -> Result<Vec<[usize; 2]>, WorldError> {
         state.check_fits(self.bodies())?;
-        Ok(self.system.fully_submerged(state))
+        Ok(self.model.fully_submerged(state))
     }
 
-    /// Which tetrahedra touch in a state.
+    /// Touching tetrahedron pairs in a state.
     ///
     /// # Errors
     /// If the state does not fit the world: another number of bodies, a pose that is not rigid, or a number that is not finite.
     pub fn topology(&self, state: &State<T>) -> Result<ContactTopology, WorldError> {
         state.check_fits(self.bodies())?;
-        Ok(self.system.topology(state))
+        Ok(self.model.topology(state))
     }
 }
 
-impl<T: Scalar> System<T> {
+impl<T: Scalar> Model<T> {
     /// Energies and momentum of a state that fits the bodies.
     fn diagnostics(&self, state: &State<T>) -> Diagnostics<T> {
         let zero = lift_vector(&Vector3::zeros());
-        let mut report = Diagnostics {
+        let mut diagnostics = Diagnostics {
             kinetic_energy: self.kinetic_energy(state),
             gravitational_energy: lift(0.0),
             contact_energy: self.contact_energy(state),
@@ -141,11 +140,11 @@ impl<T: Scalar> System<T> {
             let center = pose.translation() + pose.rotated_constant(&inertia.center_of_mass);
             let linear = twist.linear * inertia.mass;
             let spin = inertia.angular_momentum(pose.rotation(), &twist.angular);
-            report.gravitational_energy -= self.gravity.dot(&center) * inertia.mass;
-            report.momentum.linear += linear;
-            report.momentum.angular += spin + center.cross(&linear);
+            diagnostics.gravitational_energy -= self.gravity.dot(&center) * inertia.mass;
+            diagnostics.momentum.linear += linear;
+            diagnostics.momentum.angular += spin + center.cross(&linear);
         }
-        report
+        diagnostics
     }
 
     /// Kinetic energy (J) of all dynamic bodies.
@@ -168,15 +167,15 @@ impl<T: Scalar> System<T> {
         })
     }
 
-    /// The bodies of which one has been swallowed by the other in a state that fits the bodies.
+    /// Pairs of bodies of which one is wholly inside the other, in a state that fits the bodies.
     fn fully_submerged(&self, state: &State<T>) -> Vec<[usize; 2]> {
         let mut sweep = Sweep::default();
         let pairs = self.close_pairs(&state.bodies, &mut sweep).iter();
-        let sunk = pairs.filter(|&&(i, j)| {
+        let submerged = pairs.filter(|&&(i, j)| {
             let pair = self.pair_of([i, j], [&state.bodies[i], &state.bodies[j]]);
             pair.is_some_and(|pair| pair.has_sunk_through())
         });
-        sunk.map(|&(i, j)| [i, j]).collect()
+        submerged.map(|&(i, j)| [i, j]).collect()
     }
 
     /// Returns an error if a dynamic body is wholly below the surface of a half-space without a contact that would push it out.
@@ -203,7 +202,7 @@ impl<T: Scalar> System<T> {
         None
     }
 
-    /// Which tetrahedra touch in a state that fits the bodies.
+    /// Touching tetrahedron pairs in a state that fits the bodies.
     fn topology(&self, state: &State<T>) -> ContactTopology {
         let mut touching = Vec::new();
         for &(i, j) in self.close_pairs(&state.bodies, &mut Sweep::default()) {

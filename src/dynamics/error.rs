@@ -1,68 +1,68 @@
 use crate::contact::STEEPEST;
 use crate::spatial::PoseError;
 
-/// Why bodies, settings or a state do not make or fit a world.
+/// Error of a world, its settings, or a state that does not fit it.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum WorldError {
-    /// A material's number is out of range.
+    /// A number of a material is out of range.
     #[error(
         "the {quantity} of body {body:?} is {value}: a modulus must be positive, dissipation and friction not negative, and all finite"
     )]
     Material {
         /// Name of the body.
         body: String,
-        /// Which number.
+        /// Name of the number.
         quantity: &'static str,
-        /// Its value.
+        /// Value of the number.
         value: f64,
     },
-    /// The modulus of a body makes its pressure rise by more than contact can be computed with.
+    /// The pressure gradient of a body is too steep for the contact computation.
     #[error(
-        "the pressure of body {body:?} rises by {slope:e} Pa/m, its hydroelastic modulus times the steepest gradient of its extent, but {most:e} Pa/m is the most that can be computed with",
+        "the pressure gradient of body {body:?} is {slope:e} Pa/m (hydroelastic modulus times the steepest gradient of the extent), but must be at most {most:e} Pa/m",
         most = STEEPEST
     )]
     Steep {
         /// Name of the body.
         body: String,
-        /// How fast the pressure rises (Pa/m).
+        /// Pressure gradient (Pa/m).
         slope: f64,
     },
     /// A rigid body has a material with a modulus.
     #[error(
-        "body {0:?} is rigid, but its material has a hydroelastic modulus, and that of a rigid body has none"
+        "body {0:?} is rigid, but its material has a hydroelastic modulus: a rigid body needs a material without one"
     )]
     RigidWithModulus(String),
     /// A compliant body has a material without a modulus.
     #[error("body {0:?} is compliant, but its material is rigid: it needs a hydroelastic modulus")]
     NoModulus(String),
-    /// A half-space was to be moved by forces.
+    /// A half-space is dynamic, but has no mass.
     #[error("body {0:?} is a half-space, which has no mass: it can only be fixed or follow a path")]
     Unbounded(String),
-    /// Two bodies, of which forces move one at least, are rigid or half-spaces.
+    /// Two bodies are rigid or half-spaces, and at least one of them is dynamic.
     #[error(
-        "between bodies {:?} and {:?} no contact is computed, because neither is compliant with a mesh: make one so, or name the pair as one to ignore when the world is made",
+        "bodies {:?} and {:?} cannot have a contact, because neither is compliant with a mesh: give one of them a compliant mesh, or ignore the pair when the world is built",
         .0[0], .0[1]
     )]
     NoContact([String; 2]),
-    /// [`Force::coupling_groups`](super::Force::coupling_groups) returned the index of a body that the world does not have.
+    /// [`Force::coupling_groups`](super::Force::coupling_groups) returned an index that is not the index of a body.
     #[error(
         "Force::coupling_groups returned body index {index}, but the world has {bodies} bodies, counted from 0"
     )]
     CoupledBody {
-        /// The index that was returned.
+        /// Returned index.
         index: usize,
         /// Number of bodies.
         bodies: usize,
     },
-    /// Mass, density or inertia are not those of a solid.
+    /// A mass, density or moment of inertia is not positive and finite.
     #[error("the {quantity} of body {body:?} is {value}, but must be positive and finite")]
     Mass {
         /// Name of the body.
         body: String,
-        /// Which number.
+        /// Name of the number.
         quantity: &'static str,
-        /// Its value.
+        /// Value of the number.
         value: f64,
     },
     /// An inertia matrix is not symmetric.
@@ -72,20 +72,20 @@ pub enum WorldError {
     AsymmetricInertia {
         /// Name of the body.
         body: String,
-        /// Largest difference of two entries that should be equal (kg m²).
+        /// Largest difference of two entries that must be equal (kg m²).
         difference: f64,
     },
-    /// Principal moments that no solid has: each is the integral of the squares of two coordinates, so that none is greater
-    /// than the sum of the other two.
+    /// No solid has these principal moments. Each moment is the integral of the squares of two coordinates, so no moment is greater than
+    /// the sum of the other two.
     #[error(
-        "the largest principal moment of inertia of body {body:?} is {largest} kg m², but that of a solid is at most the sum of the others, {others} kg m²"
+        "the largest principal moment of inertia of body {body:?} is {largest} kg m², but must be at most the sum of the others, {others} kg m²"
     )]
     ImpossibleInertia {
         /// Name of the body.
         body: String,
-        /// The largest principal moment (kg m²).
+        /// Largest principal moment (kg m²).
         largest: f64,
-        /// The sum of the other two (kg m²).
+        /// Sum of the other two moments (kg m²).
         others: f64,
     },
     /// A center of mass is not finite.
@@ -93,18 +93,18 @@ pub enum WorldError {
     CenterOfMass {
         /// Name of the body.
         body: String,
-        /// The component.
+        /// Value of the component.
         value: f64,
     },
-    /// A body that is fixed or on a path was given a start of its own, a control or a force.
+    /// A fixed or kinematic body was given an initial motion, a control or a force.
     #[error("body {body:?} cannot have a {quantity} of its own: it is fixed or follows a path")]
     NotDynamic {
         /// Name of the body.
         body: String,
-        /// What it was given.
+        /// Rejected property.
         quantity: &'static str,
     },
-    /// Forces move neither of the two bodies of a force.
+    /// Neither of the two bodies of a force is dynamic.
     #[error(
         "a {quantity} between bodies {:?} and {:?} moves nothing: each is fixed or follows a path, so make one of them dynamic",
         .bodies[0], .bodies[1]
@@ -115,39 +115,39 @@ pub enum WorldError {
         /// Kind of the force.
         quantity: &'static str,
     },
-    /// A body that forces move was given a path.
+    /// A dynamic body was given a path.
     #[error("body {0:?} cannot follow a path: forces move it")]
     Dynamic(String),
-    /// A pose, initial or of a state, is not rigid or not finite.
+    /// The pose of a body, initial or in a state, is not rigid or not finite.
     #[error("the pose of body {body:?} is unusable: {source}")]
     Pose {
         /// Name of the body.
         body: String,
-        /// Why.
+        /// Cause.
         source: PoseError,
     },
-    /// A velocity or spin, initial or of a state, is not finite.
+    /// The velocity or spin of a body, initial or in a state, is not finite.
     #[error("the {quantity} of body {body:?} has the component {value}, but must be finite")]
     Velocity {
         /// Name of the body.
         body: String,
-        /// Velocity or spin.
+        /// "velocity" or "spin".
         quantity: &'static str,
-        /// The component.
+        /// Value of the component.
         value: f64,
     },
     /// Two bodies have the same name.
     #[error("two bodies are named {0:?}, but names must differ")]
     DuplicateName(String),
-    /// Two bodies were asked for, and both are the same.
+    /// Two different bodies are required, but both names are the same.
     #[error("two bodies are needed, but both are {0:?}")]
     SameBody(String),
-    /// A name belongs to no body.
+    /// No body has the name.
     #[error("no body is named {name:?}; there are {known:?}")]
     UnknownBody {
-        /// The name asked for.
+        /// Requested name.
         name: String,
-        /// The names there are.
+        /// Names of the bodies.
         known: Vec<String>,
     },
     /// A force names a force parameter that the world does not have.
@@ -162,52 +162,54 @@ pub enum WorldError {
     #[error("a force parameter needs a name, but its name is empty")]
     UnnamedForceParameter,
     /// A state does not fit the world.
-    #[error("a state of {found} bodies does not fit a world of {expected}")]
+    #[error("a state has {found} bodies, but the world has {expected}")]
     StateSize {
-        /// Bodies in the state.
+        /// Number of bodies in the state.
         found: usize,
-        /// Bodies in the world.
+        /// Number of bodies in the world.
         expected: usize,
     },
-    /// A trajectory was made of no states.
+    /// A trajectory has no states.
     #[error("a trajectory needs at least one state")]
     NoState,
-    /// The states of a trajectory are of different numbers of bodies.
+    /// The states of a trajectory have different numbers of bodies.
     #[error("state {state} of a trajectory has {found} bodies, but the first has {expected}")]
     BodyCount {
-        /// The state, counted from 0.
+        /// Index of the state, from 0.
         state: usize,
-        /// Bodies in it.
+        /// Number of bodies in the state.
         found: usize,
-        /// Bodies in the first one.
+        /// Number of bodies in the first state.
         expected: usize,
     },
     /// The states of a trajectory are not in the order of time.
     #[error("state {state} of a trajectory is at {time} s, but the one before it at {previous} s")]
     StateOrder {
-        /// The state, counted from 0.
+        /// Index of the state, from 0.
         state: usize,
-        /// Its time (s).
+        /// Time of the state (s).
         time: f64,
-        /// Time of the one before it (s).
+        /// Time of the previous state (s).
         previous: f64,
     },
-    /// Changes of a state are more or fewer than it has degrees of freedom.
-    #[error("{found} numbers do not change a state of {expected} local coordinates")]
+    /// A change of a state has the wrong size.
+    #[error(
+        "a change of a state has {found} numbers, but must have {expected}: 12 for each dynamic body"
+    )]
     ChangeSize {
-        /// Numbers given.
+        /// Number of given values.
         found: usize,
-        /// 12 for each dynamic body.
+        /// Expected number: 12 for each dynamic body.
         expected: usize,
     },
-    /// A number of the world, a plan, a force, a control or a state is out of range.
+    /// A number of a world, plan, force, control or state is out of range.
     #[error("the {quantity} is {value}, but must be {expected}")]
     Setting {
-        /// Which number.
+        /// Name of the number.
         quantity: &'static str,
-        /// Its value.
+        /// Value of the number.
         value: f64,
-        /// What it must be.
+        /// Valid values.
         expected: &'static str,
     },
 }

@@ -1,4 +1,4 @@
-//! The rotation of a free body, by a splitting that is continuous in the moments; spheres only take a shortcut.
+//! Rotation of a free body, by a splitting that is continuous in the moments of inertia. Spheres take a shortcut.
 
 use super::inertia::{PrincipalInertia, scaled, scaled_beyond};
 use crate::scalar::{DenseDual, Order, Scalar, change, lift, real_part};
@@ -6,16 +6,16 @@ use crate::spatial::{turn_from_real, turned_about_own_axis, turned_by, turned_re
 use nalgebra::{Matrix3, Vector3};
 use std::array;
 
-/// Derivatives by a turn and by a change of the spin.
+/// Dual number with the derivatives with respect to a turn and a change of the spin.
 type Inner = DenseDual<6>;
 
 impl PrincipalInertia {
     /// Orientation and spin (rad/s, world axes) of a free body after a time (s).
     ///
-    /// Its energy is that of a sphere of the middle moment M₂, which turns steadily about the momentum ℓ, and what the
-    /// other two axes have more: d₁ℓ₁²/2 + d₃ℓ₃²/2 with d = 1/M − 1/M₂. Turns about the axes, half 1, 3, half 1, and the
-    /// steady turn, which commutes with them, make a step that is symplectic, symmetric, of second order, keeps the
-    /// momentum, and is exact for spheres and symmetric tops.
+    /// The energy is the energy of a sphere with the middle moment M₂, which turns steadily about the momentum ℓ, plus d₁ℓ₁²/2 + d₃ℓ₃²/2
+    /// with d = 1/M − 1/M₂. One step turns the body about axis 1 for half the time, about axis 3 for the whole time, and about axis 1 for
+    /// half the time. It then adds the steady turn, which commutes with these turns. The step is symplectic, symmetric and of second order,
+    /// and keeps the momentum. It is exact for spheres and symmetric tops.
     pub fn turned_freely<T: Scalar>(
         &self,
         rotation: &Matrix3<T>,
@@ -23,7 +23,7 @@ impl PrincipalInertia {
         duration: f64,
     ) -> (Matrix3<T>, Vector3<T>) {
         if self.is_sphere() {
-            // No turns about axes, and the spin stays.
+            // A sphere does not turn about its axes, and its spin is constant.
             return (
                 turned_by(rotation, &spin.map(|rate| rate * duration)),
                 *spin,
@@ -48,14 +48,15 @@ impl PrincipalInertia {
         (self.rotation_of(&after), spin + faster)
     }
 
-    /// The same for numbers of first order with many derivatives: all depend on them through six numbers.
+    /// [`Self::turned_freely`] for first-order numbers with many derivatives. The result depends on its inputs through six numbers, so the
+    /// chain rule over six derivatives is cheaper.
     fn turned_by_chain_rule<T: Scalar>(
         &self,
         rotation: &Matrix3<T>,
         spin: &Vector3<T>,
         duration: f64,
     ) -> (Matrix3<T>, Vector3<T>) {
-        let by = |value, place| Inner::variable(value, place);
+        let by = |value, index| Inner::variable(value, index);
         let turn = Vector3::from_fn(|i, _| by(0.0, i));
         let inner_rotation = turned_real(&rotation.map(real_part), &turn);
         let inner_spin = Vector3::from_fn(|i, _| by(real_part(spin[i]), 3 + i));

@@ -4,37 +4,37 @@ use crate::scalar::{
 use crate::spatial::{MassProperties, Pose, times_constant, turn_from_real};
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 
-/// Moments that agree to this fraction are made equal: sums over thousands of tetrahedra are rounded by as much.
+/// Relative tolerance below which moments are made equal. Sums over thousands of tetrahedra have rounding errors of this size.
 const SPHERE: f64 = 1e-12;
 
-/// The largest moment of a plate is the sum of the others. Moments with five significant digits are off by up to 5e-5 each, so
-/// the largest may exceed the sum by this fraction.
+/// Tolerance of the triangle inequality of principal moments. A plate attains equality. Moments with five significant digits have errors of
+/// up to 5e-5 each, so the largest may exceed the sum of the others by this fraction.
 const FIVE_DIGITS: f64 = 1e-4;
 
 /// Mass and rotational inertia of a body whose mass may carry derivatives.
 ///
-/// The shape of the inertia is constant; the mass scales it.
+/// The inertia per mass is constant. The mass scales it.
 #[derive(Debug, Clone, Copy)]
 pub struct Inertia<T = f64> {
     /// Mass (kg).
     pub mass: T,
     /// Center of mass (m), in the body frame.
     pub center_of_mass: Vector3<f64>,
-    /// Over the mass, about the center of mass.
+    /// Inertia per mass about the center of mass.
     pub(super) principal: PrincipalInertia,
 }
 
-/// Inertia per mass in its principal axes, which are ordered by their moments.
+/// Inertia per mass in principal axes, sorted by their moments.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct PrincipalInertia {
-    /// Principal moments (m²), the smallest first.
+    /// Principal moments (m²), in increasing order.
     pub moments: Vector3<f64>,
-    /// The principal axes, as columns in the body frame, right-handed.
+    /// Principal axes as columns, in the body frame, right-handed.
     pub axes: Matrix3<f64>,
 }
 
 impl Inertia<f64> {
-    /// From mass properties with positive mass and principal moments.
+    /// Inertia from mass properties with a positive mass and positive principal moments.
     pub(super) fn new(properties: &MassProperties) -> Self {
         Self {
             mass: properties.mass,
@@ -43,7 +43,7 @@ impl Inertia<f64> {
         }
     }
 
-    /// The constant inertia.
+    /// The inertia with zero derivatives.
     pub(super) fn lifted<T: Scalar>(&self) -> Inertia<T> {
         Inertia {
             mass: lift(self.mass),
@@ -54,7 +54,7 @@ impl Inertia<f64> {
 }
 
 impl<T> Inertia<T> {
-    /// The inertia tensor over the mass (m²) about the center of mass, in the axes of the body frame.
+    /// Inertia tensor divided by the mass (m²), about the center of mass, in the axes of the body frame.
     pub(crate) fn per_mass(&self) -> Matrix3<f64> {
         let PrincipalInertia { moments, axes } = &self.principal;
         axes * Matrix3::from_diagonal(moments) * axes.transpose()
@@ -71,7 +71,7 @@ impl<T: Scalar> Inertia<T> {
         }
     }
 
-    /// The pose of a body after its orientation has become another one and its center of mass has moved (m).
+    /// Pose of a body after its orientation has changed to `rotation` and its center of mass has moved by `shift` (m).
     pub(super) fn turned_and_moved(
         &self,
         pose: &Pose<T>,
@@ -84,14 +84,14 @@ impl<T: Scalar> Inertia<T> {
         turned.with_translation(pose.translation() + before + shift - after)
     }
 
-    /// I·ω for a body of the given orientation, both in world axes.
+    /// Angular momentum I·ω of a body with this orientation, in world axes.
     #[must_use]
     pub fn angular_momentum(&self, rotation: &Matrix3<T>, angular: &Vector3<T>) -> Vector3<T> {
         let principal = &self.principal;
         principal.times(rotation, &principal.moments, angular) * self.mass
     }
 
-    /// I⁻¹·L for a body of the given orientation, both in world axes.
+    /// Angular velocity I⁻¹·L of a body with this orientation, in world axes.
     #[must_use]
     pub fn angular_velocity(&self, rotation: &Matrix3<T>, momentum: &Vector3<T>) -> Vector3<T> {
         let per_moments = self.principal.moments.map(f64::recip);
@@ -124,31 +124,31 @@ impl PrincipalInertia {
         }
     }
 
-    /// Whether a solid can have these moments, the smallest first: they are positive and finite, and the largest is at most the sum
-    /// of the others, up to rounding to five digits. Construction and loading share this check, so every world that can be
-    /// constructed can be loaded.
+    /// Whether a solid can have these moments, in increasing order. They must be positive and finite, and the largest must be at most the
+    /// sum of the others, up to rounding to five digits. Construction and loading share this check, so every world that can be constructed
+    /// can be loaded.
     pub fn is_of_solid(&self) -> bool {
         let [smallest, middle, largest] = self.moments.into();
         let is_ordered = 0.0 < smallest && smallest <= middle && middle <= largest;
         is_ordered && largest.is_finite() && largest <= (smallest + middle) * (1.0 + FIVE_DIGITS)
     }
 
-    /// Whether all moments are equal to the last bit: then the axes do not matter.
+    /// Whether all moments are equal to the last bit. The axes then have no effect.
     pub fn is_sphere(&self) -> bool {
         self.moments[2] - self.moments[0] <= 0.0
     }
 
-    /// The principal axes in the world, as columns, of a body of this orientation.
+    /// Principal axes in the world, as columns, of a body with this orientation.
     pub fn frame<T: Scalar>(&self, rotation: &Matrix3<T>) -> Matrix3<T> {
         times_constant(rotation, &self.axes)
     }
 
-    /// The orientation of a body whose principal axes in the world are the columns.
+    /// Orientation of a body whose principal axes in the world are the columns of `frame`.
     pub fn rotation_of<T: Scalar>(&self, frame: &Matrix3<T>) -> Matrix3<T> {
         times_constant(frame, &self.axes.transpose())
     }
 
-    /// The product of a vector with the matrix of these principal values, for a body of this orientation.
+    /// Product of a vector and the matrix with these principal values, for a body with this orientation.
     fn times<T: Scalar>(
         &self,
         rotation: &Matrix3<T>,
@@ -159,20 +159,21 @@ impl PrincipalInertia {
             return vector.map(|component| component * values[1]);
         }
         if Order::<T>::IS_FIRST {
-            // As the body turns by θ and the vector changes by dv: J·(v + dv − θ × v) + θ × (J·v).
+            // If the body turns by θ and the vector changes by dv, the product is J·(v + dv − θ × v) + θ × (J·v).
             let (frame, constant) = (self.frame(&rotation.map(real_part)), real_vector(vector));
             let product = scaled(&frame, values, &constant);
             let matrix = frame * Matrix3::from_diagonal(values) * frame.transpose();
             let turn = turn_from_real(rotation);
-            let own = vector.map(change) - cross_constant(&turn, &constant);
-            let of_product = constant_times(&matrix, &own) + cross_constant(&turn, &product);
+            let vector_change = vector.map(change) - cross_constant(&turn, &constant);
+            let of_product =
+                constant_times(&matrix, &vector_change) + cross_constant(&turn, &product);
             return of_product + product.map(lift::<T>);
         }
         scaled(&self.frame(rotation), values, vector)
     }
 }
 
-/// A vector whose components along the axes of a frame are scaled.
+/// Vector with its components along the axes of a frame scaled.
 pub(super) fn scaled<T: Scalar>(
     frame: &Matrix3<T>,
     factors: &Vector3<f64>,
@@ -182,8 +183,8 @@ pub(super) fn scaled<T: Scalar>(
     vector.map(|component| component * middle) + scaled_beyond(frame, factors, vector)
 }
 
-/// What [`scaled`] makes of a vector beyond scaling all of it by the middle factor: next to nothing for a sphere, which
-/// has no axes.
+/// Difference of [`scaled`] from scaling the whole vector by the middle factor. It is close to zero for a sphere, which has no distinct
+/// axes.
 pub(super) fn scaled_beyond<T: Scalar>(
     frame: &Matrix3<T>,
     factors: &Vector3<f64>,

@@ -1,51 +1,50 @@
-use super::any_world::DynWorld;
+use super::dyn_world::DynWorld;
 use super::implicit::{IMPLICIT_EULER, SDIRK3, Scheme};
-use super::system::System;
+use super::model::Model;
 use super::workspace::Workspace;
 use super::wrenches::all_wrenches;
 use super::{BodyState, Inertia, State, TimeSpan};
 use crate::scalar::Scalar;
 use crate::spatial::{Twist, Wrench};
 
-/// How a state is taken one time step further.
+/// Method that advances a state by one time step.
 ///
 /// # Explicit steps
 ///
-/// [`SymplecticEuler`](Self::SymplecticEuler) and [`Leapfrog`](Self::Leapfrog) alternate between two exact parts of the
-/// motion. A *kick* changes the velocities by the accelerations at fixed poses; a *drift* moves the bodies freely. Forces in
-/// pairs balance in a kick and momenta stay in a drift, so momentum and angular momentum are conserved to round-off. In a
-/// drift the center of mass moves straight on, and the body turns about it by a splitting that is symplectic, of second
-/// order, and exact for spheres and symmetric tops. The step must be short against the contacts' periods
-/// ([`World::largest_stable_step`](super::World::largest_stable_step)).
+/// [`SymplecticEuler`](Self::SymplecticEuler) and [`Leapfrog`](Self::Leapfrog) alternate between two exact parts of the motion. A *kick*
+/// changes the velocities by the accelerations at fixed poses. A *drift* moves the bodies freely. The forces of a pair balance in a kick,
+/// and a drift keeps all momenta, so momentum and angular momentum are conserved to round-off. In a drift the center of mass moves on a
+/// straight line. The body turns about it by a splitting that is symplectic, of second order, and exact for spheres and symmetric tops. The
+/// step must be short compared with the periods of the contacts ([`World::largest_stable_step`](super::World::largest_stable_step)).
 ///
 /// # Implicit steps
 ///
-/// [`Sdirk3`](Self::Sdirk3) and [`ImplicitEuler`](Self::ImplicitEuler) solve, in each stage, for velocities u that the wrenches f
-/// at the end of the stage lead to: P(q̃ ⊕ τu, u) = p̃ + τ f(q̃ ⊕ τu, u), with momenta P, poses q̃ and momenta p̃ to start
-/// from, and the duration τ. Steps may be as long as the task allows, 1 to 10 ms for most, however stiff the contact and small
-/// the slip tolerance. Bodies that do not touch are solved, and their steps divided, by themselves. Derivatives are exact for the
-/// steps that are taken, by the implicit function theorem. Stages are solved to [`Plan::with_solver_tolerance`](super::Plan::with_solver_tolerance).
+/// [`Sdirk3`](Self::Sdirk3) and [`ImplicitEuler`](Self::ImplicitEuler) solve each stage for the velocities u at its end: P(q̃ ⊕ τu, u) = p̃
+/// + τ f(q̃ ⊕ τu, u). Here P are the momenta, f the wrenches at the end of the stage, q̃ and p̃ the poses and momenta at its start, and τ
+/// its duration. Steps of 1 to 10 ms suit most tasks, however stiff the contact and small the slip tolerance. Bodies that do not touch are
+/// solved separately, and their steps are divided separately. Derivatives are exact for the discrete steps, by the implicit function
+/// theorem. Stages are solved to [`Plan::with_solver_tolerance`](super::Plan::with_solver_tolerance).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum Integrator {
-    /// Kick, then drift: the paper's scheme (§V, there for equal moments), first order, symplectic.
+    /// Kick, then drift. This is the scheme of the paper (§V, there for equal moments). It is symplectic and of first order.
     SymplecticEuler,
-    /// Half a drift, kick, half a drift: second order, symplectic and time-reversible as long as
-    /// forces do not depend on velocities. Those that do (dissipation, friction, drag) are taken at
-    /// the velocities before the kick, which is first order. The same cost: one evaluation of the contacts per step.
+    /// Half a drift, kick, half a drift. It is of second order, symplectic and time-reversible if forces do not depend on velocities.
+    /// Forces that depend on velocities (dissipation, friction, drag) use the velocities before the kick, which is of first order. The cost
+    /// is that of [`SymplecticEuler`](Self::SymplecticEuler): one evaluation of the contacts per step.
     #[default]
     Leapfrog,
-    /// Three stages, each an implicit equation for the velocities, of third order, L-stable and stiffly accurate
-    /// \[Alexander 1977\]. The time step is the longest substep and the interval between states. A step is divided until the errors of
-    /// values and of derivatives are below the tolerances of [`Plan::with_accuracy`](super::Plan::with_accuracy), so that derivatives
-    /// are those of the motion. Rest, sliding and flight take one substep. If two bodies that are apart might collide within a substep,
-    /// they move relative to each other by at most the sum of their thicknesses in it.
+    /// Three implicit stages, third order, L-stable and stiffly accurate \[Alexander 1977\]. The time step is the longest substep and the
+    /// interval between states. A step is divided until the errors of values and of derivatives are below the tolerances of
+    /// [`Plan::with_accuracy`](super::Plan::with_accuracy). The derivatives then approximate the derivatives of the motion. Rest, sliding
+    /// and flight take one substep. If two separate bodies might collide within a substep, their relative motion in it is at most the sum
+    /// of their thicknesses.
     Sdirk3,
-    /// One implicit stage, of first order. It is the cheapest choice, and damps whatever is fast compared with the step: bodies
-    /// come to rest and do not bounce. Its derivatives are those of the damped motion: right for pushing, sliding and settling,
-    /// and wrong for what bounces. The step is divided only if a stage is not solved: a body that moves by more than its own size
-    /// in a step may pass through another, and what is wholly inside another feels no force.
+    /// One implicit stage, first order. It is the cheapest method, and damps motion that is fast compared with the step: bodies come to
+    /// rest and do not bounce. Its derivatives are the derivatives of the damped motion. They are right for pushing, sliding and settling,
+    /// and wrong for bouncing. A step is divided only if a stage is not solved. A body that moves by more than its own size in a step may
+    /// pass through another body. A body that is wholly inside another body feels no force.
     ImplicitEuler,
 }
 
@@ -56,7 +55,7 @@ impl Integrator {
         matches!(self.kind(), Kind::Implicit(_))
     }
 
-    /// Whether it is an explicit scheme, and which.
+    /// Kind of the integrator, with its splitting or scheme.
     pub(super) fn kind(self) -> Kind {
         match self {
             Self::SymplecticEuler => Kind::Explicit(Splitting::KickDrift),
@@ -67,13 +66,13 @@ impl Integrator {
     }
 }
 
-/// An integrator by what it does.
+/// An explicit splitting or an implicit scheme.
 pub(super) enum Kind {
     Explicit(Splitting),
     Implicit(&'static Scheme),
 }
 
-/// How kicks and drifts make up an explicit step.
+/// Order of kick and drifts in an explicit step.
 #[derive(Clone, Copy)]
 pub(super) enum Splitting {
     KickDrift,
@@ -81,20 +80,20 @@ pub(super) enum Splitting {
 }
 
 impl Splitting {
-    /// The first part of a time step (s): takes a state to where the kick acts.
+    /// Advances a state to the kick, in the first part of a time step (s).
     pub(super) fn approach<T: Scalar>(
         self,
-        system: &System<T>,
+        model: &Model<T>,
         state: &mut State<T>,
         time_step: f64,
     ) {
         let [share, _] = self.drifts();
         if share > 0.0 {
-            system.drift(state, share * time_step);
+            model.drift(state, share * time_step);
         }
     }
 
-    /// Lets all forces act for the time step (s) at fixed poses. Controls act by their means over the step.
+    /// Applies all forces for the time step (s) at fixed poses. Controls are averaged over the step.
     pub(super) fn kick<T: Scalar>(
         self,
         world: &dyn DynWorld<T>,
@@ -104,21 +103,16 @@ impl Splitting {
     ) {
         let span = self.span(state, time_step);
         let wrenches = all_wrenches(world, state, span, workspace);
-        accelerate(world.system(), state, wrenches, time_step);
+        accelerate(world.model(), state, wrenches, time_step);
     }
 
-    /// The rest of the time step.
-    pub(super) fn depart<T: Scalar>(
-        self,
-        system: &System<T>,
-        state: &mut State<T>,
-        time_step: f64,
-    ) {
+    /// Advances a state from the kick to the end of a time step (s).
+    pub(super) fn depart<T: Scalar>(self, model: &Model<T>, state: &mut State<T>, time_step: f64) {
         let [_, share] = self.drifts();
-        system.drift(state, share * time_step);
+        model.drift(state, share * time_step);
     }
 
-    /// The parts of a time step that bodies drift for before the kick, and after it.
+    /// Fractions of the time step in which bodies drift, before and after the kick.
     pub(super) fn drifts(self) -> [f64; 2] {
         match self {
             Self::KickDrift => [0.0, 1.0],
@@ -126,23 +120,23 @@ impl Splitting {
         }
     }
 
-    /// The time step of this duration (s) that has its kick at a state.
+    /// Time span of a step with this duration (s) whose kick is at the time of a state.
     pub(super) fn span<T: Scalar>(self, state: &State<T>, time_step: f64) -> TimeSpan {
         let [before, _] = self.drifts();
         TimeSpan::new(state.time - before * time_step, time_step)
     }
 }
 
-/// Changes the velocities by gravity and wrenches about the centers of mass, which act for a time (s).
+/// Changes the velocities by gravity and by wrenches about the centers of mass that act for a time (s).
 pub(super) fn accelerate<T: Scalar>(
-    system: &System<T>,
+    model: &Model<T>,
     state: &mut State<T>,
     wrenches: &[Wrench<T>],
     duration: f64,
 ) {
-    let System {
+    let Model {
         bodies, gravity, ..
-    } = system;
+    } = model;
     let bodies = bodies.iter().zip(&mut state.bodies);
     for ((body, body_state), wrench) in bodies.zip(wrenches) {
         let Some(inertia) = body.inertia() else {
@@ -157,15 +151,15 @@ pub(super) fn accelerate<T: Scalar>(
     }
 }
 
-impl<T: Scalar> System<T> {
-    /// Lets all bodies move freely, or as prescribed, for a time (s).
+impl<T: Scalar> Model<T> {
+    /// Moves dynamic bodies freely and kinematic bodies along their paths, for a time (s).
     fn drift(&self, state: &mut State<T>, duration: f64) {
         state.time += duration;
         for (index, body_state) in state.bodies.iter_mut().enumerate() {
             match self.bodies[index].inertia() {
                 Some(inertia) => move_freely(body_state, inertia, duration),
                 None => {
-                    if let Some(driven) = self.kinematic_state(index, state.time) {
+                    if let Some(driven) = self.prescribed_state(index, state.time) {
                         *body_state = driven;
                     }
                 }
@@ -174,7 +168,7 @@ impl<T: Scalar> System<T> {
     }
 }
 
-/// The center of mass moves straight on; the body turns about it.
+/// Moves the center of mass on a straight line and turns the body about it.
 fn move_freely<T: Scalar>(state: &mut BodyState<T>, inertia: &Inertia<T>, duration: f64) {
     let Twist { angular, linear } = &mut state.twist;
     let moved = linear.map(|component| component * duration);

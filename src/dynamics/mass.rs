@@ -4,26 +4,26 @@ use crate::mesh::DensityError;
 use crate::spatial::MassProperties;
 use nalgebra::Vector3;
 
-/// Round-off that a turned inertia matrix may have between its two halves, of its largest entry.
+/// Tolerance of the asymmetry of an inertia matrix, relative to its largest entry. Rotating the matrix makes such round-off.
 const SYMMETRY: f64 = 1e-9;
 
-/// Mass properties are those of a uniform solid if they agree with these to this fraction: numbers in a file have nine digits.
+/// Relative tolerance of mass properties of a uniform solid. Numbers in a file have nine digits.
 const UNIFORM: f64 = 1e-9;
 
-/// What a dynamic body weighs.
+/// Mass of a dynamic body.
 #[derive(Debug, Clone, Copy)]
 #[non_exhaustive]
 pub enum Mass {
-    /// A uniform density (kg/m³).
+    /// Uniform density (kg/m³).
     Density(f64),
-    /// A total mass (kg), spread uniformly over the volume.
+    /// Total mass (kg), distributed uniformly over the volume.
     Total(f64),
-    /// Mass, center of mass and inertia as given.
+    /// Explicit mass, center of mass and inertia.
     Properties(MassProperties),
 }
 
 impl Mass {
-    /// Mass properties of a body with this volume (m³) and these properties at a density (kg/m³), if they are those of a solid.
+    /// Mass properties of a body with this volume (m³), from its mass properties at a density (kg/m³).
     pub(super) fn properties(
         &self,
         body: &str,
@@ -56,7 +56,7 @@ impl Mass {
 }
 
 impl Body {
-    /// Whether center of mass and inertia are those of the shape at a uniform density, to round-off.
+    /// Whether center of mass and inertia are those of the shape at a uniform density, up to round-off.
     pub(crate) fn is_uniform(&self) -> bool {
         let unit = self.shape.mass_properties(&self.name, &Mass::Density(1.0));
         let (Some(inertia), Ok(unit)) = (self.inertia(), unit) else {

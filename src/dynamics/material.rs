@@ -2,19 +2,19 @@ use super::{BodyShape, WorldError};
 use crate::contact::{STEEPEST, SurfaceLaw};
 use crate::scalar::{Scalar, lift, real_part};
 
-/// What a body's surface is made of: how stiff, damping and rough it is in contact.
+/// Contact properties of a body: stiffness, damping and friction.
 #[derive(Debug, Clone, Copy)]
 pub struct Material<T = f64> {
     /// Hydroelastic modulus (Pa), positive: pressure is modulus × extent. A rigid body has none.
     pub modulus: Option<T>,
-    /// Hunt–Crossley dissipation (s/m), not negative. That of a rigid body has no effect.
+    /// Hunt–Crossley dissipation (s/m), not negative. The dissipation of a rigid body has no effect.
     pub dissipation: T,
     /// Coefficient of friction, not negative. `None` takes the coefficient of the partner in each contact.
     pub friction: Option<T>,
 }
 
 impl Material<f64> {
-    /// That of a compliant body with this hydroelastic modulus (Pa), without dissipation and friction.
+    /// Material of a compliant body with this hydroelastic modulus (Pa), without dissipation and friction.
     #[must_use]
     pub fn elastic(modulus: f64) -> Self {
         Self {
@@ -33,7 +33,7 @@ impl Material<f64> {
         }
     }
 
-    /// The same material with a dissipation (s/m).
+    /// Sets the dissipation (s/m).
     #[must_use]
     pub fn with_dissipation(self, dissipation: f64) -> Self {
         Self {
@@ -42,14 +42,14 @@ impl Material<f64> {
         }
     }
 
-    /// The same material with a coefficient of friction.
+    /// Sets the coefficient of friction.
     #[must_use]
     pub fn with_friction(self, friction: f64) -> Self {
         let friction = Some(friction);
         Self { friction, ..self }
     }
 
-    /// The constant material.
+    /// The material with zero derivatives.
     #[must_use]
     pub fn lifted<T: Scalar>(&self) -> Material<T> {
         Material {
@@ -70,27 +70,26 @@ impl<T: Scalar> Material<T> {
         }
     }
 
-    /// The law of two surfaces. Each body dissipates in the measure in which it gives way, so the dissipations are weighted with
-    /// the *other* body's modulus, and a rigid body dissipates nothing. The coefficients of friction enter by their harmonic
-    /// mean: a coefficient of 0 makes the pair frictionless. A material without a coefficient takes the coefficient of the other
-    /// material. Two materials without coefficients have no friction. The slip tolerance (m/s) is taken as it is, unchecked.
+    /// Contact law of two surfaces. The dissipations are weighted with the modulus of the *other* body, because each body dissipates in
+    /// proportion to its deformation. A rigid body dissipates nothing. The coefficients of friction combine by their harmonic mean, so a
+    /// coefficient of 0 makes the pair frictionless. A material without a coefficient takes the coefficient of the other material. Two
+    /// materials without coefficients have no friction. The slip tolerance (m/s) is not checked.
     ///
-    /// Where both coefficients a and b are 0, the mean 2ab/(a + b) has directional derivatives, but no derivative: dual
-    /// numbers get 0, which is right by one of the two alone.
+    /// If both coefficients a and b are 0, the mean 2ab/(a + b) has directional derivatives, but no derivative. Dual numbers get 0, which
+    /// is the derivative with respect to one of the coefficients alone.
     #[must_use]
     pub fn combined_with(&self, other: &Self, slip_tolerance: f64) -> SurfaceLaw<T> {
         let dissipation = match (self.modulus, other.modulus) {
-            (Some(own), Some(others)) => {
-                (self.dissipation * others + other.dissipation * own) / (own + others)
+            (Some(modulus), Some(other_modulus)) => {
+                (self.dissipation * other_modulus + other.dissipation * modulus)
+                    / (modulus + other_modulus)
             }
             (Some(_), None) => self.dissipation,
             (None, Some(_)) => other.dissipation,
             (None, None) => lift(0.0),
         };
         let friction = match (self.friction, other.friction) {
-            (Some(own), Some(others)) if real_part(own + others) > 0.0 => {
-                own * others * 2.0 / (own + others)
-            }
+            (Some(a), Some(b)) if real_part(a + b) > 0.0 => a * b * 2.0 / (a + b),
             (Some(friction), None) | (None, Some(friction)) => friction,
             (Some(_), Some(_)) | (None, None) => lift(0.0),
         };
@@ -101,7 +100,7 @@ impl<T: Scalar> Material<T> {
         }
     }
 
-    /// Checks that all numbers are in range on a body of this shape, which has a modulus unless it is rigid.
+    /// Checks that all numbers are in range, and that the material has a modulus unless the shape is rigid.
     pub(super) fn check_on(&self, body: &str, shape: &BodyShape) -> Result<(), WorldError> {
         let body = || body.to_owned();
         match (shape.is_rigid(), self.modulus) {
@@ -124,18 +123,18 @@ impl<T: Scalar> Material<T> {
         Ok(())
     }
 
-    /// The first number that no material has, by its name.
+    /// Name and value of the first number that is out of range.
     pub(super) fn number_out_of_range(&self) -> Option<(&'static str, f64)> {
         let modulus = self.modulus.map_or(1.0, real_part);
         if !(modulus > 0.0 && modulus.is_finite()) {
             return Some(("hydroelastic modulus", modulus));
         }
         let friction = self.friction.map_or(0.0, real_part);
-        let others = [
+        let not_negative = [
             ("dissipation", real_part(self.dissipation)),
             ("friction", friction),
         ];
-        let mut values = others.into_iter();
+        let mut values = not_negative.into_iter();
         values.find(|(_, value)| !(*value >= 0.0 && value.is_finite()))
     }
 }

@@ -1,10 +1,9 @@
-//! Bodies that move: a [`World`] of them, stepped forward in time.
+//! Rigid-body dynamics with hydroelastic contact: a [`World`] of bodies, stepped forward in time.
 //!
-//! A [`Body`] is a shape with a material, a mass and an initial state; a [`World`] is a list of
-//! bodies with gravity, [forces](Force) and [controls](Control); a [`Rollout`] is an iterator over its states, and a
-//! [`Batch`] many rollouts at once.
-//! All of it is generic over the scalar, so a rollout on dual numbers carries the derivatives of
-//! every later state by whatever was seeded ([`crate::gradient`] does the seeding).
+//! A [`Body`] is a shape with a material, a mass and an initial state. A [`World`] is a list of bodies with gravity, [forces](Force) and
+//! [controls](Control). A [`Rollout`] is an iterator over the states of a world, and a [`Batch`] runs many independent rollouts.
+//! All types are generic over the scalar. A rollout on dual numbers carries the derivatives of every later state with respect to the
+//! seeded numbers; [`crate::gradient`] seeds them.
 //!
 //! ```
 //! use hydroelastic::contact::Shape;
@@ -29,19 +28,23 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! With the feature `serde`, [`BodyState`], [`State`], [`Material`] and [`Trajectory`] (`T = f64`) are saved
-//! by the names of their fields, a trajectory as `{ "states": [...] }`, poses and twists as
-//! [`crate::spatial`] says. What is loaded is checked: a trajectory has at least one state, as many bodies
-//! in each, and keeps the order of time; materials are in range; every number is finite. A rollout that
-//! goes on from a loaded state ([`Rollout::with_state`]) has the bits of one from the state itself.
+//! With the feature `serde`, [`BodyState`], [`State`], [`Material`] and [`Trajectory`] (`T = f64`) are saved with the names of their
+//! fields. A trajectory is saved as `{ "states": [...] }`. Poses and twists are saved as in [`crate::spatial`]. Loading checks the
+//! following:
+//!
+//! - A trajectory has at least one state, the same number of bodies in every state, and states in the order of time.
+//! - Materials are in range.
+//! - Every number is finite.
+//!
+//! A rollout that starts from a loaded state ([`Rollout::with_state`]) has the same bits as a rollout that starts from the saved state.
 
 mod accuracy;
-mod any_world;
 mod batch;
 mod body;
 mod body_shape;
 mod contacts;
 mod diagnostics;
+mod dyn_world;
 mod error;
 mod force;
 mod free_rotation;
@@ -50,6 +53,7 @@ mod inertia;
 mod integrator;
 mod mass;
 mod material;
+mod model;
 mod motion;
 mod plan;
 mod reverse;
@@ -57,14 +61,13 @@ mod rollout;
 mod rollout_error;
 #[cfg(feature = "serde")]
 mod serial;
-mod settings;
 mod stability;
 mod state;
-mod steps;
+mod stepper;
 mod sweep;
-mod system;
 mod tangent;
 mod trajectory;
+mod validate;
 mod workspace;
 mod world;
 mod world_builder;
@@ -73,12 +76,12 @@ mod world_serial;
 mod wrenches;
 
 pub use accuracy::Accuracy;
-pub(crate) use any_world::{DynWorld, WithModel};
 pub use batch::{Batch, Job, Progress};
 pub use body::Body;
 pub use body_shape::BodyShape;
 pub use contacts::Contact;
 pub use diagnostics::{ContactTopology, Diagnostics, Momentum};
+pub(crate) use dyn_world::{DynWorld, WithModel};
 pub use error::WorldError;
 use force::TimeSpan;
 pub use force::{
@@ -89,17 +92,17 @@ pub use inertia::Inertia;
 pub use integrator::Integrator;
 pub use mass::Mass;
 pub use material::Material;
+pub(crate) use model::Model;
 pub use motion::KinematicPath;
 pub(crate) use motion::Motion;
 pub use plan::Plan;
 pub use reverse::{Kink, KinkSummary, StateGradient};
-pub(crate) use reverse::{Reversal, SystemGradient, Tape};
+pub(crate) use reverse::{ModelGradient, ReverseSweep, Tape};
 pub use rollout::Rollout;
 pub use rollout_error::RolloutError;
-pub(crate) use settings::check_positive;
 pub use state::{BodyState, State};
-pub(crate) use system::System;
 pub(crate) use tangent::{STATE_DIM, turn_between};
 pub use trajectory::{RolloutFailure, RolloutResult, Trajectory};
+pub(crate) use validate::check_positive;
 pub use world::World;
 pub use world_builder::WorldBuilder;

@@ -1,26 +1,26 @@
-//! How bodies come by their motion.
+//! Kinds of motion: dynamic, fixed and kinematic.
 
 use super::{BodyState, Inertia};
 use std::fmt;
 use std::sync::Arc;
 
-/// A path through time: pose and twist at a time (s).
+/// Path of a kinematic body: pose and twist as a function of time (s).
 pub type KinematicPath = dyn Fn(f64) -> BodyState + Send + Sync;
 
-/// How a body comes by its motion.
+/// Kind of motion of a body.
 #[derive(Clone)]
 #[non_exhaustive]
 pub enum Motion<T = f64> {
-    /// By forces.
+    /// Moved by forces.
     Dynamic(Inertia<T>),
-    /// Not at all.
+    /// Not moving.
     Fixed,
-    /// Along a given path, whatever pushes it. The path carries no derivatives.
+    /// Moved along a path, whatever forces act on the body. The path carries no derivatives.
     Kinematic(Arc<KinematicPath>),
 }
 
 impl<T> Motion<T> {
-    /// Whether the body follows a path.
+    /// Whether the body is kinematic.
     pub(crate) fn is_kinematic(&self) -> bool {
         match self {
             Self::Kinematic(_) => true,
@@ -29,8 +29,7 @@ impl<T> Motion<T> {
     }
 }
 
-/// The state a path gives at a time (s), its rotation orthonormal to round-off: the only place that
-/// asks a path.
+/// State on a path at a time (s). The rotation is orthonormalized to round-off. This is the only place that evaluates a path.
 pub(super) fn state_on(path: &KinematicPath, time: f64) -> BodyState {
     let state = path(time);
     BodyState {

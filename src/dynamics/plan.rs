@@ -1,14 +1,14 @@
-use super::settings::{check_finite, check_positive};
+use super::validate::{check_finite, check_positive};
 use super::{Accuracy, Integrator, WorldError};
 
-/// Solver tolerance of a new plan: the last correction, which is applied, leaves far less.
+/// Default solver tolerance. The error is much smaller, because the last correction is applied.
 pub(super) const SOLVER_TOLERANCE: f64 = 1e-10;
 
-/// Number of steps of a converged plan for each step of the plan, of implicit and of explicit ones.
+/// Number of steps of a converged plan for each step of the plan: implicit, explicit.
 const SHORTER: [usize; 2] = [4, 8];
 
-/// How a world is stepped, and what is recorded of it: the settings of a [`Rollout`](super::Rollout), a
-/// [`Batch`](super::Batch) or an [`Experiment`](crate::gradient::Experiment).
+/// Settings of a [`Rollout`](super::Rollout), a [`Batch`](super::Batch) or an [`Experiment`](crate::gradient::Experiment): integrator, time
+/// step, number of steps, recorded states and tolerances.
 ///
 /// ```
 /// use hydroelastic::dynamics::{Integrator, Plan};
@@ -31,7 +31,7 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// A number of leapfrog steps of `time_step` (s), with every state recorded.
+    /// Plan of `steps` leapfrog steps of `time_step` (s). Every state is recorded.
     ///
     /// # Errors
     /// If the time step is not positive and finite, or the duration of all steps is not finite.
@@ -49,20 +49,20 @@ impl Plan {
         })
     }
 
-    /// The same plan with another number of steps.
+    /// Sets the number of steps.
     #[must_use]
     pub fn with_steps(self, steps: usize) -> Self {
         Self { steps, ..self }
     }
 
-    /// The same plan with another integrator.
+    /// Sets the integrator.
     #[must_use]
     pub fn with_integrator(self, integrator: Integrator) -> Self {
         Self { integrator, ..self }
     }
 
-    /// The same plan, recording the initial state, every `every`th state after it, and the last state. Zero records the initial and
-    /// the last state alone, as [`Self::recording_ends`]. Outcomes see no other states.
+    /// Records the initial state, every `every`th state after it, and the last state. Zero records only the initial and the last state, as
+    /// [`Self::recording_ends`] does. Outcomes are computed from recorded states only.
     #[must_use]
     pub fn recording_every(self, every: usize) -> Self {
         let record_every = if every == 0 { usize::MAX } else { every };
@@ -72,7 +72,7 @@ impl Plan {
         }
     }
 
-    /// The same plan, recording the initial and the last state alone.
+    /// Records only the initial and the last state.
     #[must_use]
     pub fn recording_ends(self) -> Self {
         self.recording_every(0)
@@ -80,12 +80,12 @@ impl Plan {
 
     /// Turns off the stability check of explicit steps.
     ///
-    /// By default, explicit steps are checked where contact begins or changes fast. If a check fails, the rollout ends at the last
-    /// good state with one of two errors:
+    /// By default, explicit steps are checked if contact begins or changes fast. If a check fails, the rollout ends at the last good state
+    /// with one of two errors:
     ///
     /// - [`RolloutError::TimeStepTooLong`](super::RolloutError::TimeStepTooLong) if the time step exceeds
-    ///   [`World::largest_stable_step`](super::World::largest_stable_step) at the poses where the contacts act. Friction is left
-    ///   out, because the chatter of bodies at rest is bounded.
+    ///   [`World::largest_stable_step`](super::World::largest_stable_step) at the poses where the contacts act. Friction is omitted,
+    ///   because the chatter of bodies at rest is bounded.
     /// - [`RolloutError::EnergyGained`](super::RolloutError::EnergyGained) if a contact returns more than twice the energy that
     ///   it has absorbed, in this step or over many.
     ///
@@ -99,12 +99,12 @@ impl Plan {
         }
     }
 
-    /// The same plan with another tolerance of implicit steps: velocities are solved for until a correction is below this
-    /// fraction of the velocities at hand (default 1e-10). The last correction is applied, so what is left is smaller by far;
-    /// derivatives lose digits with a looser one before values do.
+    /// Sets the tolerance of implicit steps (default 1e-10). A stage is solved when a correction is below this fraction of the current
+    /// velocities. The last correction is applied, so the remaining error is much smaller. With a looser tolerance, derivatives lose digits
+    /// before values do.
     ///
     /// # Errors
-    /// If it is not positive and finite.
+    /// If the tolerance is not positive and finite.
     pub fn with_solver_tolerance(self, tolerance: f64) -> Result<Self, WorldError> {
         check_positive("solver tolerance", tolerance)?;
         Ok(Self {
@@ -113,8 +113,8 @@ impl Plan {
         })
     }
 
-    /// The same plan with another accuracy of implicit steps with error control. The time step is then the longest substep, and
-    /// the shortest interval between recorded states.
+    /// Sets the accuracy of implicit steps with error control. The time step is then the longest substep and the shortest interval between
+    /// recorded states.
     #[must_use]
     pub fn with_accuracy(self, accuracy: Accuracy) -> Self {
         Self { accuracy, ..self }
@@ -144,13 +144,13 @@ impl Plan {
         self.steps
     }
 
-    /// Time (s) of all steps.
+    /// Duration (s) of all steps.
     #[must_use]
     pub fn duration(&self) -> f64 {
         self.steps as f64 * self.time_step
     }
 
-    /// The integrator.
+    /// Integrator.
     #[must_use]
     pub fn integrator(&self) -> Integrator {
         self.integrator
@@ -162,13 +162,13 @@ impl Plan {
         self.record_every
     }
 
-    /// Whether explicit steps are checked.
+    /// Whether the stability of explicit steps is checked.
     #[must_use]
     pub fn checks_stability(&self) -> bool {
         self.checks_stability
     }
 
-    /// The plan whose outcomes serve as those of the motion: shorter steps, and for implicit ones `Sdirk3` at tight tolerances.
+    /// Plan for converged outcomes: shorter steps, and `Sdirk3` with tight tolerances if the integrator is implicit.
     pub(crate) fn converged(&self) -> Self {
         let [implicit, explicit] = SHORTER;
         if !self.integrator.is_implicit() {
@@ -178,7 +178,7 @@ impl Plan {
         tight.with_integrator(Integrator::Sdirk3).divided(implicit)
     }
 
-    /// A plan that is finer than a converged one.
+    /// Plan that is finer than a converged plan.
     pub(crate) fn finer(&self) -> Self {
         if self.integrator.is_implicit() {
             self.with_accuracy(self.accuracy.tenth())
@@ -187,7 +187,7 @@ impl Plan {
         }
     }
 
-    /// Divides each step into so many. States are recorded at the same times.
+    /// Divides each step into `parts` steps. States are recorded at the same times.
     fn divided(&self, parts: usize) -> Self {
         Self {
             time_step: self.time_step / parts as f64,
@@ -197,7 +197,7 @@ impl Plan {
         }
     }
 
-    /// Whether the state after so many steps is recorded.
+    /// Whether the state after `step` steps is recorded.
     pub(crate) fn records(&self, step: usize) -> bool {
         step.is_multiple_of(self.record_every) || step == self.steps
     }

@@ -1,5 +1,5 @@
-use super::any_world::DynWorld;
-use super::steps::Steps;
+use super::dyn_world::DynWorld;
+use super::stepper::Stepper;
 use super::{
     Force, Plan, RolloutError, RolloutFailure, RolloutResult, State, StepReport, Trajectory, World,
     WorldError,
@@ -10,119 +10,125 @@ use std::fmt;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
-/// An endless iterator over the states that follow a world's initial state, one a time step; [`Self::run`] takes the
-/// steps that were planned.
+/// Endless iterator over the states that follow the initial state of a world, one for each time step. [`Self::run`] takes only the planned
+/// steps.
 ///
 /// Each item is the next state. The iterator returns an error and ends if a state is not finite, an explicit step fails the
 /// [stability check](Plan::without_stability_check), or an implicit step is not solved.
 ///
-/// A panic in a function that was passed in (a force, a path) passes through the iterator and
-/// through [`Self::advance`]. Whoever catches it finds the last good state in [`Self::state`], and
-/// may go on: the step is taken again. [`Self::run`] makes an error of it.
+/// A panic in a user function (a force or a path) passes through the iterator and through [`Self::advance`]. A caller that catches the
+/// panic finds the last good state in [`Self::state`], and can continue: the step is taken again. [`Self::run`] returns a panic as an
+/// error.
 #[derive(Clone)]
 pub struct Rollout<T = f64> {
     world: Arc<dyn DynWorld<T>>,
     plan: Plan,
-    steps: Steps<T>,
+    stepper: Stepper<T>,
     count: Option<Arc<AtomicUsize>>,
 }
 
 impl<T: Scalar, F: Force> World<T, F> {
-    /// Steps from the initial state, by a plan.
+    /// Rollout of a plan from the initial state.
     #[must_use]
     pub fn rollout(&self, plan: &Plan) -> Rollout<T> {
         Rollout::new(self, plan)
     }
 
-    /// The state one time step after another one, by the time step, the integrator and the stability check of a plan.
-    /// [`Rollout::advance`] takes many steps without allocating, at times that are multiples of the time step. Its stability check is
-    /// cheaper too, because it compares each step with the previous step.
+    /// State one time step after another state, with the time step, the integrator and the stability check of a plan. [`Rollout::advance`]
+    /// takes many steps without allocation, at times that are multiples of the time step. Its stability check is also cheaper, because it
+    /// compares each step with the previous step.
     ///
     /// # Errors
-    /// If the state does not fit the world (see [`Rollout::with_state`]), or the next one is not finite or fails the
-    /// stability check.
+    /// - If the state does not fit the world (see [`Rollout::with_state`]).
+    /// - If the next state is not finite or fails the stability check.
     pub fn step(&self, state: &State<T>, plan: &Plan) -> Result<State<T>, RolloutError> {
         state.check_fits(self.bodies())?;
-        let mut steps = Steps::from(self.system.placed(state.clone()));
-        steps.advance(self, plan)?;
-        Ok(steps.state)
+        let mut stepper = Stepper::from(self.model.with_prescribed_states(state.clone()));
+        stepper.advance(self, plan)?;
+        Ok(stepper.state)
     }
 }
 
 impl<T: Scalar> Rollout<T> {
-    /// Steps of a world, which may be shared, from its initial state.
+    /// Rollout of a world from its initial state. The world may be shared.
     #[must_use]
     pub fn new<F: Force>(world: impl Into<Arc<World<T, F>>>, plan: &Plan) -> Self {
         Self::of(world.into(), plan)
     }
 
-    /// The same of a world whatever its forces.
+    /// Rollout of a type-erased world.
     pub(crate) fn of(world: Arc<dyn DynWorld<T>>, plan: &Plan) -> Self {
-        let steps = Steps::from(world.system().initial_state());
+        let stepper = Stepper::from(world.model().initial_state());
         Self {
             world,
             plan: *plan,
-            steps,
+            stepper,
             count: None,
         }
     }
 
-    /// The same rollout from another state of the world. Bodies that forces do not move are where they belong.
+    /// Sets the state from which the rollout starts. Fixed and kinematic bodies keep their prescribed states.
     ///
     /// # Errors
     /// If the state has another number of bodies, a pose that is not rigid, or a number that is not finite.
     pub fn with_state(self, state: State<T>) -> Result<Self, WorldError> {
-        state.check_fits(&self.world.system().bodies)?;
-        let steps = Steps::from(self.world.system().placed(state));
-        let steps = steps.with_cancel_flag(self.steps.stop);
-        Ok(Self { steps, ..self })
+        state.check_fits(&self.world.model().bodies)?;
+        let stepper = Stepper::from(self.world.model().with_prescribed_states(state));
+        let stepper = stepper.with_cancel_flag(self.stepper.stop);
+        Ok(Self { stepper, ..self })
     }
 
     /// Ends the rollout with [`RolloutError::Stopped`] once the flag is true: before its next step, or during an implicit step.
     /// Another thread or a signal handler can set the flag. [`Self::state`] stays the state before the step.
     #[must_use]
     pub fn with_cancel_flag(self, flag: Arc<AtomicBool>) -> Self {
-        let steps = self.steps.with_cancel_flag(flag);
-        Self { steps, ..self }
+        let stepper = self.stepper.with_cancel_flag(flag);
+        Self { stepper, ..self }
     }
 
-    /// The same rollout, of which [`Self::run`] adds 1 to a number for each step taken: for another thread to read, that
-    /// shows how far the rollout has come.
+    /// Sets a counter to which [`Self::run`] adds 1 for each step. Another thread can read it to observe the progress.
     #[must_use]
     pub fn with_step_counter(self, count: Arc<AtomicUsize>) -> Self {
         let count = Some(count);
         Self { count, ..self }
     }
 
-    /// The state last given, or the initial one.
+    /// Last returned state, or the initial state.
     #[must_use]
     pub fn state(&self) -> &State<T> {
-        &self.steps.state
+        &self.stepper.state
     }
 
-    /// What the last implicit step took, rejected substeps included; none before it, or if steps are explicit.
+    /// Report of the last implicit step, including rejected substeps. `None` before the first step and for explicit steps.
     #[must_use]
     pub fn step_report(&self) -> Option<&StepReport> {
-        self.steps.memory.as_ref().map(|memory| &memory.report)
+        self.stepper
+            .integrator_state
+            .as_ref()
+            .map(|integrator_state| &integrator_state.report)
     }
 
-    /// Takes the planned number of steps and keeps the states that are to be recorded.
+    /// Takes the planned number of steps and returns the recorded states.
     ///
     /// # Errors
-    /// If a state is not finite or fails the stability check, a force or a path panics, or the rollout is
-    /// [stopped](Self::with_cancel_flag); the error holds the trajectory up to there.
+    /// The error contains the trajectory up to the last good state.
+    ///
+    /// - If a state is not finite or fails the stability check.
+    /// - If an implicit step is not solved.
+    /// - If a force or a path panics.
+    /// - If the rollout is [stopped](Self::with_cancel_flag).
     pub fn run(self) -> RolloutResult<T> {
-        self.recorded_with(|_, _| {})
+        self.run_with_observer(|_, _| {})
     }
 
-    /// The same, showing how far it has come before and after every step, with the number of steps taken.
-    pub(crate) fn recorded_with(
+    /// [`Self::run`] with an observer, which is called before the first step and after every step with the number of steps taken.
+    pub(crate) fn run_with_observer(
         mut self,
-        mut show: impl FnMut(usize, &Steps<T>),
+        mut observe: impl FnMut(usize, &Stepper<T>),
     ) -> RolloutResult<T> {
         let mut trajectory = Trajectory::starting_with(self.state().clone());
-        show(0, &self.steps);
-        match contained(|| self.record(&mut trajectory, show)) {
+        observe(0, &self.stepper);
+        match contained(|| self.record(&mut trajectory, observe)) {
             Ok(()) => Ok(trajectory),
             Err(error) => Err(RolloutFailure { error, trajectory }),
         }
@@ -131,13 +137,13 @@ impl<T: Scalar> Rollout<T> {
     fn record(
         &mut self,
         trajectory: &mut Trajectory<T>,
-        mut show: impl FnMut(usize, &Steps<T>),
+        mut observe: impl FnMut(usize, &Stepper<T>),
     ) -> Result<(), RolloutError> {
         for step in 1..=self.plan.steps() {
-            self.steps.advance(&*self.world, &self.plan)?;
-            show(step, &self.steps);
+            self.stepper.advance(&*self.world, &self.plan)?;
+            observe(step, &self.stepper);
             if self.plan.records(step) {
-                trajectory.push(self.steps.state.clone());
+                trajectory.push(self.stepper.state.clone());
             }
             if let Some(count) = &self.count {
                 count.fetch_add(1, Ordering::Relaxed);
@@ -146,16 +152,20 @@ impl<T: Scalar> Rollout<T> {
         Ok(())
     }
 
-    /// Takes a step and shows the state it led to: [`Iterator::next`] without a copy. Explicit
-    /// steps allocate nothing once the buffers are large enough, with two exceptions: the stability check linearizes contacts, and
-    /// many contacts, or a large one, are computed by several threads. Implicit steps allocate, because the size of their matrices
+    /// Takes a step and returns the next state: [`Iterator::next`] without a copy.
+    ///
+    /// Explicit steps allocate nothing once the buffers are large enough, with two exceptions. The stability check linearizes contacts.
+    /// Many contacts, or a large contact, are computed by several threads. Implicit steps allocate, because the size of their matrices
     /// depends on which bodies touch.
     ///
     /// # Errors
-    /// If the state is not finite, the step fails the stability check, or the rollout is [stopped](Self::with_cancel_flag).
     /// [`Self::state`] then stays the state before the step.
+    ///
+    /// - If the next state is not finite or fails the stability check.
+    /// - If an implicit step is not solved.
+    /// - If the rollout is [stopped](Self::with_cancel_flag).
     pub fn advance(&mut self) -> Result<&State<T>, RolloutError> {
-        self.steps.advance(&*self.world, &self.plan)
+        self.stepper.advance(&*self.world, &self.plan)
     }
 }
 
@@ -164,7 +174,7 @@ impl<T: fmt::Debug> fmt::Debug for Rollout<T> {
         formatter
             .debug_struct("Rollout")
             .field("plan", &self.plan)
-            .field("steps", &self.steps)
+            .field("steps", &self.stepper)
             .finish_non_exhaustive()
     }
 }
@@ -173,17 +183,16 @@ impl<T: Scalar> Iterator for Rollout<T> {
     type Item = Result<State<T>, RolloutError>;
 
     fn next(&mut self) -> Option<Self::Item> {
-        if self.steps.has_failed {
+        if self.stepper.has_failed {
             return None;
         }
         Some(self.advance().cloned())
     }
 
-    /// Without copies of the states that are passed over. An error among these ends the iteration;
-    /// [`Self::run`] tells of it.
+    /// Skips states without copying them. An error in a skipped state ends the iteration. [`Self::run`] returns such errors.
     fn nth(&mut self, count: usize) -> Option<Self::Item> {
         for _ in 0..count {
-            if self.steps.has_failed || self.advance().is_err() {
+            if self.stepper.has_failed || self.advance().is_err() {
                 return None;
             }
         }

@@ -1,14 +1,14 @@
 use super::WorldError;
 use crate::parallel::Panicked;
 
-/// Why a rollout ended.
+/// Reason why a rollout ended early.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum RolloutError {
-    /// The state that it was to start from does not fit the world.
+    /// The start state does not fit the world.
     #[error(transparent)]
     State(#[from] WorldError),
-    /// A body starts wholly below the surface of a half-space without a contact that pushes it out.
+    /// A body starts wholly below the surface of a half-space, without a contact that pushes it out.
     #[error(
         "body {:?} starts wholly below the surface of half-space {:?}, and no contact pushes it out: start it above (z > 0 in the frame of the half-space), turn the half-space, or ignore the pair",
         .bodies[0], .bodies[1]
@@ -17,18 +17,18 @@ pub enum RolloutError {
         /// Names of the body and of the half-space.
         bodies: [String; 2],
     },
-    /// The slip tolerance of the world is too small for implicit steps: friction would change by its full value within what the
-    /// velocities of a stage are known to.
+    /// The slip tolerance of the world is too small for implicit steps. Friction would change by its full value within the accuracy of the
+    /// velocities of a stage.
     #[error(
         "implicit steps need a slip tolerance of at least {least:e} m/s, but that of the world is {found:e} m/s: raise it by World::with_slip_tolerance"
     )]
     SlipTolerance {
         /// Slip tolerance of the world (m/s).
         found: f64,
-        /// The least (m/s).
+        /// Smallest valid slip tolerance (m/s).
         least: f64,
     },
-    /// It was [stopped](super::Rollout::with_cancel_flag), or the batch that it belongs to was ended before it began.
+    /// The rollout was [stopped](super::Rollout::with_cancel_flag), or its batch ended before it began.
     #[error("the rollout was stopped before its end")]
     Stopped,
     /// A state is no longer finite.
@@ -36,31 +36,31 @@ pub enum RolloutError {
         "step {step} (t = {time} s) took body {body:?} to a state that is not finite: the time step may be too long for its stiffness (see World::largest_stable_step)"
     )]
     NotFinite {
-        /// The step that gave the state, counted from 1.
+        /// Step that led to the state, counted from 1.
         step: usize,
-        /// The time of the state (s).
+        /// Time of the state (s).
         time: f64,
         /// Name of the body.
         body: String,
     },
-    /// The path of a prescribed body gives a pose or a twist that is not finite.
-    #[error("step {step} (t = {time} s): the path of body {body:?} is not finite there")]
+    /// The path of a kinematic body returned a pose or a twist that is not finite.
+    #[error("step {step} (t = {time} s): the path of body {body:?} is not finite")]
     PathNotFinite {
-        /// The step to that time, counted from 1.
+        /// Step that leads to this time, counted from 1.
         step: usize,
-        /// The time (s).
+        /// Time (s).
         time: f64,
         /// Name of the body.
         body: String,
     },
-    /// Contact or another force on a body is not finite in an implicit step.
+    /// The sum of contact and other forces on a body is not finite in an implicit step.
     #[error(
         "step {step} (t = {time} s): the sum of the forces on body {body:?} is not finite; a force that was passed in may divide by zero"
     )]
     ForceNotFinite {
-        /// The step that was not taken, counted from 1.
+        /// Step that was not taken, counted from 1.
         step: usize,
-        /// The time (s).
+        /// Time (s).
         time: f64,
         /// Name of the body.
         body: String,
@@ -72,57 +72,56 @@ pub enum RolloutError {
         .bodies[0], .bodies[1]
     )]
     TimeStepTooLong {
-        /// The step that was not taken, counted from 1.
+        /// Step that was not taken, counted from 1.
         step: usize,
-        /// The time of the state it would have started from (s).
+        /// Time at the start of the step (s).
         time: f64,
-        /// The time step (s).
+        /// Time step (s).
         time_step: f64,
         /// [`World::largest_stable_step`](super::World::largest_stable_step) without friction, at the poses of the contacts (s).
         limit: f64,
-        /// Names of the two bodies whose contact, by itself, allows the shortest step.
+        /// Names of the two bodies whose contact alone has the smallest limit.
         bodies: [String; 2],
     },
-    /// A contact has created energy in explicit time steps: it returned more than twice the energy that it absorbed. A body moved
-    /// far into another within a step, or bounces gained energy one after another.
+    /// A contact created energy in explicit time steps: it returned more than twice the energy that it absorbed. Either a body moved far
+    /// into another body within a step, or successive bounces gained energy.
     #[error(
         "step {step} (from t = {time:.6} s) was not taken: the contact of bodies {:?} and {:?} would have returned {returned:.3e} J, after it absorbed {absorbed:.3e} J; the time step of {time_step:.3e} s is too long for their impacts; use shorter steps or an implicit integrator (Sdirk3)",
         .bodies[0], .bodies[1]
     )]
     EnergyGained {
-        /// The step that was not taken, counted from 1.
+        /// Step that was not taken, counted from 1.
         step: usize,
-        /// The time of the state it would have started from (s).
+        /// Time at the start of the step (s).
         time: f64,
-        /// The time step (s).
+        /// Time step (s).
         time_step: f64,
         /// Names of the two bodies.
         bodies: [String; 2],
-        /// Energy that the contact has absorbed from the bodies, or stored at the start of the rollout (J).
+        /// Energy that the contact absorbed from the bodies, or stored at the start of the rollout (J).
         absorbed: f64,
         /// Energy that the contact would have returned to the bodies (J).
         returned: f64,
     },
-    /// The equations of an implicit step were not solved, however often it was divided.
+    /// The equations of an implicit step were not solved, although the step was divided down to the shortest duration.
     #[error(
         "step {step} (from t = {time:.6} s) was not solved, down to {shortest:.3e} s: body {body:?} is the farthest from a solution; it may have started deep inside another, or a force may not be smooth"
     )]
     NotSolved {
-        /// The step that was not taken, counted from 1.
+        /// Step that was not taken, counted from 1.
         step: usize,
-        /// The time of the state it would have started from (s).
+        /// Time at the start of the step (s).
         time: f64,
         /// Name of the body whose velocity is farthest from a solution.
         body: String,
-        /// The shortest duration that was tried (s).
+        /// Shortest duration that was tried (s).
         shortest: f64,
     },
-    /// A function that was passed in panicked while a rollout was recorded, alone or in a
-    /// [`Batch`](super::Batch), or its outcome was read. In a program whose panics abort there is no
-    /// such error.
+    /// A user function panicked while a rollout was recorded, alone or in a [`Batch`](super::Batch), or while its outcome was read. A
+    /// program that aborts on panic does not return this error.
     #[error("a force, a path or an outcome panicked: {message}")]
     Panicked {
-        /// What it said.
+        /// Panic message.
         message: String,
     },
 }

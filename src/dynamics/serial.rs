@@ -1,4 +1,4 @@
-//! Plans, states, materials and trajectories, saved and loaded by serde.
+//! Serde formats of plans, states, materials and trajectories.
 
 use super::plan::SOLVER_TOLERANCE;
 use super::{Accuracy, BodyState, Integrator, Material, Plan, State, Trajectory, WorldError};
@@ -7,7 +7,7 @@ use serde::de::{Deserialize, Deserializer, Error};
 use serde::ser::{Serialize, Serializer};
 use std::borrow::Cow;
 
-/// A plan as it is saved.
+/// Saved form of a plan.
 #[derive(serde::Serialize, serde::Deserialize)]
 #[serde(rename = "Plan", deny_unknown_fields)]
 struct PlanLayout {
@@ -23,7 +23,7 @@ struct PlanLayout {
     accuracy: Accuracy,
 }
 
-/// An accuracy as it is saved.
+/// Saved form of an accuracy.
 #[derive(serde::Serialize, serde::Deserialize)]
 #[serde(rename = "Accuracy", deny_unknown_fields)]
 pub(super) struct AccuracyLayout {
@@ -32,7 +32,7 @@ pub(super) struct AccuracyLayout {
     resting_speed: Option<f64>,
 }
 
-/// Of plans that were saved without one.
+/// Default for plans that were saved without a solver tolerance.
 fn solver_tolerance() -> f64 {
     SOLVER_TOLERANCE
 }
@@ -42,7 +42,7 @@ fn checks_stability() -> bool {
     true
 }
 
-/// The state of a body as it is saved.
+/// Saved form of a body state.
 #[derive(serde::Serialize, serde::Deserialize)]
 #[serde(rename = "BodyState", deny_unknown_fields)]
 struct BodyStateLayout {
@@ -50,7 +50,7 @@ struct BodyStateLayout {
     twist: Twist,
 }
 
-/// A state as it is saved.
+/// Saved form of a state.
 #[derive(serde::Serialize, serde::Deserialize)]
 #[serde(rename = "State", deny_unknown_fields)]
 struct StateLayout<'a> {
@@ -58,25 +58,25 @@ struct StateLayout<'a> {
     bodies: Cow<'a, [BodyState]>,
 }
 
-/// A material as it is saved.
+/// Saved form of a material.
 #[derive(serde::Serialize, serde::Deserialize)]
 #[serde(rename = "Material", deny_unknown_fields)]
 struct MaterialLayout {
-    /// None of a rigid body.
+    /// `None` for a rigid body.
     modulus: Option<f64>,
     dissipation: f64,
     /// `None` takes the friction of the partner.
     friction: Option<f64>,
 }
 
-/// A trajectory as it is saved.
+/// Saved form of a trajectory.
 #[derive(serde::Serialize, serde::Deserialize)]
 #[serde(rename = "Trajectory", deny_unknown_fields)]
 struct TrajectoryLayout<'a> {
     states: Cow<'a, [State]>,
 }
 
-/// Why what was loaded is no state or material.
+/// Error of a loaded state or material.
 #[derive(Debug, thiserror::Error)]
 enum LoadError {
     #[error("the time of a state is {0} s, but must be finite")]

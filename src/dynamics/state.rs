@@ -1,25 +1,24 @@
-use super::settings::check_finite;
+use super::validate::check_finite;
 use super::{Body, WorldError};
 use crate::scalar::{Scalar, lift_vector};
 use crate::spatial::{Pose, Twist};
 use nalgebra::Vector3;
 
-/// Where a body is and how it moves, in the world frame.
+/// Pose and twist of a body, in the world frame.
 #[derive(Debug, Clone, Copy)]
 pub struct BodyState<T = f64> {
     /// Pose of the body frame.
     pub pose: Pose<T>,
-    /// Spin (rad/s), and the velocity of the **center of mass** (m/s), both in world axes.
+    /// Spin (rad/s) and velocity of the **center of mass** (m/s), both in world axes.
     pub twist: Twist<T>,
 }
 
-/// All bodies at one time. Methods of a world that take a state expect as many bodies as the world has,
-/// in the same order.
+/// States of all bodies at one time. Methods of a world that take a state expect the bodies of the world, in the same order.
 #[derive(Debug, Clone)]
 pub struct State<T = f64> {
     /// Time (s).
     pub time: f64,
-    /// The bodies, in the order of the world's.
+    /// Body states, in the order of the bodies of the world.
     pub bodies: Vec<BodyState<T>>,
 }
 
@@ -36,7 +35,7 @@ impl<T: Scalar> BodyState<T> {
         &self.twist.linear
     }
 
-    /// Whether no component is NaN or infinite.
+    /// Whether all components are finite.
     #[must_use]
     pub fn is_finite(&self) -> bool {
         let real = self.real();
@@ -45,7 +44,7 @@ impl<T: Scalar> BodyState<T> {
         pose.chain(twist).all(|value| value.is_finite())
     }
 
-    /// Checks that the pose of the body of this name is rigid and its twist finite.
+    /// Checks that the pose is rigid and the twist is finite. Errors name the body.
     pub(super) fn check(&self, body: &str) -> Result<(), WorldError> {
         let pose = self.pose.checked().map(|_| ());
         pose.map_err(|source| WorldError::Pose {
@@ -76,7 +75,7 @@ impl<T: Scalar> BodyState<T> {
 }
 
 impl BodyState<f64> {
-    /// The constant state.
+    /// The state with zero derivatives.
     pub(super) fn lifted<T: Scalar>(&self) -> BodyState<T> {
         BodyState {
             pose: Pose::lifted(&self.pose),
@@ -111,7 +110,7 @@ impl<T: Scalar> State<T> {
 }
 
 impl State {
-    /// The constant state.
+    /// The state with zero derivatives.
     pub(crate) fn lifted<T: Scalar>(&self) -> State<T> {
         State {
             time: self.time,

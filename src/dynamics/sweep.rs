@@ -1,23 +1,23 @@
 use crate::geometry::Aabb;
 use nalgebra::Vector3;
 
-/// A search for the boxes that overlap: sorted along one axis, each is held only against those that
-/// begin before it ends. Its room is used again from one search to the next.
+/// Sweep-and-prune search for overlapping boxes. The boxes are sorted along one axis, and each box is compared only with the boxes that
+/// begin before it ends. The buffers are reused by later searches.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Sweep {
     boxes: Vec<Aabb>,
-    /// The boxes in the order of their lower ends along the axis.
+    /// Indices of the boxes, sorted by their lower ends along the axis.
     order: Vec<usize>,
     pairs: Vec<(usize, usize)>,
 }
 
 impl Sweep {
-    /// The pairs of the last search.
+    /// Pairs of the last search.
     pub fn pairs(&self) -> &[(usize, usize)] {
         &self.pairs
     }
 
-    /// What `pair` makes of the pairs (i, j), i < j, of boxes that overlap, sorted.
+    /// Results of `pair` for all overlapping boxes (i, j), i < j, sorted.
     pub fn overlapping(
         &mut self,
         boxes: impl Iterator<Item = Aabb>,
@@ -33,8 +33,8 @@ impl Sweep {
         self.order
             .sort_unstable_by(|&i, &j| begin(i).total_cmp(&begin(j)));
         self.pairs.clear();
-        for (place, &i) in self.order.iter().enumerate() {
-            let following = self.order[place + 1..].iter();
+        for (position, &i) in self.order.iter().enumerate() {
+            let following = self.order[position + 1..].iter();
             let reached = following.take_while(|&&j| begin(j) <= end(i));
             let overlapping = reached.filter(|&&j| boxes[i].overlaps(&boxes[j]));
             self.pairs
@@ -45,7 +45,7 @@ impl Sweep {
     }
 }
 
-/// The axis along which the boxes' centers spread most.
+/// Axis along which the centers of the boxes have the largest variance.
 fn widest_axis(boxes: &[Aabb]) -> usize {
     let count = boxes.len() as f64;
     let centers = || boxes.iter().map(Aabb::center);
@@ -75,7 +75,7 @@ mod tests {
         #[test]
         fn pairs_are_those_of_all_tests_of_two_boxes(first in boxes(), second in boxes()) {
             let may_touch = |i: usize, j: usize| i % 5 != j % 4;
-            // The second search finds what the first has left behind.
+            // The second search starts with the buffers that the first search has filled.
             let mut sweep = Sweep::default();
             for boxes in [first, second] {
                 let all = (0..boxes.len()).flat_map(|j| (0..j).map(move |i| (i, j)));

@@ -1,25 +1,26 @@
-//! States in local coordinates: how far one is from another, in as few numbers as there are degrees of freedom.
+//! Local coordinates of states: the difference of two states as one vector, with as many numbers as there are degrees of freedom.
 
-use super::settings::check_finite;
+use super::validate::check_finite;
 use super::{BodyState, Force, State, World, WorldError};
 use crate::scalar::portable::atan2;
 use crate::spatial::{Pose, Twist};
 use nalgebra::{DVector, Rotation3, UnitQuaternion, Vector3, Vector6};
 
-/// Numbers for each dynamic body.
+/// Number of local coordinates of each dynamic body.
 pub(crate) const STATE_DIM: usize = 12;
 
 impl<F: Force> World<f64, F> {
-    /// The change that takes one state to another, 12 numbers for each dynamic body in the order of the world's: the motion of
-    /// its pose as of [`Pose::moved_by`] (angular in rad, at most half a turn, linear in m), and the change of its twist (spin in
+    /// Change from one state to another: 12 numbers for each dynamic body, in the order of the world. The first six are the motion of the
+    /// pose as in [`Pose::moved_by`] (angular in rad, at most half a turn, linear in m). The last six are the change of the twist (spin in
     /// rad/s, velocity of the center of mass in m/s).
     ///
     /// # Errors
-    /// If a state does not fit the world, or the change is not finite.
+    /// - If a state does not fit the world.
+    /// - If the change is not finite.
     pub fn difference(&self, from: &State, to: &State) -> Result<DVector<f64>, WorldError> {
         from.check_fits(self.bodies())?;
         to.check_fits(self.bodies())?;
-        let numbers = self.system.dynamic_bodies().flat_map(|body| {
+        let numbers = self.model.dynamic_bodies().flat_map(|body| {
             let [from, to] = [from, to].map(|state| &state.bodies[body]);
             let pose = turn_and_shift(&from.pose, &to.pose);
             let twist = to.twist.to_vector() - from.twist.to_vector();
@@ -30,35 +31,36 @@ impl<F: Force> World<f64, F> {
         Ok(numbers.into())
     }
 
-    /// The state after a change in local coordinates: the inverse of [`Self::difference`]. The time, and bodies that forces do not
-    /// move, stay the same.
+    /// State after a change in local coordinates: the inverse of [`Self::difference`]. The time, and the states of fixed and kinematic
+    /// bodies, stay the same.
     ///
     /// # Errors
-    /// If the state before or after the change does not fit the world, or there are not 12 finite numbers for each dynamic body.
+    /// - If the state before or after the change does not fit the world.
+    /// - If the change does not have 12 finite numbers for each dynamic body.
     pub fn integrate(&self, state: &State, change: &[f64]) -> Result<State, WorldError> {
         state.check_fits(self.bodies())?;
         check_finite("change of a state", change)?;
         let (found, expected) = (
             change.len(),
-            STATE_DIM * self.system.dynamic_bodies().count(),
+            STATE_DIM * self.model.dynamic_bodies().count(),
         );
         if found != expected {
             return Err(WorldError::ChangeSize { found, expected });
         }
         let mut moved = state.clone();
-        for (body, numbers) in self.system.dynamic_bodies().zip(change.chunks(STATE_DIM)) {
+        for (body, numbers) in self.model.dynamic_bodies().zip(change.chunks(STATE_DIM)) {
             let [pose, twist] = [0, 6].map(|first| {
                 Twist::from_vector(&Vector6::from_column_slice(&numbers[first..first + 6]))
             });
             let BodyState {
-                pose: own,
-                twist: old,
+                pose: old_pose,
+                twist: old_twist,
             } = state.bodies[body];
             moved.bodies[body] = BodyState {
-                pose: own.moved_by(&pose),
+                pose: old_pose.moved_by(&pose),
                 twist: Twist {
-                    angular: old.angular + twist.angular,
-                    linear: old.linear + twist.linear,
+                    angular: old_twist.angular + twist.angular,
+                    linear: old_twist.linear + twist.linear,
                 },
             };
         }
@@ -67,7 +69,7 @@ impl<F: Force> World<f64, F> {
     }
 }
 
-/// The motion (angular, linear) that takes one pose to another.
+/// Motion (angular, linear) from one pose to another.
 fn turn_and_shift(from: &Pose, to: &Pose) -> Vector6<f64> {
     let twist = Twist {
         angular: turn_between(from, to),
@@ -76,7 +78,7 @@ fn turn_and_shift(from: &Pose, to: &Pose) -> Vector6<f64> {
     twist.to_vector()
 }
 
-/// The rotation vector (rad, at most half a turn) that turns one pose to another.
+/// Rotation vector (rad, at most half a turn) from one pose to another.
 pub(crate) fn turn_between(from: &Pose, to: &Pose) -> Vector3<f64> {
     let turn = Rotation3::from_matrix_unchecked(to.rotation() * from.rotation().transpose());
     let quaternion = UnitQuaternion::from_rotation_matrix(&turn);

@@ -7,18 +7,18 @@ pub struct Trajectory<T = f64> {
     states: Vec<State<T>>,
 }
 
-/// A rollout that ended early, with what it had recorded.
+/// Error of a rollout that ended early, with the states that it had recorded.
 #[derive(Debug, Clone, thiserror::Error)]
 #[error("{error}")]
 #[non_exhaustive]
 pub struct RolloutFailure<T> {
-    /// Why it ended.
+    /// Reason of the end.
     pub error: RolloutError,
-    /// The states before that.
+    /// Recorded states before the end.
     pub trajectory: Trajectory<T>,
 }
 
-/// What a rollout has recorded: all it should, or an error with what there was before.
+/// Result of a rollout: the whole trajectory, or an error with the trajectory up to the error.
 pub type RolloutResult<T = f64> = Result<Trajectory<T>, RolloutFailure<T>>;
 
 impl<T: Scalar> Trajectory<T> {
@@ -28,10 +28,12 @@ impl<T: Scalar> Trajectory<T> {
         }
     }
 
-    /// From states of the same bodies in the order of time.
+    /// Trajectory of states of the same bodies, in the order of time.
     ///
     /// # Errors
-    /// If there is no state, one has more or fewer bodies than the first, or is earlier than the one before it.
+    /// - If there is no state.
+    /// - If the states have different numbers of bodies.
+    /// - If a state is earlier than the state before it.
     pub fn new(states: Vec<State<T>>) -> Result<Self, WorldError> {
         let first = states.first().ok_or(WorldError::NoState)?;
         let expected = first.bodies.len();
@@ -60,24 +62,24 @@ impl<T: Scalar> Trajectory<T> {
         self.states.push(state);
     }
 
-    /// A state, to be changed.
+    /// Mutable reference to a recorded state.
     pub(crate) fn state_mut(&mut self, record: usize) -> &mut State<T> {
         &mut self.states[record]
     }
 
-    /// The states; the first is the initial one.
+    /// States. The first is the initial state.
     #[must_use]
     pub fn states(&self) -> &[State<T>] {
         &self.states
     }
 
-    /// The last state.
+    /// Last state.
     #[must_use]
     pub fn last(&self) -> &State<T> {
         &self.states[self.states.len() - 1]
     }
 
-    /// Every `every`th state, from the first.
+    /// Trajectory with the first state and every `every`th state after it.
     #[must_use]
     pub fn thinned(&self, every: usize) -> Self {
         let states = self.states.iter().step_by(every.max(1)).cloned().collect();
@@ -94,7 +96,7 @@ impl<T: Scalar> Trajectory<T> {
 }
 
 impl Trajectory {
-    /// The constant trajectory.
+    /// The trajectory with zero derivatives.
     pub(crate) fn lifted<T: Scalar>(&self) -> Trajectory<T> {
         Trajectory {
             states: self.states.iter().map(State::lifted).collect(),

@@ -1,6 +1,6 @@
 use super::force::check_coupled;
-use super::settings::{check_finite, check_slip_tolerance};
-use super::system::{FORCE_PARAMETER, System};
+use super::model::{FORCE_PARAMETER, Model};
+use super::validate::{check_finite, check_slip_tolerance};
 use super::{Body, Control, Force, KinematicPath, Motion, State, WorldBuilder, WorldError};
 use crate::scalar::Scalar;
 use crate::spatial::Twist;
@@ -8,38 +8,36 @@ use nalgebra::Vector3;
 use std::fmt;
 use std::sync::Arc;
 
-/// Bodies, what acts on them, and where they start.
-///
-/// Besides contact and gravity act the [forces](Force) `F` and the [controls](Control) it was given.
+/// Bodies with their initial state. Contact, gravity, the [forces](Force) `F` and the [controls](Control) act on them.
 pub struct World<T = f64, F = ()> {
-    pub(crate) system: System<T>,
+    pub(crate) model: Model<T>,
     pub(super) forces: Arc<F>,
 }
 
 /// Shapes, paths and forces are shared, not copied.
 impl<T: Clone, F> Clone for World<T, F> {
     fn clone(&self) -> Self {
-        self.with_model(self.system.clone())
+        self.with_model(self.model.clone())
     }
 }
 
 impl<T, F> World<T, F> {
-    /// These forces in another system.
-    pub(crate) fn with_model<U>(&self, system: System<U>) -> World<U, F> {
+    /// World with the same forces and another model.
+    pub(crate) fn with_model<U>(&self, model: Model<U>) -> World<U, F> {
         let forces = Arc::clone(&self.forces);
-        World { system, forces }
+        World { model, forces }
     }
 }
 
-/// Without the forces.
+/// Prints the model, without the forces.
 impl<T: fmt::Debug, F> fmt::Debug for World<T, F> {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut parts = formatter.debug_struct("World");
-        parts.field("system", &self.system).finish_non_exhaustive()
+        parts.field("model", &self.model).finish_non_exhaustive()
     }
 }
 
-/// A copy to be shared.
+/// Copies the world into an `Arc`.
 impl<T: Clone, F> From<&World<T, F>> for Arc<World<T, F>> {
     fn from(world: &World<T, F>) -> Self {
         Self::new(world.clone())
@@ -47,58 +45,58 @@ impl<T: Clone, F> From<&World<T, F>> for Arc<World<T, F>> {
 }
 
 impl World {
-    /// Starts a world of bodies and settings.
+    /// Creates an empty builder.
     pub fn builder() -> WorldBuilder {
         WorldBuilder::default()
     }
 
-    /// A world without gravity, in which any two bodies may touch.
+    /// World of bodies without gravity, in which no pairs of bodies are ignored.
     ///
     /// # Errors
-    /// As [`WorldBuilder::build`].
+    /// As for [`WorldBuilder::build`].
     pub fn new(bodies: Vec<Body>) -> Result<Self, WorldError> {
         Self::of_bodies(bodies, &[])
     }
 
-    /// A world in which these pairs of bodies pass through each other.
+    /// World in which these pairs of bodies pass through each other.
     pub(super) fn of_bodies(
         bodies: Vec<Body>,
         ignored: &[[String; 2]],
     ) -> Result<Self, WorldError> {
-        let mut system = System::starting_at(0.0, bodies)?;
+        let mut model = Model::starting_at(0.0, bodies)?;
         for [first, second] in ignored {
-            system = system.ignoring(first, second)?;
+            model = model.ignoring(first, second)?;
         }
-        system.check_partners()?;
-        // A body on a path has its pose from there, orthonormal already.
-        for body in &mut system.bodies {
+        model.check_partners()?;
+        // The pose of a kinematic body comes from its path and is already orthonormal.
+        for body in &mut model.bodies {
             if !body.motion.is_kinematic() {
                 body.initial.pose = body.initial.pose.orthonormalized();
             }
         }
-        Ok(Self::without_forces(system))
+        Ok(Self::without_forces(model))
     }
 
-    /// A world of a system, without forces of other kinds.
-    pub(super) fn without_forces(system: System) -> Self {
+    /// World of a model, without other forces.
+    pub(super) fn without_forces(model: Model) -> Self {
         let forces = Arc::new(());
-        Self { system, forces }
+        Self { model, forces }
     }
 }
 
 impl<F: Force> World<f64, F> {
-    /// The same world with gravity (m/s²).
+    /// Sets gravity (m/s²).
     ///
     /// # Errors
     /// If a component is not finite.
     pub fn with_gravity(mut self, gravity: Vector3<f64>) -> Result<Self, WorldError> {
         check_finite("gravity", gravity.as_slice())?;
-        self.system.gravity = gravity;
+        self.model.gravity = gravity;
         Ok(self)
     }
 
-    /// The same world with a number that its forces may read, as a stiffness or a thrust: derivatives may be taken by it, which
-    /// they cannot by a constant of the force itself. In place of the one of the same name, if there is one.
+    /// Sets a force parameter: a number that forces read, such as a stiffness or a thrust. Rollouts can be differentiated with respect to
+    /// force parameters, but not with respect to constants inside a force. The value replaces an earlier value of the same name.
     ///
     /// ```
     /// use hydroelastic::dynamics::{Force, ForceContext, World, WrenchAccumulator};
@@ -121,183 +119,182 @@ impl<F: Force> World<f64, F> {
     /// ```
     ///
     /// # Errors
-    /// If the name is empty, the value is not finite, or a force [cannot act](Force::check) with it.
+    /// If the name is empty, the value is not finite, or a force [rejects](Force::check) the value.
     pub fn with_force_parameter(mut self, name: &str, value: f64) -> Result<Self, WorldError> {
         if name.is_empty() {
             return Err(WorldError::UnnamedForceParameter);
         }
         check_finite(FORCE_PARAMETER, &[value])?;
-        self.system.force_parameters.retain(|(own, _)| own != name);
-        self.system.force_parameters.push((name.into(), value));
+        self.model
+            .force_parameters
+            .retain(|(other, _)| other != name);
+        self.model.force_parameters.push((name.into(), value));
         self.check_forces()?;
         Ok(self)
     }
 
-    /// Checks that the forces can act.
+    /// Checks the forces.
     pub(crate) fn check_forces(&self) -> Result<(), WorldError> {
-        let system = &self.system;
-        self.forces
-            .check(&system.bodies, &system.force_parameters)?;
+        let model = &self.model;
+        self.forces.check(&model.bodies, &model.force_parameters)?;
         check_coupled(
-            &self.forces.coupling_groups(&system.bodies),
-            system.bodies.len(),
+            &self.forces.coupling_groups(&model.bodies),
+            model.bodies.len(),
         )
     }
 
-    /// Replaces the forces of the world by one force, or by several as a tuple or a list. The world must already have the
-    /// [force parameters](Self::with_force_parameter) that the forces name.
+    /// Replaces the forces of the world by one force, or by several forces as a tuple or a list. The world must already have the [force
+    /// parameters](Self::with_force_parameter) that the forces name.
     ///
     /// # Errors
-    /// If a force [cannot act](Force::check) on the bodies, or [couples](Force::coupling_groups) one that the world does not have.
+    /// If a force [rejects](Force::check) the world, or [couples](Force::coupling_groups) a body that the world does not have.
     pub fn with_forces<G: Force>(self, forces: G) -> Result<World<f64, G>, WorldError> {
         let world = World {
-            system: self.system,
+            model: self.model,
             forces: Arc::new(forces),
         };
         world.check_forces()?;
         Ok(world)
     }
 
-    /// The same world with another initial state, at its own time. Bodies that forces do not move stay as they are: a fixed
-    /// one where it was, one on a path where that is at the time.
+    /// Sets the initial state and its time. Fixed bodies stay where they are. Kinematic bodies take the state of their path at that time.
     ///
     /// # Errors
-    /// If the state has another number of bodies, a pose that is not rigid, or a number that is not finite, or a path is not
-    /// finite at its time.
+    /// If the state does not fit the world, or a path is not finite at its time.
     pub fn with_initial_state(mut self, state: &State) -> Result<Self, WorldError> {
         state.check_fits(self.bodies())?;
-        let placed = self.system.placed(state.clone());
-        self.system.start = placed.time;
-        for (body, initial) in self.system.bodies.iter_mut().zip(placed.bodies) {
+        let placed = self.model.with_prescribed_states(state.clone());
+        self.model.start = placed.time;
+        for (body, initial) in self.model.bodies.iter_mut().zip(placed.bodies) {
             (body.initial, body.start) = (initial, placed.time);
         }
-        self.system.check()?;
+        self.model.check()?;
         Ok(self)
     }
 
-    /// The same world with a control, in place of one that its body may have had.
+    /// Adds a control, or replaces the control of the same body.
     ///
     /// # Errors
-    /// If there is no such body, or forces do not move it.
+    /// If the body is unknown or not dynamic.
     pub fn with_control(mut self, control: Control) -> Result<Self, WorldError> {
-        let body = &self.system.bodies[self.index_of(control.body())?];
+        let body = &self.model.bodies[self.index_of(control.body())?];
         if body.inertia().is_none() {
             return Err(WorldError::NotDynamic {
                 body: body.name().to_owned(),
                 quantity: "control",
             });
         }
-        self.system
+        self.model
             .controls
             .retain(|other| other.body() != control.body());
-        self.system.controls.push(control);
+        self.model.controls.push(control);
         Ok(self)
     }
 
-    /// The same world, in which a body that forces do not move follows a path, or stays where it starts if there is none: what
-    /// takes the paths out of a world that is to be saved, and puts them back.
+    /// Makes a fixed or kinematic body follow a path, or stay at its initial pose if `path` is `None`. Use it to remove the paths from a
+    /// world before it is saved, and to restore them.
     ///
     /// # Errors
-    /// If there is no such body, forces move it, or the path is not finite at the time of the initial state.
+    /// If the body is unknown or dynamic, or the path is not finite at the time of the initial state.
     pub fn with_path(
         mut self,
         body: &str,
         path: Option<Arc<KinematicPath>>,
     ) -> Result<Self, WorldError> {
         let index = self.index_of(body)?;
-        let found = &mut self.system.bodies[index];
-        if found.inertia().is_some() {
+        let body_to_move = &mut self.model.bodies[index];
+        if body_to_move.inertia().is_some() {
             return Err(WorldError::Dynamic(body.to_owned()));
         }
-        found.motion = path.map_or(Motion::Fixed, Motion::Kinematic);
-        found.initial.twist = Twist::zero();
-        if let Some(start) = self.system.kinematic_state(index, self.system.start) {
-            self.system.bodies[index].initial = start;
+        body_to_move.motion = path.map_or(Motion::Fixed, Motion::Kinematic);
+        body_to_move.initial.twist = Twist::zero();
+        if let Some(start) = self.model.prescribed_state(index, self.model.start) {
+            self.model.bodies[index].initial = start;
         }
-        self.system.check()?;
+        self.model.check()?;
         Ok(self)
     }
 
-    /// The same world, in which two bodies pass through each other.
+    /// Lets two bodies pass through each other.
     ///
     /// # Errors
-    /// If there is no body of one of the names, or both are the same.
+    /// If one of the names is unknown, or both are the same.
     pub fn with_ignored(mut self, first: &str, second: &str) -> Result<Self, WorldError> {
-        self.system = self.system.ignoring(first, second)?;
+        self.model = self.model.ignoring(first, second)?;
         Ok(self)
     }
 
-    /// The same world with another slip tolerance (m/s): see [`SurfaceLaw`](crate::contact::SurfaceLaw). Implicit steps need at
-    /// least 1e-6 m/s.
+    /// Sets the slip tolerance (m/s) of all contacts: see [`SurfaceLaw`](crate::contact::SurfaceLaw). Implicit steps need at least 1e-6
+    /// m/s.
     ///
     /// # Errors
-    /// If it is not from 1e-100 to 1e100 m/s.
+    /// If the slip tolerance is not from 1e-100 to 1e100 m/s.
     pub fn with_slip_tolerance(mut self, slip_tolerance: f64) -> Result<Self, WorldError> {
         check_slip_tolerance(slip_tolerance)?;
-        self.system.slip_tolerance = slip_tolerance;
+        self.model.slip_tolerance = slip_tolerance;
         Ok(self)
     }
 
-    /// The constant world: a world in `T` whose numbers have no derivatives.
+    /// The world in the scalar `T`, with zero derivatives.
     #[must_use]
     pub fn lifted<T: Scalar>(&self) -> World<T, F> {
-        self.with_model(self.system.lifted())
+        self.with_model(self.model.lifted())
     }
 }
 
 impl<T: Scalar, F: Force> World<T, F> {
-    /// The bodies.
+    /// Bodies.
     #[must_use]
     pub fn bodies(&self) -> &[Body<T>] {
-        &self.system.bodies
+        &self.model.bodies
     }
 
     /// Gravity (m/s²).
     #[must_use]
     pub fn gravity(&self) -> &Vector3<T> {
-        &self.system.gravity
+        &self.model.gravity
     }
 
     /// Slip tolerance (m/s) of all contacts.
     #[must_use]
     pub fn slip_tolerance(&self) -> f64 {
-        self.system.slip_tolerance
+        self.model.slip_tolerance
     }
 
-    /// The pairs of bodies that pass through each other, by their places, the smaller first.
+    /// Indices of the pairs of bodies that pass through each other, the smaller index first.
     pub fn ignored(&self) -> impl Iterator<Item = (usize, usize)> {
-        self.system.ignored.iter().copied()
+        self.model.ignored.iter().copied()
     }
 
-    /// The place of the body of that name, in [`Self::bodies`] and in every state.
+    /// Index of the body with this name, in [`Self::bodies`] and in every state.
     ///
     /// # Errors
-    /// If there is none.
+    /// If no body has the name.
     pub fn index_of(&self, name: &str) -> Result<usize, WorldError> {
-        self.system.index_of(name)
+        self.model.index_of(name)
     }
 
-    /// The controls.
+    /// Controls.
     #[must_use]
     pub fn controls(&self) -> &[Control<T>] {
-        &self.system.controls
+        &self.model.controls
     }
 
     /// Names and values of the force parameters.
     #[must_use]
     pub fn force_parameters(&self) -> &[(String, T)] {
-        &self.system.force_parameters
+        &self.model.force_parameters
     }
 
-    /// The forces besides contact, gravity and controls.
+    /// Forces other than contact, gravity and controls.
     #[must_use]
     pub fn forces(&self) -> &F {
         &self.forces
     }
 
-    /// The state from which rollouts start: at time 0, unless the world [starts from](Self::with_initial_state) another.
+    /// Initial state of rollouts: at time 0, unless [`Self::with_initial_state`] has set another state.
     #[must_use]
     pub fn initial_state(&self) -> State<T> {
-        self.system.initial_state()
+        self.model.initial_state()
     }
 }

@@ -1,7 +1,7 @@
 use super::{Body, Control, World, WorldError};
 use nalgebra::Vector3;
 
-/// Bodies and settings of a world to be: see [`World::builder`]. [`Self::build`] checks all of them, in any order of the calls.
+/// Builder of a world: see [`World::builder`]. The methods can be called in any order, because [`Self::build`] checks all settings.
 ///
 /// ```
 /// use hydroelastic::contact::{HalfSpace, RigidShape};
@@ -61,13 +61,13 @@ impl WorldBuilder {
         self
     }
 
-    /// Adds a control, in place of an earlier one of the same body.
+    /// Adds a control, or replaces the control of the same body.
     pub fn control(mut self, control: Control) -> Self {
         self.controls.push(control);
         self
     }
 
-    /// Adds a number that forces may read: see [`World::with_force_parameter`].
+    /// Adds a number that forces can read: see [`World::with_force_parameter`].
     pub fn force_parameter(mut self, name: &str, value: f64) -> Self {
         self.force_parameters.push((name.to_owned(), value));
         self
@@ -76,11 +76,11 @@ impl WorldBuilder {
     /// Builds the world. [`World::with_forces`] adds other forces.
     ///
     /// # Errors
-    /// - If two bodies have the same name, or an initial state is not usable.
-    /// - [`WorldError::NoContact`] if two bodies may touch, a force moves at least one of them, and both are rigid or half-spaces.
-    ///   [`Self::ignore`] lets such bodies pass through each other.
+    /// - If two bodies have the same name, or an initial state is not valid.
+    /// - [`WorldError::NoContact`] if two bodies are rigid or half-spaces, and at least one of them is dynamic. [`Self::ignore`] lets such
+    ///   bodies pass through each other.
     /// - If an ignored pair names an unknown body, or the same body twice.
-    /// - As the `with_…` methods of [`World`], for the settings.
+    /// - As for the `with_…` methods of [`World`].
     pub fn build(self) -> Result<World, WorldError> {
         let mut world = World::of_bodies(self.bodies, &self.ignored)?;
         if let Some(gravity) = self.gravity {

@@ -1,8 +1,8 @@
-//! Worlds, saved and loaded by serde.
+//! Serde format of worlds.
 
 use super::force::Control;
 use super::inertia::PrincipalInertia;
-use super::system::System;
+use super::model::Model;
 use super::{Body, BodyShape, BodyState, Force, Inertia, Material, Motion, World, WorldError};
 use crate::contact::{HalfSpace, RigidShape, Shape, ThicknessError};
 use crate::mesh::{MeshError, PressureField, TetMesh, TriangleSurface};
@@ -14,7 +14,7 @@ use serde::ser::{Error as _, Serialize, Serializer};
 /// Tolerance of the orthonormality of principal axes: rounding error of the eigenvalue solver, with a margin of about 1000.
 const ORTHONORMAL: f64 = 1e-12;
 
-/// A world as it is saved.
+/// Saved form of a world.
 #[derive(serde::Serialize, serde::Deserialize)]
 #[serde(rename = "World", deny_unknown_fields)]
 struct WorldLayout<F> {
@@ -31,18 +31,18 @@ struct WorldLayout<F> {
     forces: F,
 }
 
-/// A shape as it is saved: its trees are built anew.
+/// Saved form of a shape. Its trees are rebuilt.
 #[derive(serde::Serialize, serde::Deserialize)]
 enum ShapeLayout {
     Compliant(FieldLayout),
     Rigid(TriangleSurface),
     HalfSpace {
-        /// Of its soft layer (m); none if it is rigid.
+        /// Thickness of the soft layer (m); `None` if the half-space is rigid.
         thickness: Option<f64>,
     },
 }
 
-/// A mesh with its extents as it is saved.
+/// Saved form of a mesh with its extents.
 #[derive(serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 struct FieldLayout {
@@ -51,7 +51,7 @@ struct FieldLayout {
     extents: Vec<f64>,
 }
 
-/// A body as it is saved, its shape by its place in the list of shapes; one without inertia is fixed.
+/// Saved form of a body. The shape is an index into the list of shapes. A body without inertia is fixed.
 #[derive(serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 struct BodyLayout {
@@ -62,7 +62,7 @@ struct BodyLayout {
     initial: BodyState,
 }
 
-/// Inertia as it is saved: moments over the mass, axes as columns in the body frame.
+/// Saved form of an inertia: moments over the mass, axes as columns in the body frame.
 #[derive(serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 struct InertiaLayout {
@@ -72,7 +72,7 @@ struct InertiaLayout {
     axes: [[f64; 3]; 3],
 }
 
-/// A control as it is saved.
+/// Saved form of a control.
 #[derive(serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 struct ControlLayout {
@@ -81,7 +81,7 @@ struct ControlLayout {
     wrenches: Vec<[f64; 6]>,
 }
 
-/// Why what was loaded is no world.
+/// Error of a loaded world.
 #[derive(Debug, thiserror::Error)]
 enum LoadError {
     #[error(transparent)]
@@ -93,7 +93,7 @@ enum LoadError {
         shape: usize,
         source: ThicknessError,
     },
-    #[error("body {body:?} has the shape {shape}, but there are {count}")]
+    #[error("body {body:?} has the shape {shape}, but there are {count} shapes")]
     NoShape {
         body: String,
         shape: usize,
@@ -107,9 +107,9 @@ enum LoadError {
 
 impl<F: Serialize> Serialize for World<f64, F> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let system = &self.system;
+        let model = &self.model;
         let (mut shapes, mut bodies) = (Vec::<&BodyShape>::new(), Vec::new());
-        for body in &system.bodies {
+        for body in &model.bodies {
             let shared = shapes.iter().position(|shape| shape.is_same(&body.shape));
             let shape = shared.unwrap_or_else(|| {
                 shapes.push(&body.shape);
@@ -119,21 +119,21 @@ impl<F: Serialize> Serialize for World<f64, F> {
             bodies.push(layout.ok_or_else(|| {
                 let name = &body.name;
                 S::Error::custom(format!(
-                    "body {name:?} follows a path, a function, which cannot be saved"
+                    "body {name:?} follows a path, which is a function and cannot be saved"
                 ))
             })?);
         }
-        let name = |index: usize| system.bodies[index].name.clone();
-        let ignored = system.ignored.iter();
+        let name = |index: usize| model.bodies[index].name.clone();
+        let ignored = model.ignored.iter();
         let layout = WorldLayout {
-            gravity: system.gravity.into(),
-            slip_tolerance: system.slip_tolerance,
-            start: system.start,
+            gravity: model.gravity.into(),
+            slip_tolerance: model.slip_tolerance,
+            start: model.start,
             shapes: shapes.into_iter().map(ShapeLayout::of).collect(),
             bodies,
             ignored: ignored.map(|&(i, j)| [name(i), name(j)]).collect(),
-            controls: system.controls.iter().map(ControlLayout::of).collect(),
-            force_parameters: system.force_parameters.clone(),
+            controls: model.controls.iter().map(ControlLayout::of).collect(),
+            force_parameters: model.force_parameters.clone(),
             forces: &*self.forces,
         };
         layout.serialize(serializer)
@@ -153,15 +153,19 @@ impl<F: Force> WorldLayout<F> {
         for (shape, layout) in self.shapes.into_iter().enumerate() {
             shapes.push(layout.shape(shape)?);
         }
-        let bodies: Result<_, _> = self.bodies.into_iter().map(|it| it.body(&shapes)).collect();
-        // Not through `World::new`, which makes poses orthonormal once more.
-        let mut world = World::without_forces(System::starting_at(self.start, bodies?)?)
+        let bodies: Result<_, _> = self
+            .bodies
+            .into_iter()
+            .map(|layout| layout.body(&shapes))
+            .collect();
+        // `World::new` is not used, because it would orthonormalize the poses again.
+        let mut world = World::without_forces(Model::starting_at(self.start, bodies?)?)
             .with_gravity(self.gravity.into())?
             .with_slip_tolerance(self.slip_tolerance)?;
         for [first, second] in &self.ignored {
             world = world.with_ignored(first, second)?;
         }
-        world.system.check_partners()?;
+        world.model.check_partners()?;
         for (name, value) in &self.force_parameters {
             world = world.with_force_parameter(name, *value)?;
         }
@@ -184,7 +188,7 @@ impl ShapeLayout {
         }
     }
 
-    /// The shape of this place in the list.
+    /// The shape. Errors name its index in the list.
     fn shape(self, shape: usize) -> Result<BodyShape, LoadError> {
         Ok(match self {
             Self::Compliant(layout) => {
@@ -219,7 +223,7 @@ impl FieldLayout {
 }
 
 impl BodyLayout {
-    /// Nothing for a body on a path.
+    /// Saved form of a body; `None` for a kinematic body.
     fn of(body: &Body, shape: usize) -> Option<Self> {
         let inertia = match &body.motion {
             Motion::Dynamic(inertia) => Some(InertiaLayout {
@@ -262,7 +266,7 @@ impl BodyLayout {
 }
 
 impl InertiaLayout {
-    /// The inertia, if it is one.
+    /// The inertia, if it is valid.
     fn inertia(&self) -> Option<Inertia> {
         let (moments, axes) = (Vector3::from(self.moments), Matrix3::from(self.axes));
         let principal = PrincipalInertia { moments, axes };

@@ -1,6 +1,6 @@
-use super::any_world::DynWorld;
+use super::dyn_world::DynWorld;
+use super::model::Model;
 use super::sweep::Sweep;
-use super::system::System;
 use super::workspace::Workspace;
 use super::{
     Body, BodyState, Force, ForceContext, State, TimeSpan, World, WorldError, WrenchAccumulator,
@@ -11,23 +11,22 @@ use crate::scalar::{Scalar, lift, lift_vector};
 use crate::spatial::Wrench;
 use nalgebra::{Vector3, Vector6};
 
-/// The wrench on each body of a world about its center of mass, in world axes, of all but gravity. Controls are averaged over a
-/// time step.
+/// Wrench of everything but gravity on each body, about its center of mass, in world axes. Controls are averaged over a time step.
 pub(super) fn all_wrenches<'s, T: Scalar>(
     world: &dyn DynWorld<T>,
     state: &State<T>,
     span: TimeSpan,
     workspace: &'s mut Workspace<T>,
 ) -> &'s [Wrench<T>] {
-    let system = world.system();
-    system.add_contact(&state.bodies, workspace);
+    let model = world.model();
+    model.add_contact(&state.bodies, workspace);
     let Workspace { contact, all, .. } = workspace;
     all.clone_from(contact);
-    system.with_forces(
+    model.with_forces(
         (state.time, &state.bodies, contact),
         all,
         |wrenches, now| {
-            system.add_controls(wrenches, now, span);
+            model.add_controls(wrenches, now, span);
             world.add_forces(wrenches, now);
         },
     );
@@ -35,12 +34,13 @@ pub(super) fn all_wrenches<'s, T: Scalar>(
 }
 
 impl<T: Scalar, F: Force> World<T, F> {
-    /// The contact of two bodies by name, in a state: its surface, its wrench with friction and dissipation, and its derivatives. A is
-    /// the first one, unless that is rigid or a half-space.
+    /// Contact of two bodies in a state, with its surface, its wrench with friction and dissipation, and its derivatives. Body A is
+    /// `first`, unless that body is rigid or a half-space.
     ///
     /// # Errors
-    /// If there is no body of one of the names, both are the same, neither is compliant with a mesh, or the state is of another
-    /// world or not usable.
+    /// - If one of the names is unknown, or both are the same.
+    /// - If neither body is compliant with a mesh.
+    /// - If the state does not fit the world.
     pub fn contact_between(
         &self,
         state: &State<T>,
@@ -53,14 +53,15 @@ impl<T: Scalar, F: Force> World<T, F> {
         }
         state.check_fits(self.bodies())?;
         let states = &state.bodies;
-        let pair = self.system.pair_of([i, j], [&states[i], &states[j]]);
-        let pair = pair.or_else(|| self.system.pair_of([j, i], [&states[j], &states[i]]));
+        let pair = self.model.pair_of([i, j], [&states[i], &states[j]]);
+        let pair = pair.or_else(|| self.model.pair_of([j, i], [&states[j], &states[i]]));
         pair.ok_or_else(|| WorldError::NoContact([first.to_owned(), second.to_owned()]))
     }
 }
 
-impl<T: Scalar> System<T> {
-    /// Lets forces add to the wrenches on all bodies, at a time (s), in states in which contact does this.
+impl<T: Scalar> Model<T> {
+    /// Calls `add` with an accumulator of wrenches and the context of forces, for states at a time (s) and the contact wrenches on the
+    /// bodies.
     pub(super) fn with_forces(
         &self,
         (time, states, contact): (f64, &[BodyState<T>], &[Wrench<T>]),
@@ -92,21 +93,21 @@ impl<T: Scalar> System<T> {
         }
     }
 
-    /// The weight of each body and its mean control over a time step: torque and force about the center of mass.
-    pub(super) fn given(&self, span: TimeSpan) -> Vec<Vector6<T>> {
+    /// Weight and mean control of each body over a time step: torque and force about the center of mass.
+    pub(super) fn applied_wrenches(&self, span: TimeSpan) -> Vec<Vector6<T>> {
         let weight = |body: &Body<T>| {
             let mass = body.inertia().map_or(lift(0.0), |inertia| inertia.mass);
             let force = self.gravity.map(|component| component * mass);
             let torque = lift_vector(&Vector3::zeros());
             Wrench { torque, force }.to_vector()
         };
-        let mut given: Vec<_> = self.bodies.iter().map(weight).collect();
+        let mut applied: Vec<_> = self.bodies.iter().map(weight).collect();
         for control in &self.controls {
             if let Ok(body) = self.index_of(control.body()) {
-                given[body] += control.mean_over(span).to_vector();
+                applied[body] += control.mean_over(span).to_vector();
             }
         }
-        given
+        applied
     }
 
     /// Net contact wrench on each body, about its center of mass, in world axes.
@@ -123,8 +124,7 @@ impl<T: Scalar> System<T> {
         });
         wrenches.clear();
         wrenches.resize(states.len(), Wrench::zero());
-        // In the order of the pairs, whichever thread was first: a sum in another order is rounded
-        // otherwise.
+        // Sum in the order of the pairs, whichever thread finished first, because another order rounds differently.
         for (&(i, j), contact) in pairs.iter().zip(&*pair_wrenches) {
             wrenches[i] += contact.on_a;
             wrenches[j] += contact.on_b;
@@ -137,8 +137,7 @@ impl<T: Scalar> System<T> {
         }
     }
 
-    /// The pairs that may touch, A first: those that [count](Self::ordered_pair), with boxes around the bodies that overlap in
-    /// the world.
+    /// Pairs that may touch, A first: [valid pairs](Self::ordered_pair) whose bounding boxes overlap in the world.
     pub(super) fn close_pairs<'s>(
         &self,
         states: &[BodyState<T>],
@@ -152,15 +151,15 @@ impl<T: Scalar> System<T> {
         sweep.overlapping(boxes, |i, j| self.ordered_pair(i, j))
     }
 
-    /// The contact of two bodies in these states, if the first is compliant with a mesh. It is in motion if either body has
+    /// Contact of two bodies in these states, if the first is compliant with a mesh. The contact is in motion if either body has
     /// dissipation or friction.
     #[inline]
     pub(super) fn pair_of(
         &self,
-        places: [usize; 2],
+        indices: [usize; 2],
         states: [&BodyState<T>; 2],
     ) -> Option<ContactPair<'_, T>> {
-        let [a, b] = places.map(|place| &self.bodies[place]);
+        let [a, b] = indices.map(|index| &self.bodies[index]);
         let modulus = |body: &Body<T>| body.material.modulus;
         let shape_a = a.shape.compliant()?;
         let body_a = ContactBody::from_valid(shape_a, states[0].pose, modulus(a)?);
@@ -184,8 +183,8 @@ impl<T: Scalar> System<T> {
         i: usize,
         j: usize,
     ) -> ContactWrench<T> {
-        let (places, states) = ([i, j], [&states[i], &states[j]]);
-        let pair = self.pair_of(places, states);
+        let (indices, states) = ([i, j], [&states[i], &states[j]]);
+        let pair = self.pair_of(indices, states);
         pair.map_or_else(ContactWrench::zero, |pair| pair.wrench())
     }
 }
@@ -203,7 +202,7 @@ mod tests {
     fn pairs(world: &World) -> Vec<(usize, usize)> {
         let states = world.initial_state().bodies;
         world
-            .system
+            .model
             .close_pairs(&states, &mut Sweep::default())
             .to_vec()
     }
@@ -212,7 +211,7 @@ mod tests {
     fn pairs_with_boxes_apart_are_not_evaluated() {
         let cube = Arc::new(Shape::new(shapes::cuboid([0.2; 3]).unwrap()));
         let skin = Material::elastic(1e5);
-        // On a line: two fixed cubes, and three dynamic ones, of which the middle one is turned.
+        // On a line: two fixed cubes and three dynamic cubes. The middle dynamic cube is turned.
         let place = |body: Body, x: f64, turn: f64| {
             let rotation_vector = Vector3::z() * turn;
             body.with_pose(Pose::from_rotation_vector(
@@ -236,7 +235,7 @@ mod tests {
             .unwrap()
         };
         assert_eq!(pairs(&world(0.0)), [(0, 2), (1, 2), (3, 4)]);
-        // The box around an eighth of a turn is 0.28 wide.
+        // The box of a cube after an eighth of a turn is 0.28 m wide.
         let turned = world(std::f64::consts::FRAC_PI_4);
         assert_eq!(pairs(&turned), [(0, 2), (1, 2), (2, 3), (3, 4)]);
         let ignoring = turned.with_ignored("c", "a").unwrap();

@@ -4,7 +4,7 @@
 //! once, in this library.
 
 use super::Outcome;
-use crate::dynamics::{DynWorld, Force, State, System, Trajectory, WithModel, World, WorldError};
+use crate::dynamics::{DynWorld, Force, Model, State, Trajectory, WithModel, World, WorldError};
 use crate::scalar::{DenseDual, Scalar};
 use std::sync::Arc;
 
@@ -27,11 +27,11 @@ pub(super) trait DifferentiableWorld:
     ///
     /// # Errors
     /// If the forces cannot act on the model.
-    fn rebuilt(&self, model: System) -> Result<Arc<dyn DifferentiableWorld>, WorldError>;
+    fn rebuilt(&self, model: Model) -> Result<Arc<dyn DifferentiableWorld>, WorldError>;
 }
 
 impl<F: Force> DifferentiableWorld for World<f64, F> {
-    fn rebuilt(&self, model: System) -> Result<Arc<dyn DifferentiableWorld>, WorldError> {
+    fn rebuilt(&self, model: Model) -> Result<Arc<dyn DifferentiableWorld>, WorldError> {
         let world = World::with_model(self, model);
         world.check_forces()?;
         Ok(Arc::new(world))

@@ -3,7 +3,7 @@ use super::error::check_outcome;
 use super::slots::Slots;
 use super::values::{perturbed, with_values};
 use super::{GradientError, Mode, Outcome, OutcomeJacobian, Parameter};
-use crate::dynamics::{Body, DynWorld, Force, Plan, Rollout, RolloutResult, System, World};
+use crate::dynamics::{Body, DynWorld, Force, Model, Plan, Rollout, RolloutResult, World};
 use crate::parallel::contained;
 use crate::scalar::Scalar;
 use nalgebra::DVector;
@@ -86,11 +86,11 @@ impl Experiment {
     /// # Errors
     /// As [`World::with_values`].
     pub fn at(&self, parameters: &[Parameter], values: &[f64]) -> Result<Self, GradientError> {
-        self.rebuilt(with_values(self.system(), parameters, values)?)
+        self.rebuilt(with_values(self.model(), parameters, values)?)
     }
 
     /// The experiment on the world with another model.
-    fn rebuilt(&self, model: System) -> Result<Self, GradientError> {
+    fn rebuilt(&self, model: Model) -> Result<Self, GradientError> {
         Ok(Self {
             world: self.world.rebuilt(model)?,
             ..self.clone()
@@ -99,8 +99,8 @@ impl Experiment {
 
     /// Values of the parameters: see [`World::values`].
     pub(super) fn values(&self, parameters: &[Parameter]) -> Result<DVector<f64>, GradientError> {
-        let slots = Slots::resolve(parameters, self.system())?;
-        Ok(DVector::from_vec(slots.values(self.system())))
+        let slots = Slots::resolve(parameters, self.model())?;
+        Ok(DVector::from_vec(slots.values(self.model())))
     }
 
     /// Returns the experiment with another plan.
@@ -123,8 +123,8 @@ impl Experiment {
     }
 
     /// All data of the world except its forces.
-    pub(super) fn system(&self) -> &System {
-        self.world.system()
+    pub(super) fn model(&self) -> &Model {
+        self.world.model()
     }
 
     /// The world.
@@ -196,7 +196,7 @@ impl Experiment {
         check_outcome(jacobian.value.as_slice())?;
         match non_finite {
             None => Ok(jacobian),
-            Some(non_finite) => Err(non_finite.into_error(self.system(), parameters, jacobian)),
+            Some(non_finite) => Err(non_finite.into_error(self.model(), parameters, jacobian)),
         }
     }
 
@@ -256,8 +256,8 @@ impl Experiment {
         changes: &[f64],
         outcome: &impl Outcome,
     ) -> Result<Vec<f64>, GradientError> {
-        let system = perturbed(self.system(), parameters, changes)?;
-        self.rebuilt(system)?.value(outcome)
+        let model = perturbed(self.model(), parameters, changes)?;
+        self.rebuilt(model)?.value(outcome)
     }
 
     /// Outcome after changes of the parameters. Only masses are validated, because the step of a difference may take a number of a
@@ -268,25 +268,25 @@ impl Experiment {
         changes: &[f64],
         outcome: &dyn DifferentiableOutcome,
     ) -> Result<Vec<f64>, GradientError> {
-        let slots = Slots::resolve(parameters, self.system())?;
-        let system = slots.perturbed(self.system(), changes);
-        system.bodies.iter().try_for_each(Body::check_mass)?;
-        self.value_in(system, outcome)
+        let slots = Slots::resolve(parameters, self.model())?;
+        let model = slots.perturbed(self.model(), changes);
+        model.bodies.iter().try_for_each(Body::check_mass)?;
+        self.value_in(model, outcome)
     }
 
-    /// Outcome of another system. Not generic, so that it is compiled in this library.
+    /// Outcome of another model. Not generic, so that it is compiled in this library.
     fn value_in(
         &self,
-        system: System,
+        model: Model,
         outcome: &dyn DifferentiableOutcome,
     ) -> Result<Vec<f64>, GradientError> {
-        self.outcome_of(self.world.with_model(system), outcome)
+        self.outcome_of(self.world.with_model(model), outcome)
     }
 
     /// Typical change of each number of the parameters.
     pub(super) fn scales(&self, parameters: &[Parameter]) -> Result<Vec<f64>, GradientError> {
-        let slots = Slots::resolve(parameters, self.system())?;
-        Ok(slots.scales(self.system()))
+        let slots = Slots::resolve(parameters, self.model())?;
+        Ok(slots.scales(self.model()))
     }
 
     /// Outcome of a rollout of the world of the experiment or of a perturbed world.

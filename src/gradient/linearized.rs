@@ -62,10 +62,10 @@ impl Experiment {
     /// [`FinalState`](super::FinalState). Its columns are orientation, position, angular velocity and velocity of each dynamic body,
     /// then the parameters.
     pub fn linearize(&self, parameters: &[Parameter]) -> Result<LinearizedRollout, GradientError> {
-        let system = self.system();
-        let bodies: Vec<usize> = system.dynamic_bodies().collect();
+        let model = self.model();
+        let bodies: Vec<usize> = model.dynamic_bodies().collect();
         let initial_states = bodies.iter().flat_map(|&body| {
-            let name: Arc<str> = system.bodies[body].name().into();
+            let name: Arc<str> = model.bodies[body].name().into();
             [
                 Parameter::InitialOrientation(Arc::clone(&name)),
                 Parameter::InitialPosition(Arc::clone(&name)),

@@ -202,17 +202,17 @@ impl<'a> MotionCheck<'a> {
         slopes: &Slopes,
         start: usize,
     ) -> Option<(f64, String)> {
-        let system = self.experiment.system();
-        let count = 3 * system.bodies.len();
+        let model = self.experiment.model();
+        let count = 3 * model.bodies.len();
         for (record, step) in self.recorded_steps().enumerate() {
             let all = start + record * count..start + (record + 1) * count;
             let largest = slopes.central.rows_range(all.clone()).amax();
-            for (index, body) in system.bodies.iter().enumerate() {
+            for (index, body) in model.bodies.iter().enumerate() {
                 let of_body = all.start + 3 * index..all.start + 3 * (index + 1);
                 let slope = slopes.central.rows_range(of_body.clone());
                 let error = (derivative.rows_range(of_body.clone()) - slope).amax();
                 if error > AGREEMENT * largest + slopes.noise_in(&of_body) {
-                    let time = system.start + step as f64 * self.experiment.plan().time_step();
+                    let time = model.start + step as f64 * self.experiment.plan().time_step();
                     return Some((time, body.name().to_owned()));
                 }
             }
@@ -222,7 +222,7 @@ impl<'a> MotionCheck<'a> {
 
     /// Number of coordinates of positions that follow the outcome.
     fn position_count(&self) -> usize {
-        3 * self.experiment.system().bodies.len() * self.recorded_steps().count()
+        3 * self.experiment.model().bodies.len() * self.recorded_steps().count()
     }
 
     /// Steps whose states are recorded.

@@ -1,6 +1,6 @@
 use super::outcome::numbers;
 use super::{GradientError, OutcomeJacobian, Parameter};
-use crate::dynamics::{State, System};
+use crate::dynamics::{Model, State};
 use crate::scalar::DenseDual;
 use nalgebra::DMatrix;
 
@@ -64,7 +64,7 @@ impl NonFinite {
     /// Converts to an error that also holds all computed derivatives.
     pub(super) fn into_error(
         self,
-        system: &System,
+        model: &Model,
         parameters: &[Parameter],
         jacobian: OutcomeJacobian,
     ) -> GradientError {
@@ -75,7 +75,7 @@ impl NonFinite {
             Location::State { step, time, body } => GradientError::StateDerivativeNotFinite {
                 step,
                 time,
-                body: system.bodies[body].name().to_owned(),
+                body: model.bodies[body].name().to_owned(),
                 number,
                 found,
             },

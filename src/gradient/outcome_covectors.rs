@@ -3,7 +3,9 @@
 use super::GradientError;
 use super::dual_widths::{DifferentiableOutcome, NARROW, OutcomeIn, WIDE};
 use super::error::check_outcome;
-use crate::dynamics::{BodyState, Reversal, STATE_DIM, State, StateGradient, System, Trajectory};
+use crate::dynamics::{
+    BodyState, Model, ReverseSweep, STATE_DIM, State, StateGradient, Trajectory,
+};
 use crate::scalar::{DenseDual, Scalar, SplitMix64};
 use crate::spatial::Twist;
 use nalgebra::{SVector, Vector6};
@@ -58,7 +60,7 @@ impl RecordedCovectors {
     }
 
     /// Removes the derivatives with respect to the recorded state `record` and later states, and adds them to the reverse sweep.
-    pub fn add_to(&mut self, record: usize, reversal: &mut Reversal) {
+    pub fn add_to(&mut self, record: usize, reversal: &mut ReverseSweep) {
         while let Some((state_ref, by_state)) =
             self.0.pop_if(|(state_ref, _)| state_ref.record >= record)
         {
@@ -73,7 +75,7 @@ impl RecordedCovectors {
 /// effect.
 pub(super) fn loss_covectors(
     loss: &dyn DifferentiableOutcome,
-    system: &System,
+    model: &Model,
     trajectory: &Trajectory,
 ) -> Result<(f64, RecordedCovectors), GradientError> {
     let value = OutcomeIn::<f64>::of_trajectory(loss, trajectory);
@@ -81,8 +83,8 @@ pub(super) fn loss_covectors(
         return Err(GradientError::NotALoss { count: value.len() });
     };
     check_outcome(&[value])?;
-    let is_differentiable = |body: &usize| !system.bodies[*body].motion.is_kinematic();
-    let bodies: Vec<usize> = (0..system.bodies.len()).filter(is_differentiable).collect();
+    let is_differentiable = |body: &usize| !model.bodies[*body].motion.is_kinematic();
+    let bodies: Vec<usize> = (0..model.bodies.len()).filter(is_differentiable).collect();
     let dependence = LossDependence {
         loss,
         trajectory,

@@ -20,8 +20,8 @@ impl Experiment {
         parameters: &[Parameter],
         outcome: &dyn DifferentiableOutcome,
     ) -> Result<Pass, GradientError> {
-        let slots = Slots::resolve(parameters, self.system())?;
-        slots.check_friction(self.system())?;
+        let slots = Slots::resolve(parameters, self.model())?;
+        slots.check_friction(self.model())?;
         let count = slots.dimension();
         let passes = (0..count)
             .step_by(WIDE)
@@ -78,7 +78,7 @@ impl Experiment {
             None => lift(0.0),
         };
         let seeds: Vec<DenseDual<WIDTH>> = (0..slots.dimension()).map(seed).collect();
-        let world = world.with_model(slots.perturbed(self.system(), &seeds));
+        let world = world.with_model(slots.perturbed(self.model(), &seeds));
         let numbers = self.outcome_of(Arc::clone(&world), outcome)?;
         let derivative = |row: usize, column: usize| numbers[row].eps[column];
         let part = OutcomeJacobian {

@@ -3,7 +3,7 @@ use super::outcome_covectors::{RecordedCovectors, loss_covectors};
 use super::slots::Slots;
 use super::{Experiment, GradientError, Outcome, Parameter, RolloutGradient};
 use crate::dynamics::{
-    DynWorld, KinkSummary, Reversal, RolloutError, StateGradient, System, SystemGradient, Tape,
+    DynWorld, KinkSummary, Model, ModelGradient, ReverseSweep, RolloutError, StateGradient, Tape,
     Trajectory, WithModel,
 };
 use crate::parallel::contained;
@@ -88,8 +88,8 @@ impl Experiment {
         parameters: &[Parameter],
         loss: &dyn DifferentiableOutcome,
     ) -> Result<(f64, DVector<f64>), GradientError> {
-        self.parameter_gradient(parameters, |system, trajectory| {
-            loss_covectors(loss, system, trajectory)
+        self.parameter_gradient(parameters, |model, trajectory| {
+            loss_covectors(loss, model, trajectory)
         })
     }
 
@@ -101,13 +101,13 @@ impl Experiment {
     /// # Errors
     /// As [`Self::gradient_with_mode`] in reverse mode.
     pub fn full_gradient(&self, loss: &impl Outcome) -> Result<RolloutGradient, GradientError> {
-        let world = WithModel::<f64>::with_model(self.world(), self.system().clone());
-        let (value, gradient) = self.reverse_sweep(&world, true, |system, trajectory| {
-            loss_covectors(loss, system, trajectory)
+        let world = WithModel::<f64>::with_model(self.world(), self.model().clone());
+        let (value, gradient) = self.reverse_sweep(&world, true, |model, trajectory| {
+            loss_covectors(loss, model, trajectory)
         })?;
         Ok(RolloutGradient {
             value,
-            system: self.system().clone(),
+            model: self.model().clone(),
             gradient,
             has_forces: world.has_forces(),
         })
@@ -120,7 +120,7 @@ impl Experiment {
     /// # Errors
     /// If the rollout ends early.
     pub fn kinks(&self) -> Result<Vec<KinkSummary>, GradientError> {
-        let world = WithModel::<f64>::with_model(self.world(), self.system().clone());
+        let world = WithModel::<f64>::with_model(self.world(), self.model().clone());
         let ((), gradient) =
             self.reverse_sweep(&world, false, |_, _| Ok(((), RecordedCovectors::zero())))?;
         Ok(gradient.kinks())
@@ -130,13 +130,13 @@ impl Experiment {
     fn parameter_gradient<V>(
         &self,
         parameters: &[Parameter],
-        read: impl FnOnce(&System, &Trajectory) -> Result<(V, RecordedCovectors), GradientError>,
+        read: impl FnOnce(&Model, &Trajectory) -> Result<(V, RecordedCovectors), GradientError>,
     ) -> Result<(V, DVector<f64>), GradientError> {
-        let slots = Slots::resolve(parameters, self.system())?;
-        slots.check_friction(self.system())?;
+        let slots = Slots::resolve(parameters, self.model())?;
+        slots.check_friction(self.model())?;
         // Contact laws are dissipative if dissipation or friction is a parameter, even if its value is zero.
-        let system = slots.perturbed(self.system(), &vec![0.0; slots.dimension()]);
-        let world = WithModel::<f64>::with_model(self.world(), system);
+        let model = slots.perturbed(self.model(), &vec![0.0; slots.dimension()]);
+        let world = WithModel::<f64>::with_model(self.world(), model);
         let (value, gradient) = self.reverse_sweep(&world, false, read)?;
         Ok((value, DVector::from_vec(slots.gradient(&gradient))))
     }
@@ -147,16 +147,16 @@ impl Experiment {
         &self,
         world: &Arc<dyn DynWorld<f64>>,
         by_shapes: bool,
-        read: impl FnOnce(&System, &Trajectory) -> Result<(V, RecordedCovectors), GradientError>,
-    ) -> Result<(V, SystemGradient), GradientError> {
+        read: impl FnOnce(&Model, &Trajectory) -> Result<(V, RecordedCovectors), GradientError>,
+    ) -> Result<(V, ModelGradient), GradientError> {
         contained(|| {
-            let mut reversal = Reversal::of(&**world, self.plan(), self.stop());
+            let mut reversal = ReverseSweep::of(&**world, self.plan(), self.stop());
             if by_shapes {
                 reversal = reversal.with_shapes();
             }
             let mut tape = Tape::new(&**world, self.plan(), self.memory(), self.stop());
             let trajectory = self.taped(world, &mut tape)?;
-            let (value, by_states) = read(world.system(), &trajectory)?;
+            let (value, by_states) = read(world.model(), &trajectory)?;
             Ok((value, self.sweep(reversal, tape, by_states)?))
         })
     }
@@ -164,10 +164,10 @@ impl Experiment {
     /// Derivatives with respect to all inputs of a rollout, from the derivatives with respect to its recorded states.
     fn sweep(
         &self,
-        mut reversal: Reversal,
+        mut reversal: ReverseSweep,
         mut tape: Tape,
         mut by_states: RecordedCovectors,
-    ) -> Result<SystemGradient, GradientError> {
+    ) -> Result<ModelGradient, GradientError> {
         let plan = self.plan();
         by_states.add_to(plan.steps().div_ceil(plan.record_every()), &mut reversal);
         for step in (1..=plan.steps()).rev() {
@@ -175,13 +175,13 @@ impl Experiment {
                 return Err(RolloutError::Stopped.into());
             }
             self.check_finite(&reversal, step + 1)?;
-            reversal.step_back(step, tape.back_to(step - 1)?)?;
+            reversal.step_back(step, tape.rewind_to(step - 1)?)?;
             if plan.records(step - 1) {
                 by_states.add_to((step - 1) / plan.record_every(), &mut reversal);
             }
         }
         self.check_finite(&reversal, 1)?;
-        Ok(reversal.finished())
+        Ok(reversal.into_gradient())
     }
 
     /// Runs the rollout of a world and records its steps on a tape.
@@ -191,17 +191,17 @@ impl Experiment {
         tape: &mut Tape,
     ) -> Result<Trajectory, GradientError> {
         let rollout = self.rollout_of(Arc::clone(world));
-        Ok(rollout.recorded_with(|step, steps| tape.keep(step, steps))?)
+        Ok(rollout.run_with_observer(|step, steps| tape.record(step, steps))?)
     }
 
     /// Checks that all derivatives of the sweep are finite. `step` is the step that starts from the current state of the sweep,
     /// counted from 1.
-    fn check_finite(&self, reversal: &Reversal, step: usize) -> Result<(), GradientError> {
-        match reversal.lost() {
+    fn check_finite(&self, reversal: &ReverseSweep, step: usize) -> Result<(), GradientError> {
+        match reversal.non_finite_body() {
             None => Ok(()),
             Some(body) => Err(GradientError::BackwardNotFinite {
                 step,
-                body: self.system().bodies[body].name().to_owned(),
+                body: self.model().bodies[body].name().to_owned(),
             }),
         }
     }

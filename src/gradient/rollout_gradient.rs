@@ -1,7 +1,7 @@
 use super::slots::Slots;
 use super::{GradientError, Parameter};
 use crate::contact::ShapeGradient;
-use crate::dynamics::{Inertia, KinkSummary, System, SystemGradient};
+use crate::dynamics::{Inertia, KinkSummary, Model, ModelGradient};
 use crate::spatial::MassGradient;
 use nalgebra::Vector3;
 use std::fmt;
@@ -12,8 +12,8 @@ use std::fmt;
 pub struct RolloutGradient {
     /// Value of the loss.
     pub value: f64,
-    pub(super) system: System,
-    pub(super) gradient: SystemGradient,
+    pub(super) model: Model,
+    pub(super) gradient: ModelGradient,
     /// Whether the world has forces other than contact, gravity and controls. These forces may depend on the centers of mass.
     pub(super) has_forces: bool,
 }
@@ -37,7 +37,7 @@ impl RolloutGradient {
     /// # Errors
     /// If the world does not have the parameter.
     pub fn by(&self, parameter: &Parameter) -> Result<Vec<f64>, GradientError> {
-        let slots = Slots::resolve(std::slice::from_ref(parameter), &self.system)?;
+        let slots = Slots::resolve(std::slice::from_ref(parameter), &self.model)?;
         Ok(slots.gradient(&self.gradient))
     }
 
@@ -61,7 +61,7 @@ impl RolloutGradient {
         body: &str,
         hold_fixed: HoldFixed,
     ) -> Result<ShapeGradient, GradientError> {
-        let mut gradient = self.gradient.shapes[self.system.index_of(body)?].clone();
+        let mut gradient = self.gradient.shapes[self.model.index_of(body)?].clone();
         let through_mass = match hold_fixed {
             HoldFixed::MassProperties => return Ok(gradient),
             HoldFixed::Mass => self.by_vertices_through_mass(body, false)?,
@@ -97,8 +97,8 @@ impl RolloutGradient {
 
     /// Index and inertia of the named dynamic body.
     fn dynamic(&self, body: &str) -> Result<(usize, &Inertia), GradientError> {
-        let index = self.system.index_of(body)?;
-        match self.system.bodies[index].inertia() {
+        let index = self.model.index_of(body)?;
+        match self.model.bodies[index].inertia() {
             Some(inertia) => Ok((index, inertia)),
             None => Err(GradientError::NotDynamic {
                 body: body.to_owned(),
@@ -115,7 +115,7 @@ impl RolloutGradient {
     ) -> Result<Vec<Vector3<f64>>, GradientError> {
         let by = self.by_mass_properties(body)?;
         let (index, inertia) = self.dynamic(body)?;
-        let body = &self.system.bodies[index];
+        let body = &self.model.bodies[index];
         if !body.is_uniform() {
             return Err(GradientError::NotUniform(body.name().to_owned()));
         }

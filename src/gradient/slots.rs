@@ -1,7 +1,7 @@
 //! Parameters with names resolved to indices: [`Slots::resolve`] looks each name up once and checks that the model has the parameter.
 
 use super::{GradientError, Parameter};
-use crate::dynamics::{Body, Motion, System, SystemGradient, turn_between};
+use crate::dynamics::{Body, Model, ModelGradient, Motion, turn_between};
 use crate::scalar::{Scalar, lift_vector};
 use crate::spatial::{Pose, Twist};
 use nalgebra::Vector3;
@@ -39,11 +39,11 @@ impl Slots {
     /// Resolves the names of parameters.
     ///
     /// # Errors
-    /// If the system does not have one of the parameters.
-    pub fn resolve(parameters: &[Parameter], system: &System) -> Result<Self, GradientError> {
+    /// If the model does not have one of the parameters.
+    pub fn resolve(parameters: &[Parameter], model: &Model) -> Result<Self, GradientError> {
         let slots = parameters
             .iter()
-            .map(|parameter| Slot::of(parameter, system));
+            .map(|parameter| Slot::of(parameter, model));
         Ok(Self(slots.collect::<Result<_, _>>()?))
     }
 
@@ -53,37 +53,37 @@ impl Slots {
     }
 
     /// Values of all numbers. The value of an orientation is a rotation vector (rad, at most π long).
-    pub fn values(&self, system: &System) -> Vec<f64> {
-        let mut system = system.clone();
+    pub fn values(&self, model: &Model) -> Vec<f64> {
+        let mut model = model.clone();
         let slots = self.0.iter();
-        slots.flat_map(|slot| slot.values(&mut system)).collect()
+        slots.flat_map(|slot| slot.values(&mut model)).collect()
     }
 
     /// Typical change of each number. The steps of differences are multiples of it.
-    pub fn scales(&self, system: &System) -> Vec<f64> {
-        let mut system = system.clone();
+    pub fn scales(&self, model: &Model) -> Vec<f64> {
+        let mut model = model.clone();
         let slots = self.0.iter();
-        slots.flat_map(|slot| slot.scales(&mut system)).collect()
+        slots.flat_map(|slot| slot.scales(&mut model)).collect()
     }
 
     /// Derivatives with respect to all numbers.
-    pub fn gradient(&self, gradient: &SystemGradient) -> Vec<f64> {
+    pub fn gradient(&self, gradient: &ModelGradient) -> Vec<f64> {
         let slots = self.0.iter();
         slots.flat_map(|slot| slot.gradient(gradient)).collect()
     }
 
-    /// The system with a change added to each number.
-    pub fn perturbed<T: Scalar>(&self, system: &System, changes: &[T]) -> System<T> {
-        let mut system = system.lifted();
-        self.for_each(changes, |slot, changes| slot.add(&mut system, changes));
-        system
+    /// The model with a change added to each number.
+    pub fn perturbed<T: Scalar>(&self, model: &Model, changes: &[T]) -> Model<T> {
+        let mut model = model.lifted();
+        self.for_each(changes, |slot, changes| slot.add(&mut model, changes));
+        model
     }
 
-    /// The system with a new value for each number.
-    pub fn with_values(&self, system: &System, values: &[f64]) -> System {
-        let mut system = system.clone();
-        self.for_each(values, |slot, values| slot.set(&mut system, values));
-        system
+    /// The model with a new value for each number.
+    pub fn with_values(&self, model: &Model, values: &[f64]) -> Model {
+        let mut model = model.clone();
+        self.for_each(values, |slot, values| slot.set(&mut model, values));
+        model
     }
 
     /// Calls a function with each slot and its part of the numbers.
@@ -114,13 +114,13 @@ impl Slots {
     ///
     /// # Errors
     /// [`GradientError::NoFriction`] if two bodies that can collide have zero friction, and both coefficients are parameters.
-    pub fn check_friction(&self, system: &System) -> Result<(), GradientError> {
+    pub fn check_friction(&self, model: &Model) -> Result<(), GradientError> {
         let differentiated = self.0.iter().filter_map(|slot| match slot {
             Slot::Body(body, Quantity::Friction) => Some(*body),
             _ => None,
         });
         let is_zero = |body: &usize| {
-            let friction = system.bodies[*body].material.friction;
+            let friction = model.bodies[*body].material.friction;
             friction.is_some_and(|friction| friction <= 0.0)
         };
         let mut bodies: Vec<usize> = differentiated.filter(is_zero).collect();
@@ -128,8 +128,8 @@ impl Slots {
         bodies.dedup();
         for (index, &i) in bodies.iter().enumerate() {
             let mut others = bodies[index + 1..].iter();
-            if let Some(&j) = others.find(|&&j| system.ordered_pair(i, j).is_some()) {
-                let bodies = [i, j].map(|index| system.bodies[index].name().to_owned());
+            if let Some(&j) = others.find(|&&j| model.ordered_pair(i, j).is_some()) {
+                let bodies = [i, j].map(|index| model.bodies[index].name().to_owned());
                 return Err(GradientError::NoFriction { bodies });
             }
         }
@@ -138,13 +138,13 @@ impl Slots {
 }
 
 impl Slot {
-    fn of(parameter: &Parameter, system: &System) -> Result<Self, GradientError> {
+    fn of(parameter: &Parameter, model: &Model) -> Result<Self, GradientError> {
         let quantity = match parameter {
             Parameter::Gravity => return Ok(Self::Gravity),
-            Parameter::ForceParameter(name) => return Self::of_force_parameter(name, system),
+            Parameter::ForceParameter(name) => return Self::of_force_parameter(name, model),
             Parameter::Control(body, interval) => {
-                system.index_of(body)?;
-                return Self::of_control(body, *interval, system);
+                model.index_of(body)?;
+                return Self::of_control(body, *interval, model);
             }
             Parameter::InitialPosition(_) => Quantity::Position,
             Parameter::InitialOrientation(_) => Quantity::Orientation,
@@ -156,20 +156,20 @@ impl Slot {
             Parameter::Mass(_) => Quantity::Mass,
         };
         let name = parameter.body().unwrap_or_default();
-        let index = system.index_of(name)?;
-        quantity.check(&system.bodies[index], parameter)?;
+        let index = model.index_of(name)?;
+        quantity.check(&model.bodies[index], parameter)?;
         Ok(Self::Body(index, quantity))
     }
 
-    fn of_force_parameter(name: &str, system: &System) -> Result<Self, GradientError> {
-        let mut parameters = system.force_parameters.iter();
+    fn of_force_parameter(name: &str, model: &Model) -> Result<Self, GradientError> {
+        let mut parameters = model.force_parameters.iter();
         let index = parameters.position(|(other, _)| other == name);
         let index = index.ok_or_else(|| GradientError::NoForceParameter(name.to_owned()))?;
         Ok(Self::ForceParameter(index))
     }
 
-    fn of_control(body: &str, interval: usize, system: &System) -> Result<Self, GradientError> {
-        let mut controls = system.controls.iter().enumerate();
+    fn of_control(body: &str, interval: usize, model: &Model) -> Result<Self, GradientError> {
+        let mut controls = model.controls.iter().enumerate();
         let control = controls.find(|(_, control)| control.body() == body);
         let intervals = control.map_or(0, |(_, control)| control.wrenches().len());
         match control {
@@ -191,40 +191,40 @@ impl Slot {
         }
     }
 
-    /// The numbers in a system. Empty for a position or an orientation, which [`Self::pose`] handles.
-    fn numbers<'a, T: Scalar>(&self, system: &'a mut System<T>) -> Vec<&'a mut T> {
+    /// The numbers in a model. Empty for a position or an orientation, which [`Self::pose`] handles.
+    fn numbers<'a, T: Scalar>(&self, model: &'a mut Model<T>) -> Vec<&'a mut T> {
         match *self {
-            Self::Gravity => system.gravity.iter_mut().collect(),
-            Self::ForceParameter(index) => vec![&mut system.force_parameters[index].1],
+            Self::Gravity => model.gravity.iter_mut().collect(),
+            Self::ForceParameter(index) => vec![&mut model.force_parameters[index].1],
             Self::Control(control, interval) => {
-                let wrench = system.controls[control].wrench_mut(interval);
+                let wrench = model.controls[control].wrench_mut(interval);
                 wrench.map_or_else(Vec::new, |wrench| {
                     wrench.torque.iter_mut().chain(&mut wrench.force).collect()
                 })
             }
-            Self::Body(body, quantity) => quantity.numbers(&mut system.bodies[body]),
+            Self::Body(body, quantity) => quantity.numbers(&mut model.bodies[body]),
         }
     }
 
     /// Initial pose of the body, if the parameter is a position or an orientation.
-    fn pose<'a, T>(&self, system: &'a mut System<T>) -> Option<(&'a mut Pose<T>, Quantity)> {
+    fn pose<'a, T>(&self, model: &'a mut Model<T>) -> Option<(&'a mut Pose<T>, Quantity)> {
         match *self {
             Self::Body(body, quantity @ (Quantity::Position | Quantity::Orientation)) => {
-                Some((&mut system.bodies[body].initial.pose, quantity))
+                Some((&mut model.bodies[body].initial.pose, quantity))
             }
             _ => None,
         }
     }
 
-    fn values(&self, system: &mut System) -> Vec<f64> {
-        match self.pose(system) {
+    fn values(&self, model: &mut Model) -> Vec<f64> {
+        match self.pose(model) {
             Some((pose, Quantity::Position)) => pose.translation().iter().copied().collect(),
             Some((pose, _)) => {
                 let rotation_vector = turn_between(&Pose::identity(), pose);
                 rotation_vector.iter().copied().collect()
             }
             None => self
-                .numbers(system)
+                .numbers(model)
                 .into_iter()
                 .map(|number| *number)
                 .collect(),
@@ -232,14 +232,14 @@ impl Slot {
     }
 
     /// The value itself for a material, a mass or a force parameter, and 1 in SI units otherwise.
-    fn scales(&self, system: &mut System) -> Vec<f64> {
+    fn scales(&self, model: &mut Model) -> Vec<f64> {
         match self {
             Self::ForceParameter(_)
             | Self::Body(
                 _,
                 Quantity::Modulus | Quantity::Dissipation | Quantity::Friction | Quantity::Mass,
             ) => {
-                let sizes = self.values(system).into_iter().map(f64::abs);
+                let sizes = self.values(model).into_iter().map(f64::abs);
                 sizes
                     .map(|size| if size > 0.0 { size } else { 1.0 })
                     .collect()
@@ -248,8 +248,8 @@ impl Slot {
         }
     }
 
-    fn add<T: Scalar>(&self, system: &mut System<T>, changes: &[T]) {
-        if let Some((pose, quantity)) = self.pose(system) {
+    fn add<T: Scalar>(&self, model: &mut Model<T>, changes: &[T]) {
+        if let Some((pose, quantity)) = self.pose(model) {
             let zero = lift_vector(&Vector3::zeros());
             let change = Vector3::from_column_slice(changes);
             let [angular, linear] = match quantity {
@@ -259,14 +259,14 @@ impl Slot {
             *pose = pose.moved_by(&Twist { angular, linear });
             return;
         }
-        for (number, change) in self.numbers(system).into_iter().zip(changes) {
+        for (number, change) in self.numbers(model).into_iter().zip(changes) {
             *number += *change;
         }
-        self.mark_dissipative(system);
+        self.mark_dissipative(model);
     }
 
-    fn set(&self, system: &mut System, values: &[f64]) {
-        if let Some((pose, quantity)) = self.pose(system) {
+    fn set(&self, model: &mut Model, values: &[f64]) {
+        if let Some((pose, quantity)) = self.pose(model) {
             let value = Vector3::from_column_slice(values);
             *pose = match quantity {
                 Quantity::Orientation => Pose::from_rotation_vector(&value, *pose.translation()),
@@ -274,21 +274,21 @@ impl Slot {
             };
             return;
         }
-        for (number, value) in self.numbers(system).into_iter().zip(values) {
+        for (number, value) in self.numbers(model).into_iter().zip(values) {
             *number = *value;
         }
-        self.mark_dissipative(system);
+        self.mark_dissipative(model);
     }
 
     /// Marks the body as dissipative if its dissipation or friction is a parameter. Its contacts are then integrated with
     /// dissipation and friction even if the value is zero.
-    fn mark_dissipative<T>(&self, system: &mut System<T>) {
+    fn mark_dissipative<T>(&self, model: &mut Model<T>) {
         if let Self::Body(body, Quantity::Dissipation | Quantity::Friction) = *self {
-            system.bodies[body].is_dissipative = true;
+            model.bodies[body].is_dissipative = true;
         }
     }
 
-    fn gradient(&self, gradient: &SystemGradient) -> Vec<f64> {
+    fn gradient(&self, gradient: &ModelGradient) -> Vec<f64> {
         match *self {
             Self::Gravity => gradient.gravity.as_slice().to_vec(),
             Self::ForceParameter(index) => vec![gradient.force_parameters[index]],

@@ -1,6 +1,6 @@
 use super::slots::Slots;
 use super::{GradientError, Parameter};
-use crate::dynamics::{Force, System, World};
+use crate::dynamics::{Force, Model, World};
 use nalgebra::DVector;
 
 /// Values of parameters. New worlds share the shapes of this world.
@@ -10,8 +10,8 @@ impl<F: Force> World<f64, F> {
     /// # Errors
     /// If the world does not have one of the parameters.
     pub fn values(&self, parameters: &[Parameter]) -> Result<DVector<f64>, GradientError> {
-        let slots = Slots::resolve(parameters, &self.system)?;
-        Ok(DVector::from_vec(slots.values(&self.system)))
+        let slots = Slots::resolve(parameters, &self.model)?;
+        Ok(DVector::from_vec(slots.values(&self.model)))
     }
 
     /// The world with new values of the parameters, in the order of [`Self::values`].
@@ -43,7 +43,7 @@ impl<F: Force> World<f64, F> {
         parameters: &[Parameter],
         values: &[f64],
     ) -> Result<Self, GradientError> {
-        self.with_checked_system(with_values(&self.system, parameters, values)?)
+        self.with_checked_model(with_values(&self.model, parameters, values)?)
     }
 
     /// The world with a change added to each number of the parameters. A change of an orientation is a rotation vector (rad) in
@@ -58,38 +58,38 @@ impl<F: Force> World<f64, F> {
         parameters: &[Parameter],
         changes: &[f64],
     ) -> Result<Self, GradientError> {
-        self.with_checked_system(perturbed(&self.system, parameters, changes)?)
+        self.with_checked_model(perturbed(&self.model, parameters, changes)?)
     }
 
-    fn with_checked_system(&self, system: System) -> Result<Self, GradientError> {
-        let world = self.with_model(system);
+    fn with_checked_model(&self, model: Model) -> Result<Self, GradientError> {
+        let world = self.with_model(model);
         world.check_forces()?;
         Ok(world)
     }
 }
 
-/// Returns the system with a change added to each number of the parameters. Validates the result.
+/// Returns the model with a change added to each number of the parameters. Validates the result.
 pub(super) fn perturbed(
-    system: &System,
+    model: &Model,
     parameters: &[Parameter],
     changes: &[f64],
-) -> Result<System, GradientError> {
-    let slots = Slots::resolve(parameters, system)?;
+) -> Result<Model, GradientError> {
+    let slots = Slots::resolve(parameters, model)?;
     slots.check_count(changes.len())?;
-    let system = slots.perturbed(system, changes);
-    system.check()?;
-    Ok(system)
+    let model = slots.perturbed(model, changes);
+    model.check()?;
+    Ok(model)
 }
 
-/// Returns the system with new values of the parameters. Validates the result.
+/// Returns the model with new values of the parameters. Validates the result.
 pub(super) fn with_values(
-    system: &System,
+    model: &Model,
     parameters: &[Parameter],
     values: &[f64],
-) -> Result<System, GradientError> {
-    let slots = Slots::resolve(parameters, system)?;
+) -> Result<Model, GradientError> {
+    let slots = Slots::resolve(parameters, model)?;
     slots.check_count(values.len())?;
-    let system = slots.with_values(system, values);
-    system.check()?;
-    Ok(system)
+    let model = slots.with_values(model, values);
+    model.check()?;
+    Ok(model)
 }

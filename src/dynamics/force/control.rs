@@ -1,9 +1,9 @@
 use crate::dynamics::WorldError;
-use crate::dynamics::settings::{check_finite, check_positive};
+use crate::dynamics::validate::{check_finite, check_positive};
 use crate::scalar::{Scalar, lift};
 use crate::spatial::Wrench;
 
-/// Shares of a time step below this are rounding: intervals are meant to end where steps do.
+/// Shares of a time step below this value are rounding errors, because intervals usually end where steps end.
 const NEGLIGIBLE_SHARE: f64 = 1e-6;
 
 /// A time step, from its start to its end (s).
@@ -13,11 +13,11 @@ pub(in crate::dynamics) struct TimeSpan {
     pub until: f64,
 }
 
-/// A wrench on a body that is constant over intervals of time, to be chosen: its numbers are parameters
+/// A wrench on a body that is constant over intervals of time. Its numbers are parameters
 /// ([`Parameter::Control`](crate::gradient::Parameter::Control)).
 ///
-/// Interval k lasts from k times the interval's duration to k + 1 times it. After the last interval, and before time 0, no wrench
-/// acts. The mean wrench over a time step acts in the whole step.
+/// Interval k begins at k times the duration of an interval and ends at k + 1 times it. No wrench acts before time 0 and after the last
+/// interval. The mean wrench over a time step acts during the whole step.
 ///
 /// ```
 /// use hydroelastic::dynamics::Control;
@@ -37,7 +37,7 @@ pub struct Control<T = f64> {
 }
 
 impl TimeSpan {
-    /// Creates it from its start and its duration (s).
+    /// Creates a time span from its start and its duration (s).
     pub fn new(from: f64, duration: f64) -> Self {
         Self {
             from,
@@ -47,8 +47,8 @@ impl TimeSpan {
 }
 
 impl Control {
-    /// On the body of a name: the duration (s) of an interval, and the wrench of each, about the center of mass, in world
-    /// axes.
+    /// Control of the body with this name. `interval` is the duration (s) of an interval. `wrenches` has the wrench of each interval, about
+    /// the center of mass, in world axes.
     ///
     /// # Errors
     /// If the duration is not positive and finite, or a wrench is not finite.
@@ -70,7 +70,7 @@ impl Control {
         wrenches.try_for_each(|wrench| check_finite("wrench of a control", wrench.as_slice()))
     }
 
-    /// The constant control.
+    /// The control with zero derivatives.
     pub(in crate::dynamics) fn lifted<T: Scalar>(&self) -> Control<T> {
         let lifted = |wrench: &Wrench| Wrench::from_vector(&wrench.to_vector().map(lift::<T>));
         Control {
@@ -103,13 +103,13 @@ impl<T: Scalar> Control<T> {
         self.interval
     }
 
-    /// The wrench of each interval.
+    /// Wrench of each interval.
     #[must_use]
     pub fn wrenches(&self) -> &[Wrench<T>] {
         &self.wrenches
     }
 
-    /// The wrench at a time (s).
+    /// Wrench at a time (s).
     #[must_use]
     pub fn wrench_at(&self, time: f64) -> Wrench<T> {
         let wrench = self.wrenches.get(self.index_of(time));
@@ -117,7 +117,7 @@ impl<T: Scalar> Control<T> {
         wrench.copied().unwrap_or_else(Wrench::zero)
     }
 
-    /// The mean wrench over a time step.
+    /// Mean wrench over a time step.
     pub(in crate::dynamics) fn mean_over(&self, step: TimeSpan) -> Wrench<T> {
         let mut mean = Wrench::zero();
         for (interval, share) in self.shares_of(step) {
@@ -127,7 +127,7 @@ impl<T: Scalar> Control<T> {
         mean
     }
 
-    /// The intervals that overlap with a time step, each with its share of the step.
+    /// Intervals that overlap with a time step, each with its share of the step.
     pub(in crate::dynamics) fn shares_of(
         &self,
         step: TimeSpan,
@@ -146,7 +146,7 @@ impl<T: Scalar> Control<T> {
         })
     }
 
-    /// The interval that a time (s) is in. Times before 0 give the first.
+    /// Index of the interval that contains a time (s). Times before 0 give the first interval.
     fn index_of(&self, time: f64) -> usize {
         #[expect(
             clippy::cast_possible_truncation,
@@ -157,7 +157,7 @@ impl<T: Scalar> Control<T> {
         index
     }
 
-    /// The wrench of an interval, to be changed.
+    /// Mutable reference to the wrench of an interval.
     pub(crate) fn wrench_mut(&mut self, interval: usize) -> Option<&mut Wrench<T>> {
         self.wrenches.get_mut(interval)
     }

@@ -1,19 +1,19 @@
 use super::ForceNumber;
 use super::{Force, ForceContext, WrenchAccumulator};
-use crate::dynamics::body::{known_place, place_of};
-use crate::dynamics::settings::check_finite;
+use crate::dynamics::body::{index_of, require_index_of};
+use crate::dynamics::validate::check_finite;
 use crate::dynamics::{Body, WorldError};
 use crate::scalar::{Scalar, real_part, real_vector};
 use crate::spatial::Wrench;
 use std::slice;
 
-/// A spring and a damper between points of two bodies, along the line that joins them.
+/// Spring and damper between points of two bodies, along the line that joins the points.
 ///
-/// The force on the first point is k·r − k·L·d + c·(v·d)·d, with the stiffness k, the damping c, the rest length L, the vector r
-/// from the first point to the second, its rate of change v and its direction d. Without rest length and damping the force is
-/// linear in r, so it has derivatives also where the points coincide.
+/// The force on the first point is k·r − k·L·d + c·(v·d)·d, with the stiffness k, the damping c and the rest length L. The vector r points
+/// from the first point to the second, v is its rate of change and d its direction. Without rest length and damping the force is linear in
+/// r, so it has derivatives even if the points coincide.
 ///
-/// The direction d is undefined if the points are closer than a billionth of the rest length, or than the rounding error of their
+/// The direction d is undefined if the points are closer than a billionth of the rest length, or closer than the rounding error of their
 /// coordinates. The force is then k·r + c·v.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -21,9 +21,9 @@ use std::slice;
 pub struct Spring {
     /// Names of the bodies.
     pub bodies: [String; 2],
-    /// A point (m) of each, in its own frame.
+    /// Point (m) of each body, in its body frame.
     pub points: [[f64; 3]; 2],
-    /// Length (m) without force.
+    /// Rest length (m), at which the spring has no force.
     pub rest_length: ForceNumber,
     /// Stiffness (N/m).
     pub stiffness: ForceNumber,
@@ -31,34 +31,34 @@ pub struct Spring {
     pub damping: ForceNumber,
 }
 
-/// A drag in proportion to the velocity and the spin of a body.
+/// Drag that is proportional to the velocity and the spin of a body.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct Drag {
     /// Name of the body.
     pub body: String,
-    /// Force over the velocity of the center of mass (N s/m).
+    /// Force divided by the velocity of the center of mass (N s/m).
     pub linear: ForceNumber,
-    /// Torque over the spin (N m s/rad).
+    /// Torque divided by the spin (N m s/rad).
     pub angular: ForceNumber,
 }
 
-/// A force that is fixed to a body and turns with it.
+/// Constant force in the body frame, which turns with the body.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct Thruster {
     /// Name of the body.
     pub body: String,
-    /// Where it pushes (m), in the body frame.
+    /// Point of application (m), in the body frame.
     pub point: [f64; 3],
-    /// The force (N), in the body frame.
+    /// Force (N), in the body frame.
     pub force: [f64; 3],
 }
 
-/// A spring shorter than this fraction of its rest length has no direction, because the derivatives of the direction would be
-/// larger than those of the length by the inverse of this fraction.
+/// A spring shorter than this fraction of its rest length has no direction. The derivatives of the direction would exceed the derivatives
+/// of the length by the inverse of this fraction.
 const NO_LENGTH: f64 = 1e-9;
 
 /// Rounding-error bound of the difference of two points, relative to their coordinates, with a margin of about 50.
@@ -98,7 +98,7 @@ impl Force for Spring {
         if a == b {
             return Err(WorldError::SameBody(a.clone()));
         }
-        let moves = |name| Ok(bodies[known_place(name, bodies)?].inertia().is_some());
+        let moves = |name| Ok(bodies[require_index_of(name, bodies)?].inertia().is_some());
         if !(moves(a)? | moves(b)?) {
             return Err(WorldError::NeitherDynamic {
                 bodies: self.bodies.clone(),
@@ -154,15 +154,15 @@ impl Force for Thruster {
     }
 }
 
-/// The bodies of these names, as one group.
+/// Indices of the bodies with these names, as one group.
 fn together(names: &[String], bodies: &[Body]) -> Vec<Vec<usize>> {
-    let places = names.iter().filter_map(|name| place_of(name, bodies));
-    vec![places.collect()]
+    let indices = names.iter().filter_map(|name| index_of(name, bodies));
+    vec![indices.collect()]
 }
 
-/// Checks that there is a body of this name, and that forces move it.
+/// Checks that there is a dynamic body with this name.
 fn check_dynamic(name: &str, quantity: &'static str, bodies: &[Body]) -> Result<(), WorldError> {
-    match bodies[known_place(name, bodies)?].inertia() {
+    match bodies[require_index_of(name, bodies)?].inertia() {
         Some(_) => Ok(()),
         None => Err(WorldError::NotDynamic {
             body: name.to_owned(),

@@ -9,33 +9,33 @@ pub(in crate::dynamics) use control::TimeSpan;
 pub use kinds::{Drag, Spring, Thruster};
 pub use number::ForceNumber;
 
-use super::body::place_of;
+use super::body::index_of;
 use super::{Body, BodyState, WorldError};
 use crate::scalar::Scalar;
 use crate::spatial::Wrench;
 use nalgebra::Vector3;
 
-/// What a force may depend on: all bodies of a world at the time at which it acts.
+/// Inputs of a force: all bodies of a world at the time at which the force acts.
 #[derive(Debug, Clone, Copy)]
 #[non_exhaustive]
 pub struct ForceContext<'a, T = f64> {
     /// Time (s).
     pub time: f64,
-    /// The bodies, in the order of the world's.
+    /// Bodies of the world.
     pub bodies: &'a [Body<T>],
-    /// Their states, in the same order.
+    /// States of the bodies, in the same order.
     pub states: &'a [BodyState<T>],
-    /// The world's gravity (m/s²), which acts on every dynamic body by itself.
+    /// Gravity of the world (m/s²). The world applies it to every dynamic body.
     pub gravity: &'a Vector3<T>,
-    /// The net contact wrench on each body, about its center of mass (of a body that forces do not move, its origin), in
-    /// world axes. With it a force may depend on what contact does, as in the paper (§V).
+    /// Net contact wrench on each body, in world axes, about the center of mass, or about the origin of a body that is not dynamic. A force
+    /// may depend on it, as in the paper (§V).
     pub contact: &'a [Wrench<T>],
     /// See [`Self::parameter`].
     pub(super) parameters: &'a [(String, T)],
 }
 
-/// The wrenches that forces add up, one for each body: about its center of mass, in world axes. Those on bodies that forces
-/// do not move have no effect.
+/// Sum of the wrenches of forces on each body, about its center of mass, in world axes. Wrenches on fixed and kinematic bodies have no
+/// effect.
 #[derive(Debug)]
 pub struct WrenchAccumulator<'a, T = f64> {
     bodies: &'a [Body<T>],
@@ -43,10 +43,10 @@ pub struct WrenchAccumulator<'a, T = f64> {
     sums: &'a mut [Wrench<T>],
 }
 
-/// Forces other than contact and gravity: what they add to the wrenches on the bodies.
+/// A force other than contact and gravity.
 ///
-/// Generic over the scalar, so that derivatives flow through it. A tuple of forces is a force, their sum, and so is a list of
-/// forces of one kind.
+/// The force is generic over the scalar, so that derivatives propagate through it. A tuple of forces is a force, the sum of its elements,
+/// and so is a list of forces of one type.
 ///
 /// ```
 /// use hydroelastic::dynamics::{Force, ForceContext, WrenchAccumulator};
@@ -67,18 +67,18 @@ pub trait Force: Send + Sync + 'static {
     /// Adds the wrenches on all bodies.
     fn add_to<T: Scalar>(&self, wrenches: &mut WrenchAccumulator<T>, now: &ForceContext<T>);
 
-    /// The places of the bodies whose states the force depends on, in groups: the wrenches on bodies of a group depend on
-    /// states of the group alone. Implicit steps solve a group together, and take the derivatives of the force by its states.
+    /// Groups of body indices. The wrenches on the bodies of a group depend only on the states of that group. Implicit steps solve the
+    /// bodies of a group together, and differentiate the force with respect to their states.
     ///
-    /// What a force makes of [contact](ForceContext::contact) with the body that it acts on needs no group: bodies that touch are
-    /// solved together.
+    /// A force that depends on the [contact](ForceContext::contact) of the body on which it acts needs no group for it, because bodies that
+    /// touch are solved together.
     ///
-    /// All bodies are one group unless this says otherwise, which is always right, and slower where there are many bodies.
+    /// By default all bodies are one group. This is always right, and slower if there are many bodies.
     fn coupling_groups(&self, bodies: &[Body]) -> Vec<Vec<usize>> {
         vec![(0..bodies.len()).collect()]
     }
 
-    /// Whether there is no force at all, in no state: nothing is spent on its derivatives then. An empty list is none.
+    /// Whether the force is zero in every state, such as an empty list. Its derivatives are then skipped.
     fn is_empty(&self) -> bool {
         false
     }
@@ -86,7 +86,7 @@ pub trait Force: Send + Sync + 'static {
     /// Checks that a world has the bodies and the force parameters that the force depends on.
     ///
     /// # Errors
-    /// If it cannot act in this world.
+    /// If the force does not fit the world.
     fn check(&self, bodies: &[Body], parameters: &[(String, f64)]) -> Result<(), WorldError> {
         let _ = (bodies, parameters);
         Ok(())
@@ -94,26 +94,26 @@ pub trait Force: Send + Sync + 'static {
 }
 
 impl<T: Scalar> ForceContext<'_, T> {
-    /// The place of the body of a name, if there is one.
+    /// Index of the body with this name, if there is one.
     #[must_use]
     pub fn index_of(&self, name: &str) -> Option<usize> {
-        place_of(name, self.bodies)
+        index_of(name, self.bodies)
     }
 
-    /// The number that the world has under a name for its forces to read
-    /// ([`World::with_force_parameter`](super::World::with_force_parameter)): the derivatives by it flow through the force.
+    /// Value of a force parameter of the world ([`World::with_force_parameter`](super::World::with_force_parameter)). Derivatives with
+    /// respect to it propagate through the force.
     #[must_use]
     pub fn parameter(&self, name: &str) -> Option<T> {
         let mut numbers = self.parameters.iter();
         numbers
-            .find(|(own, _)| own == name)
+            .find(|(other, _)| other == name)
             .map(|(_, value)| *value)
     }
 
-    /// The place (m) and the velocity (m/s) in the world of a point of a body, given in the body frame (m).
+    /// Position (m) and velocity (m/s) in the world of a point of a body, given in the body frame (m).
     ///
     /// # Panics
-    /// If there is no body with this place in the list.
+    /// If `body` is not the index of a body.
     #[must_use]
     pub fn point(&self, body: usize, point: &Vector3<f64>) -> [Vector3<T>; 2] {
         let state = &self.states[body];
@@ -127,7 +127,7 @@ impl<T: Scalar> ForceContext<'_, T> {
 }
 
 impl<'a, T: Scalar> WrenchAccumulator<'a, T> {
-    /// Onto sums, one for each body.
+    /// Accumulator that adds to `sums`, one wrench for each body.
     pub(super) fn new(now: &ForceContext<'a, T>, sums: &'a mut [Wrench<T>]) -> Self {
         Self {
             bodies: now.bodies,
@@ -160,7 +160,7 @@ impl<'a, T: Scalar> WrenchAccumulator<'a, T> {
     }
 }
 
-/// Checks that groups of coupled bodies are of a world with so many bodies.
+/// Checks that groups of coupled bodies contain only indices below the number of bodies.
 pub(in crate::dynamics) fn check_coupled(
     groups: &[Vec<usize>],
     bodies: usize,
@@ -171,7 +171,7 @@ pub(in crate::dynamics) fn check_coupled(
     }
 }
 
-/// No force.
+/// Zero force.
 impl Force for () {
     fn add_to<T: Scalar>(&self, _: &mut WrenchAccumulator<T>, _: &ForceContext<T>) {}
 
@@ -223,7 +223,7 @@ sums!(A B);
 sums!(A B C);
 sums!(A B C D);
 
-/// All of them.
+/// Sum of the forces of the list.
 impl<F: Force> Force for Vec<F> {
     fn add_to<T: Scalar>(&self, wrenches: &mut WrenchAccumulator<T>, now: &ForceContext<T>) {
         for force in self {

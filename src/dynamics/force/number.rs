@@ -1,12 +1,11 @@
 use super::ForceContext;
 use crate::dynamics::WorldError;
-use crate::dynamics::settings::check_not_negative;
+use crate::dynamics::validate::check_not_negative;
 use crate::scalar::{Scalar, lift};
 
-/// A number of a force: a constant, or the name of a force parameter of the world
-/// ([`World::with_force_parameter`](crate::dynamics::World::with_force_parameter)). Rollouts can be
-/// differentiated by a force parameter ([`Parameter::ForceParameter`](crate::gradient::Parameter::ForceParameter)), and several forces may
-/// share one.
+/// Number of a force: a constant, or the name of a force parameter of the world
+/// ([`World::with_force_parameter`](crate::dynamics::World::with_force_parameter)). Rollouts can be differentiated with respect to a force
+/// parameter ([`Parameter::ForceParameter`](crate::gradient::Parameter::ForceParameter)). Several forces can share one parameter.
 ///
 /// ```
 /// use hydroelastic::dynamics::ForceNumber;
@@ -18,7 +17,7 @@ use crate::scalar::{Scalar, lift};
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(untagged))]
 pub enum ForceNumber {
-    /// A constant value.
+    /// Constant value.
     Constant(f64),
     /// Name of the force parameter.
     Parameter(String),

@@ -1,27 +1,27 @@
-//! A contact of two bodies about their centers of mass.
+//! Contact of two bodies about their centers of mass.
 
 use crate::contact::LinearizedContact;
 use crate::dynamics::{Body, BodyState};
 use crate::spatial::{Wrench, add_block, skew};
 use nalgebra::{Matrix6, SMatrix, SVector, Vector3, Vector6};
 
-/// Of two bodies, A's six numbers before B's.
+/// Six numbers of A, then six of B.
 pub(super) type PairVector = SVector<f64, 12>;
 pub(super) type PairMatrix = SMatrix<f64, 12, 12>;
 type Maps = SMatrix<f64, 6, 12>;
 
-/// Two bodies that may touch, as they move.
+/// States of two bodies, with the maps between motions of their centers of mass and their contact.
 pub(super) struct PairGeometry<'s> {
     states: [&'s BodyState; 2],
-    /// From each origin to the center of mass, in world axes (m).
+    /// Vector from each origin to the center of mass, in world axes (m).
     arms: [Vector3<f64>; 2],
 }
 
-/// The velocity of A relative to B (angular, linear at A's origin, in A's axes).
+/// Derivatives of the velocity of A relative to B (angular, linear at the origin of A, in the axes of A).
 pub(super) struct RelativeVelocity {
-    /// By the velocities of both, about their centers.
+    /// Derivative with respect to the velocities of both bodies about their centers of mass.
     pub by_velocities: Maps,
-    /// By displacements of both, with their velocities.
+    /// Derivative with respect to displacements of both bodies, which move with their velocities.
     pub by_displacements: Maps,
 }
 
@@ -37,7 +37,8 @@ impl<'s> PairGeometry<'s> {
         }
     }
 
-    /// With o_A = c_A − r_A, the point of B at A's origin has the velocity v_B + ω_B × (o_A − c_B).
+    /// Derivatives of the relative velocity. With o_A = c_A − r_A, the point of B at the origin of A has the velocity v_B + ω_B × (o_A −
+    /// c_B).
     pub fn relative_velocity(&self) -> RelativeVelocity {
         let [a, b] = self.states;
         let [arm_a, arm_b] = &self.arms;
@@ -67,34 +68,35 @@ impl<'s> PairGeometry<'s> {
         }
     }
 
-    /// Wrenches about the centers, from those about the origins.
+    /// Wrenches about the centers of mass, from wrenches about the origins.
     pub fn wrenches(&self, [on_a, on_b]: [&Wrench; 2]) -> PairVector {
         let [a, b] = [on_a.about(&self.arms[0]), on_b.about(&self.arms[1])];
         let (a, b) = (a.to_vector(), b.to_vector());
         PairVector::from_fn(|row, _| if row < 6 { a[row] } else { b[row - 6] })
     }
 
-    /// Derivatives by displacements of wrenches about the centers, from those about the origins by poses.
+    /// Derivatives of the wrenches about the centers of mass with respect to displacements, from the derivatives of the wrenches about the
+    /// origins with respect to poses.
     pub fn by_displacements(&self, by_poses: &PairMatrix, wrenches: [&Wrench; 2]) -> PairMatrix {
         let mut about = self.moved_to_centers(by_poses);
         for (body, wrench) in wrenches.into_iter().enumerate() {
-            // As a body turns by θ, its arm changes by θ × r, which takes (θ × r) × F from the torque.
+            // If a body turns by θ, its arm changes by θ × r, which subtracts (θ × r) × F from the torque.
             let turned = skew(&wrench.force) * skew(&self.arms[body]);
             add_block(&mut about, [6 * body, 6 * body], -turned);
         }
         about
     }
 
-    /// The wrenches about the centers by displacements and by velocities.
+    /// Derivatives of the wrenches about the centers of mass, with respect to displacements and to velocities.
     pub fn linearized(&self, contact: &LinearizedContact) -> [PairMatrix; 2] {
         let mut by_poses = contact.by_poses;
         for body in 0..2 {
-            // The origin's velocity v − ω × r changes by −ω × (θ × r).
+            // The velocity v − ω × r of the origin changes by −ω × (θ × r).
             let spin = skew(&self.states[body].twist.angular);
             let change = spin * skew(&self.arms[body]);
             let by_origin = contact.by_twists.fixed_columns::<3>(6 * body + 3) * change;
-            let mut own = by_poses.fixed_columns_mut::<3>(6 * body);
-            own += by_origin;
+            let mut columns = by_poses.fixed_columns_mut::<3>(6 * body);
+            columns += by_origin;
         }
         let wrenches = [&contact.wrench.on_a, &contact.wrench.on_b];
         [
@@ -103,7 +105,7 @@ impl<'s> PairGeometry<'s> {
         ]
     }
 
-    /// Columns by motions of the centers, and rows of torques about them.
+    /// Shifts the columns to motions of the centers of mass, and the rows to torques about them.
     fn moved_to_centers(&self, slopes: &PairMatrix) -> PairMatrix {
         let mut shift = PairMatrix::identity();
         for (body, arm) in self.arms.iter().enumerate() {
@@ -113,17 +115,17 @@ impl<'s> PairGeometry<'s> {
     }
 }
 
-/// One body's six numbers of two.
+/// Six numbers of one body.
 pub(super) fn part(vector: &PairVector, body: usize) -> Vector6<f64> {
     vector.fixed_rows::<6>(6 * body).into_owned()
 }
 
-/// The rows of one body and the columns of another.
+/// Block with the rows of one body and the columns of another.
 pub(super) fn block(matrix: &PairMatrix, row: usize, column: usize) -> Matrix6<f64> {
     matrix.fixed_view::<6, 6>(6 * row, 6 * column).into_owned()
 }
 
-/// Six numbers of each of two bodies; of a body that forces do not move, none.
+/// Vector of the six numbers of each of two bodies. `None` stands for the zeros of a body that is not dynamic.
 pub(super) fn joined(parts: [Option<Vector6<f64>>; 2]) -> PairVector {
     let [a, b] = parts.map(Option::unwrap_or_default);
     PairVector::from_fn(|row, _| if row < 6 { a[row] } else { b[row - 6] })

@@ -1,4 +1,4 @@
-//! The real pass of a step: an island in as many substeps as its errors require.
+//! Real pass of a step: advances an island in as many substeps as its errors require.
 
 use super::error_control::ErrorControl;
 use super::evaluation::Evaluation;
@@ -12,15 +12,15 @@ use crate::geometry::Aabb;
 use crate::scalar::portable::power;
 use nalgebra::{DVector, Vector6};
 
-/// Shortest substep, as a fraction of the time step. Where contact begins with a jump of stiffness, such as a flat face on a
-/// half-space, substeps become so short that one of them ends at the touch.
+/// Shortest substep, as a fraction of the time step. If contact begins with a jump of stiffness, such as a flat face on a half-space,
+/// substeps become very short. One of them then ends at the first contact.
 const SHORTEST: f64 = 1.0 / (1 << 30) as f64;
 
-/// Substeps of a time step that may be rejected because a stage is not solved.
+/// Maximum number of substeps of a time step that are rejected because a stage is not solved.
 const MOST_FAILURES: usize = 100;
 
-/// Trials of a single body in a time step, at the default tolerance. An island of n bodies has 1/n² of them. A few bodies can resolve
-/// several impacts in a step, and the time of a heap's step stays bounded.
+/// Number of trials of a single body in a time step, at the default tolerance. An island of n bodies has 1/n² of this number. Few bodies
+/// can then resolve several impacts in a step, and the time of a step of a heap stays bounded.
 const BUDGET: f64 = 2500.0;
 
 /// Lower bound of the budget. Four substeps without a rejection grow from 1/156 of the step to 4/5 of it.
@@ -29,10 +29,10 @@ const LEAST_BUDGET: f64 = 4.0;
 /// Safety factor of the duration after a substep in which bodies might have passed through each other.
 const TUNNELING_SAFETY: f64 = 0.9;
 
-/// Reduction of the duration after a stage that was not solved.
+/// Factor of the duration after a stage that was not solved.
 const RETRY: f64 = 0.25;
 
-/// The motion of an island through a time step.
+/// Motion of an island through a time step.
 #[derive(Debug)]
 pub(super) struct SolvedStep {
     pub substeps: Vec<Substep>,
@@ -45,17 +45,17 @@ pub(super) struct SolvedStep {
     pub swept: Vec<Aabb>,
 }
 
-/// A dynamic body between two substeps.
+/// State of a dynamic body between two substeps.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct BodyProgress {
     pub state: BodyState,
-    /// Wrench of contacts and forces in the last stage; none before the first.
-    pub acting: Option<Vector6<f64>>,
+    /// Wrench of contacts and forces in the last stage, without gravity and controls; `None` before the first stage.
+    pub wrench: Option<Vector6<f64>>,
     /// Duration (s) that the errors of the last substep allow for the next.
     pub allowed: f64,
 }
 
-/// The real pass over an island's step.
+/// Solver of the step of an island in the real pass.
 pub(super) struct IslandSolver<'a> {
     pub step: &'a IslandStep<'a>,
     /// Tolerance of velocities in a stage, relative to the velocities.
@@ -86,7 +86,7 @@ impl<'a> IslandSolver<'a> {
         }
     }
 
-    /// Takes the step.
+    /// Solves the step.
     pub fn solve(mut self, duration: f64) -> Result<SolvedStep, StepError> {
         if self.step.scheme.estimate.is_some() {
             self.evaluate_start()?;
@@ -95,17 +95,17 @@ impl<'a> IslandSolver<'a> {
         Ok(self.solved)
     }
 
-    /// Evaluates the wrenches at the start, unless the last step left them.
+    /// Evaluates the wrenches at the start, unless the last step has provided them.
     fn evaluate_start(&mut self) -> Result<(), StepError> {
         let SolvedStep { bodies, .. } = &self.solved;
-        if bodies.iter().all(|body| body.acting.is_some()) {
+        if bodies.iter().all(|body| body.wrench.is_some()) {
             return Ok(());
         }
         let evaluation = self.evaluation_at(0.0)?;
         let SolvedStep { bodies, work, .. } = &mut self.solved;
         work.evaluations += usize::from(!evaluation.contacts.is_empty());
-        for (body, acting) in bodies.iter_mut().zip(evaluation.acting) {
-            body.acting.get_or_insert(acting);
+        for (body, wrench) in bodies.iter_mut().zip(evaluation.wrenches) {
+            body.wrench.get_or_insert(wrench);
         }
         Ok(())
     }
@@ -113,11 +113,11 @@ impl<'a> IslandSolver<'a> {
     /// Contacts and forces at the current poses, at a time (s) after the start of the step.
     fn evaluation_at(&self, offset: f64) -> Result<Evaluation, StepError> {
         let bodies = &self.solved.bodies;
-        let none = vec![Vector6::zeros(); bodies.len()];
+        let zeros = vec![Vector6::zeros(); bodies.len()];
         let start = StageStart {
-            displacements: none.clone(),
+            displacements: zeros.clone(),
             poses: bodies.iter().map(|body| body.state.pose).collect(),
-            momenta: none,
+            momenta: zeros,
             duration: 0.0,
             time: self.step.start + offset,
         };
@@ -125,21 +125,21 @@ impl<'a> IslandSolver<'a> {
         Ok(equations.evaluation(velocities_of(bodies), false))
     }
 
-    /// Finds why a substep was not solved. That is a force if one is not finite at the poses where the substep starts, at its first or its
-    /// last time, and else the error itself.
+    /// Finds the reason why a substep was not solved. The reason is a force if a force is not finite at the poses at the start of the
+    /// substep, at its first or last time. Otherwise it is the given error.
     fn diagnosed(&self, error: StepError, offset: f64, duration: f64) -> StepError {
         if !matches!(error, StepError::Unsolved { .. }) {
             return error;
         }
         let is_not_finite = |wrench: &Vector6<f64>| !wrench.iter().all(|number| number.is_finite());
         for offset in [offset, offset + duration] {
-            let acting = match self.evaluation_at(offset) {
-                Ok(evaluation) => evaluation.acting,
+            let wrenches = match self.evaluation_at(offset) {
+                Ok(evaluation) => evaluation.wrenches,
                 Err(error) => return error,
             };
-            if let Some(place) = acting.iter().position(is_not_finite) {
+            if let Some(index) = wrenches.iter().position(is_not_finite) {
                 return StepError::Force {
-                    body: self.step.island.dynamic[place],
+                    body: self.step.island.dynamic[index],
                     time: self.step.start + offset,
                 };
             }
@@ -211,15 +211,15 @@ impl<'a> IslandSolver<'a> {
         if swept.is_empty() {
             *swept = trial.swept;
         } else {
-            for (all, own) in swept.iter_mut().zip(&trial.swept) {
-                *all = all.union(own);
+            for (all, bounds) in swept.iter_mut().zip(&trial.swept) {
+                *all = all.union(bounds);
             }
         }
         let mut missed = Vec::new();
         let errors = self.solved.errors.iter_mut().zip(&trial.errors);
-        for (place, (sum, errors)) in errors.enumerate() {
+        for (index, (sum, errors)) in errors.enumerate() {
             if sum.add(errors, &self.control.accuracy) {
-                missed.push(place);
+                missed.push(index);
             }
         }
         self.solved.work.substeps += 1;
@@ -236,7 +236,7 @@ impl<'a> IslandSolver<'a> {
     }
 }
 
-/// The velocities of bodies.
+/// Velocities of the bodies.
 pub(super) fn velocities_of(bodies: &[BodyProgress]) -> DVector<f64> {
     concatenated(bodies.iter().map(|body| body.state.twist.to_vector()))
 }

@@ -3,23 +3,23 @@
 
 use nalgebra::DVector;
 
-/// The shortest fraction that is tried.
+/// Shortest fraction that is tried.
 const SHORTEST: f64 = 1e-3;
 
 /// Smallest and largest factor of the fraction after a failed test.
 const REDUCTIONS: [f64; 2] = [0.1, 0.5];
 
-/// A step of Newton's method and the fraction of it that is tried.
+/// Step of Newton's method, and the fraction of it that is tried.
 pub(super) struct DampedStep {
     /// Change of the velocities.
     pub step: DVector<f64>,
     /// Norm of the step (m/s).
     pub size: f64,
-    /// Between 0 and 1.
+    /// Fraction of the step that is tried, between 0 and 1.
     pub fraction: f64,
 }
 
-/// The step that Newton's method would take from the trial velocities with the matrix of the step before.
+/// Step of Newton's method from the trial velocities, with the matrix of the previous step.
 pub(super) struct SimplifiedCorrection {
     pub step: DVector<f64>,
     /// Norm of the step (m/s).
@@ -27,7 +27,7 @@ pub(super) struct SimplifiedCorrection {
 }
 
 impl DampedStep {
-    /// A step that is not damped yet.
+    /// Step that is not damped yet.
     pub fn full(step: DVector<f64>, size: f64) -> Self {
         Self {
             step,
@@ -36,13 +36,13 @@ impl DampedStep {
         }
     }
 
-    /// The natural monotonicity test: whether the simplified correction is smaller than the step, by a quarter of the fraction at least.
+    /// Natural monotonicity test: whether the simplified correction is smaller than the step by at least a quarter of the fraction.
     pub fn is_accepted(&self, simplified: &SimplifiedCorrection) -> bool {
         simplified.size <= (1.0 - self.fraction / 4.0) * self.size
     }
 
-    /// Reduces the fraction after a failed test. The nonlinear part of the correction is taken to grow with the square of the
-    /// fraction, and the fraction is chosen for which the correction is then smallest. Returns false if it is too short to be tried.
+    /// Reduces the fraction after a failed test. The nonlinear part of the correction is assumed to grow with the square of the fraction.
+    /// The new fraction minimizes the predicted correction. Returns false if the fraction is too short to be tried.
     pub fn shorten(
         &mut self,
         simplified: &SimplifiedCorrection,
@@ -56,8 +56,8 @@ impl DampedStep {
         self.fraction >= SHORTEST
     }
 
-    /// The next step, after this one was accepted. Its fraction is predicted from the difference that the new matrix makes to the
-    /// simplified correction.
+    /// Next step, after this step was accepted. Its fraction is predicted from the difference between the new step and the simplified
+    /// correction.
     pub fn followed_by(
         self,
         simplified: &SimplifiedCorrection,
@@ -67,7 +67,7 @@ impl DampedStep {
         let size = norm(&step);
         let difference = norm(&(&simplified.step - &step));
         let predicted = self.fraction * self.size * simplified.size / (difference * size);
-        // Without a difference the prediction may be NaN.
+        // The prediction may be NaN if the difference is zero.
         let fraction = if predicted < 1.0 {
             predicted.max(2.0 * SHORTEST)
         } else {
@@ -86,7 +86,7 @@ mod tests {
     use super::*;
     use nalgebra::dvector;
 
-    /// Newton's method for atan(x) = 0, and the number of function values that it takes.
+    /// Root of atan(x) = 0 by Newton's method, and the number of function evaluations.
     fn root_of_atan(from: f64) -> (f64, usize) {
         let norm = |step: &DVector<f64>| step.norm();
         let newton = |x: f64| -x.atan() * (1.0 + x * x);
@@ -116,7 +116,7 @@ mod tests {
 
     #[test]
     fn a_damped_step_finds_the_root_from_where_newtons_method_diverges() {
-        // The method diverges from starts above 1.392 if it is not damped.
+        // Undamped, the method diverges from starts above 1.392.
         for (from, most) in [(1.0, 6), (3.0, 9), (10.0, 12), (100.0, 16)] {
             let (root, count) = root_of_atan(from);
             assert!(root.abs() < 1e-12, "{from}: {root:e}");

@@ -1,14 +1,14 @@
-//! The derivative pass of a step: the stages that were solved in `f64`, once more in a scalar that carries derivatives.
+//! Derivative pass of a step: repeats the stages that were solved in `f64` in a scalar that carries derivatives.
 //!
-//! At the real solution u₀ of a stage, u = u₀ − J⁻¹·(r(u) − re r(u)) makes the residual r vanish to one order more each time,
-//! with the real matrix J: by the implicit function theorem the first of them gives all first derivatives, and all
-//! parameters share one factorization.
+//! Let u₀ be the real solution of a stage, and J the real matrix. Each iteration u = u₀ − J⁻¹·(r(u) − re r(u)) makes the residual r vanish
+//! to one more order. By the implicit function theorem, the first iteration gives all first derivatives. All parameters share one
+//! factorization.
 
 use super::island_step::{IslandStep, StepError, Substep};
-use super::rigid::none;
+use super::rigid::zero6;
 use super::stage::{StageEquations, Stages, six_of};
 use crate::contact::{ContactWrench, LinearizedContact};
-use crate::dynamics::any_world::DynWorld;
+use crate::dynamics::dyn_world::DynWorld;
 use crate::dynamics::sweep::Sweep;
 use crate::dynamics::{BodyState, Inertia};
 use crate::parallel::mapped_into;
@@ -16,15 +16,15 @@ use crate::scalar::{Scalar, change, lift};
 use crate::spatial::Wrench;
 use nalgebra::{DMatrix, DVector, Vector6};
 
-/// The contact of two participants.
+/// Linearized contact of two participants.
 type Linearized = ([usize; 2], LinearizedContact);
 
-/// An island's step in a scalar that carries derivatives.
+/// Step of an island in a scalar that carries derivatives.
 pub(super) struct DualPass<'a, T> {
     world: &'a dyn DynWorld<T>,
     step: &'a IslandStep<'a>,
     /// Weight and control of each body of the world.
-    given: &'a [Vector6<T>],
+    applied: &'a [Vector6<T>],
     /// Inertias of the dynamic bodies.
     inertias: Vec<&'a Inertia<T>>,
 }
@@ -33,21 +33,21 @@ impl<'a, T: Scalar> DualPass<'a, T> {
     pub fn new(
         world: &'a dyn DynWorld<T>,
         step: &'a IslandStep<'a>,
-        given: &'a [Vector6<T>],
+        applied: &'a [Vector6<T>],
     ) -> Self {
-        let bodies = &world.system().bodies;
+        let bodies = &world.model().bodies;
         let dynamic = step.island.dynamic.iter();
         Self {
             world,
             step,
-            given,
+            applied,
             inertias: dynamic.filter_map(|&body| bodies[body].inertia()).collect(),
         }
     }
 
-    /// Takes the states of the island's bodies through a substep, among those of all bodies.
+    /// Advances the bodies of the island by a substep. `states` has the states of all bodies of the world.
     pub fn advance(&self, substep: &Substep, states: &mut [BodyState<T>]) -> Result<(), StepError> {
-        if self.step.scene.is_stopped() {
+        if self.step.context.is_stopped() {
             return Err(StepError::Stopped);
         }
         let island = self.step.island;
@@ -60,17 +60,17 @@ impl<'a, T: Scalar> DualPass<'a, T> {
             .zip(&substep.roots)
         {
             let start = stages.start(&stage);
-            let neighbors = self.step.scene.neighbors_at(island, start.time);
+            let neighbors = self.step.context.neighbors_at(island, start.time);
             for (&body, state) in island.neighbors.iter().zip(&neighbors) {
-                // A path carries no derivatives; the pose of a fixed body may.
-                if self.step.scene.system.bodies[body].motion.is_kinematic() {
+                // A path carries no derivatives, but the pose of a fixed body may.
+                if self.step.context.model.bodies[body].motion.is_kinematic() {
                     states[body] = state.lifted();
                 }
             }
             let equations = StageEquations {
                 step: self.step,
                 inertias: &self.inertias,
-                given: self.given,
+                applied: self.applied,
                 start,
                 neighbors: island.neighbors.iter().map(|&body| states[body]).collect(),
             };
@@ -81,17 +81,17 @@ impl<'a, T: Scalar> DualPass<'a, T> {
         Ok(())
     }
 
-    /// Adds the derivatives to the real solution of a stage, and sets the states that it leads to.
+    /// Adds the derivatives to the real solution of a stage, and sets the states at its end.
     fn solve(
         &self,
         equations: &StageEquations<'_, T>,
         root: &DVector<f64>,
         states: &mut [BodyState<T>],
     ) -> Result<(), StepError> {
-        let lifted = (0..self.inertias.len()).map(|place| six_of(root, place).map(lift));
+        let lifted = (0..self.inertias.len()).map(|index| six_of(root, index).map(lift));
         let mut velocities: Vec<Vector6<T>> = lifted.collect();
         let set = |velocities: &[Vector6<T>], states: &mut [BodyState<T>]| {
-            let moved = equations.states_with(|place| velocities[place]);
+            let moved = equations.states_with(|index| velocities[index]);
             for (&body, state) in self.step.island.dynamic.iter().zip(&moved) {
                 states[body] = *state;
             }
@@ -100,8 +100,9 @@ impl<'a, T: Scalar> DualPass<'a, T> {
         let mut inverse: Option<DMatrix<f64>> = None;
         for _ in 0..T::NDERIV {
             let moved = set(&velocities, states);
-            let (acting, contacts) = self.acting(equations, states, inverse.is_none());
-            let residual = equations.residual(&moved, &acting);
+            let (wrenches, contacts) =
+                self.wrenches_and_contacts(equations, states, inverse.is_none());
+            let residual = equations.residual(&moved, &wrenches);
             let inverse = match inverse.take() {
                 Some(known) => inverse.insert(known),
                 None => inverse.insert(inverse_at(&equations.real(), root, &contacts)?),
@@ -112,35 +113,35 @@ impl<'a, T: Scalar> DualPass<'a, T> {
         Ok(())
     }
 
-    /// The wrenches of contacts and forces on the dynamic bodies; and the linearized contacts, if they are asked for.
-    fn acting(
+    /// Wrenches of contacts and forces on the dynamic bodies, and the linearized contacts if `wants_contacts` is true.
+    fn wrenches_and_contacts(
         &self,
         equations: &StageEquations<'_, T>,
         states: &[BodyState<T>],
         wants_contacts: bool,
     ) -> (Vec<Vector6<T>>, Vec<Linearized>) {
-        let (scene, island) = (self.step.scene, self.step.island);
-        let system = self.world.system();
+        let (context, island) = (self.step.context, self.step.island);
+        let model = self.world.model();
         let real: Vec<_> = island.bodies().map(|body| states[body].real()).collect();
         let mut sweep = Sweep::default();
-        let pairs = scene.close_pairs(island, &real, &mut sweep);
-        let mut found = Vec::new();
-        mapped_into(&mut found, pairs, |&(i, j)| {
+        let pairs = context.close_pairs(island, &real, &mut sweep);
+        let mut results = Vec::new();
+        mapped_into(&mut results, pairs, |&(i, j)| {
             let pair = [i, j];
             let [a, b] = pair.map(|participant| island.body(participant));
             if !wants_contacts {
-                return Some((pair, system.pair_wrench(states, a, b), None));
+                return Some((pair, model.pair_wrench(states, a, b), None));
             }
-            let touching = system.pair_of([a, b], [&states[a], &states[b]])?;
-            let (wrench, linearized) = touching.wrench_and_linearized();
+            let contact = model.pair_of([a, b], [&states[a], &states[b]])?;
+            let (wrench, linearized) = contact.wrench_and_linearized();
             Some((pair, wrench, Some(linearized)))
         });
         let mut contact = vec![Wrench::zero(); states.len()];
         let mut contacts = Vec::new();
-        for (pair, ContactWrench { on_a, on_b }, linearized) in found.into_iter().flatten() {
+        for (pair, ContactWrench { on_a, on_b }, linearized) in results.into_iter().flatten() {
             for (participant, wrench) in pair.into_iter().zip([on_a, on_b]) {
                 let body = island.body(participant);
-                let inertia = system.bodies[body].inertia();
+                let inertia = model.bodies[body].inertia();
                 contact[body] += inertia.map_or(wrench, |inertia| {
                     let arm = states[body].pose.rotated_constant(&inertia.center_of_mass);
                     wrench.about(&arm)
@@ -149,8 +150,8 @@ impl<'a, T: Scalar> DualPass<'a, T> {
             contacts.extend(linearized.map(|linearized| (pair, linearized)));
         }
         let mut all = contact.clone();
-        let here = (equations.start.time, states, &*contact);
-        system.with_forces(here, &mut all, |wrenches, now| {
+        let inputs = (equations.start.time, states, &*contact);
+        model.with_forces(inputs, &mut all, |wrenches, now| {
             self.world.add_forces(wrenches, now);
         });
         let dynamic = island.dynamic.iter();
@@ -161,20 +162,20 @@ impl<'a, T: Scalar> DualPass<'a, T> {
     }
 }
 
-/// J⁻¹ at the real solution of a stage.
+/// Inverse J⁻¹ at the real solution of a stage.
 fn inverse_at(
     equations: &StageEquations,
     root: &DVector<f64>,
     contacts: &[Linearized],
 ) -> Result<DMatrix<f64>, StepError> {
-    let states = equations.states_with(|place| six_of(root, place));
+    let states = equations.states_with(|index| six_of(root, index));
     let contacts = contacts.iter().map(|(bodies, contact)| (*bodies, contact));
     let matrix = equations.exact_matrix(&states, contacts);
-    let factors = matrix.factorized(equations.step.scene.patterns);
+    let factors = matrix.factorized(equations.step.context.symbolic_cache);
     factors.inverse().ok_or_else(|| equations.singular())
 }
 
-/// u − J⁻¹·(r − re r).
+/// Subtracts J⁻¹·(r − re r) from the velocities.
 fn correct<T: Scalar>(
     velocities: &mut [Vector6<T>],
     inverse: &DMatrix<f64>,
@@ -185,13 +186,13 @@ fn correct<T: Scalar>(
         .flatten()
         .map(|&number| change(number))
         .collect();
-    for (place, own) in velocities.iter_mut().enumerate() {
-        let mut step: Vector6<T> = none();
+    for (index, velocities_of_body) in velocities.iter_mut().enumerate() {
+        let mut step: Vector6<T> = zero6();
         for (column, number) in changes.iter().enumerate() {
             for row in 0..6 {
-                step[row] += *number * inverse[(6 * place + row, column)];
+                step[row] += *number * inverse[(6 * index + row, column)];
             }
         }
-        *own -= step;
+        *velocities_of_body -= step;
     }
 }

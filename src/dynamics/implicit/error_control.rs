@@ -1,10 +1,10 @@
 //! Tolerances of a substep, for each body.
 
-use super::Scene;
+use super::StepContext;
 use super::island::Island;
 use crate::dynamics::Accuracy;
 
-/// The resting speed of a body is that of a fall by this fraction of its smallest extent.
+/// The resting speed of a body is the speed after a fall by this fraction of its smallest extent.
 const RESTING_FALL: f64 = 0.01;
 
 /// Gravity (m/s²) of that fall, also in a world without gravity.
@@ -13,23 +13,23 @@ const STANDARD_GRAVITY: f64 = 9.806_65;
 /// Longest time (s) for which an error of a velocity counts in a derivative.
 const LONGEST_FLIGHT: f64 = 1.0;
 
-/// The tolerances of the bodies of an island in a step.
+/// Tolerances of the bodies of an island in a step.
 #[derive(Debug, Clone)]
 pub(super) struct ErrorControl {
     pub accuracy: Accuracy,
     gravity: f64,
     /// Resting speed (m/s) of each dynamic body.
     resting: Vec<f64>,
-    /// Largest speed (m/s) of each dynamic body in the step so far, relative to the bodies that it touches, and at least that of its
-    /// spin.
+    /// Largest speed (m/s) of each dynamic body in the step so far, relative to the bodies that it touches. It is at least the speed of the
+    /// spin of the body.
     pub speeds: Vec<f64>,
 }
 
 impl ErrorControl {
-    pub fn new(scene: &Scene, island: &Island, accuracy: Accuracy) -> Self {
-        let gravity = scene.system.gravity.norm();
+    pub fn new(context: &StepContext, island: &Island, accuracy: Accuracy) -> Self {
+        let gravity = context.model.gravity.norm();
         let resting = |&body: &usize| {
-            let fall = RESTING_FALL * scene.thickness(body);
+            let fall = RESTING_FALL * context.thickness(body);
             let default = (2.0 * STANDARD_GRAVITY * fall).sqrt();
             accuracy.resting_speed_or(default)
         };
@@ -41,24 +41,24 @@ impl ErrorControl {
         }
     }
 
-    /// The tolerance of the velocity (m/s) of a body at a speed (m/s).
-    pub fn velocity(&self, place: usize, speed: f64) -> f64 {
-        self.allowed(self.accuracy.values(), place, speed)
+    /// Tolerance of the velocity (m/s) of a body at a speed (m/s).
+    pub fn velocity(&self, index: usize, speed: f64) -> f64 {
+        self.allowed(self.accuracy.values(), index, speed)
     }
 
-    /// The tolerance of the derivatives (m/s) of a body along the motion at a speed (m/s).
-    pub fn slope(&self, place: usize, speed: f64) -> f64 {
-        self.allowed(self.accuracy.slopes(), place, speed)
+    /// Tolerance of the derivatives (m/s) of a body along the motion at a speed (m/s).
+    pub fn slope(&self, index: usize, speed: f64) -> f64 {
+        self.allowed(self.accuracy.slopes(), index, speed)
     }
 
-    /// The time (s) for which an error of a velocity counts in a derivative: that in which gravity makes a speed.
+    /// Time (s) for which an error of a velocity counts in a derivative: the time in which gravity changes the velocity by `speed`.
     pub fn flight(&self, speed: f64) -> f64 {
         LONGEST_FLIGHT.min(speed / self.gravity)
     }
 
-    /// The tolerance at a speed, by the formula of [`Accuracy`].
-    fn allowed(&self, tolerance: f64, place: usize, speed: f64) -> f64 {
-        let resting = self.resting[place];
+    /// Tolerance at a speed, by the formula of [`Accuracy`].
+    fn allowed(&self, tolerance: f64, index: usize, speed: f64) -> f64 {
+        let resting = self.resting[index];
         let slow = tolerance * resting * (resting / speed).powi(3);
         tolerance * speed + slow.min(tolerance.sqrt().sqrt() * resting)
     }

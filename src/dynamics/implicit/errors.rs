@@ -1,9 +1,9 @@
-//! The errors that decide whether a substep is short enough.
+//! Error estimates that decide whether a substep is short enough.
 //!
-//! The *error of values* is the difference from an embedded formula of lower order, taken through the last stage. The *error of
-//! slopes* is that of the derivative along the motion: the time derivative of the state obeys the same linearized equations as
-//! every other sensitivity, and it is known at both ends of a substep as velocities and accelerations. The stages carry the rates
-//! at the start to the end. The difference from the rates there is the error of the derivative along the motion. It serves as the
+//! The *error of values* is the difference from an embedded formula of lower order, propagated through the last stage. The *error of
+//! slopes* is the error of the derivative along the motion. The time derivative of the state obeys the same linearized equations as every
+//! other sensitivity. It is known at both ends of a substep as velocities and accelerations. The linearized stages propagate the rates at
+//! the start to the end. Their difference from the rates at the end is the error of the derivative along the motion. It serves as the
 //! estimate for all derivatives.
 
 use super::advance::IslandSolver;
@@ -18,11 +18,11 @@ use nalgebra::Vector6;
 /// Errors below this multiple of the solver's tolerance are always accepted, because they may be round-off.
 const ROUND_OFF: f64 = 100.0;
 
-/// Above this error of slopes, relative to the tolerance, the estimate takes exact derivatives of contacts. The solver approximates
-/// those of friction and dissipation, and the approximation would count as an error.
+/// Above this error of slopes, relative to the tolerance, the estimate uses exact derivatives of contacts. The solver approximates the
+/// derivatives of friction and dissipation, and the approximation would count as an error.
 const NEGLIGIBLE: f64 = 0.2;
 
-/// The estimates of the errors of a substep that was solved.
+/// Estimator of the errors of a solved substep.
 pub(super) struct ErrorEstimator<'a> {
     pub solver: &'a IslandSolver<'a>,
     pub estimate: &'a ErrorEstimate,
@@ -30,25 +30,25 @@ pub(super) struct ErrorEstimator<'a> {
     pub solved: Vec<SolvedStage<'a>>,
     /// Largest relative speeds (m/s) of the dynamic bodies in the step so far.
     pub speeds: &'a [f64],
-    /// Start of the substep, from that of the step (s).
+    /// Time from the start of the step to the start of the substep (s).
     pub offset: f64,
     pub duration: f64,
 }
 
 impl ErrorEstimator<'_> {
-    /// The errors of values and of slopes of each dynamic body, relative to its tolerances. Takes the exact derivatives of contacts
-    /// where they matter.
+    /// Errors of values and of slopes of each dynamic body, relative to its tolerances. Exact derivatives of contacts are used if they
+    /// matter.
     pub fn errors(&mut self, work: &mut Work) -> Vec<[f64; 2]> {
         let changed = ChangedBodies::new(self.solver.step);
         let inertias: Vec<_> = changed.inertias.iter().collect();
-        let bodies = (&*inertias, &*changed.given);
+        let bodies = (&*inertias, &*changed.applied);
         let control = &self.solver.control;
-        let values = self.relative(self.errors_of_values(bodies), |place, speed| {
-            control.velocity(place, speed)
+        let values = self.relative(self.errors_of_values(bodies), |index, speed| {
+            control.velocity(index, speed)
         });
         let of_slopes = |estimator: &Self| {
             let errors = estimator.errors_of_slopes(bodies);
-            estimator.relative(errors, |place, speed| control.slope(place, speed))
+            estimator.relative(errors, |index, speed| control.slope(index, speed))
         };
         let mut slopes = of_slopes(self);
         if slopes.iter().any(|&error| error > NEGLIGIBLE) {
@@ -67,7 +67,7 @@ impl ErrorEstimator<'_> {
         both.map(|(value, slope)| [value, slope]).collect()
     }
 
-    /// The errors (m/s) of the bodies, relative to their tolerances; infinite if a stage is singular.
+    /// Errors (m/s) of the bodies, relative to their tolerances; infinite if a stage is singular.
     fn relative(
         &self,
         errors: Option<Vec<f64>>,
@@ -76,8 +76,9 @@ impl ErrorEstimator<'_> {
         let Some(errors) = errors else {
             return vec![f64::INFINITY; self.speeds.len()];
         };
-        let relative = |(place, error): (usize, f64)| {
-            let allowed = tolerance(place, self.speeds[place]) + ROUND_OFF * self.least();
+        let relative = |(index, error): (usize, f64)| {
+            let allowed =
+                tolerance(index, self.speeds[index]) + ROUND_OFF * self.velocity_tolerance();
             // 0/0 is no error. `max` would ignore NaN.
             match error / allowed {
                 _ if error == 0.0 => 0.0,
@@ -88,32 +89,32 @@ impl ErrorEstimator<'_> {
         errors.into_iter().enumerate().map(relative).collect()
     }
 
-    /// The speed (m/s) to which the velocities of the last stage are known.
-    fn least(&self) -> f64 {
-        self.solved.last().map_or(0.0, |stage| stage.root.least)
+    /// Error bound (m/s) of the velocities of the last stage.
+    fn velocity_tolerance(&self) -> f64 {
+        self.solved.last().map_or(0.0, |stage| stage.root.tolerance)
     }
 
-    /// The error of the velocity (m/s) of each dynamic body, or of its displacement over the duration if that is larger; none if a
-    /// stage is singular.
+    /// Error of the velocity (m/s) of each dynamic body, or of its displacement over the duration if that is larger; `None` if a stage is
+    /// singular.
     fn errors_of_values(
         &self,
-        (inertias, given): (&[&Inertia<Change>], &[Vector6<Change>]),
+        (inertias, applied): (&[&Inertia<Change>], &[Vector6<Change>]),
     ) -> Option<Vec<f64>> {
         let last = self.solved.last()?;
         let count = inertias.len();
         let start = self.start_with_difference(last, inertias);
-        let still = RatesInTime::none(last.states.len() - count, count);
-        let ends = last.response((inertias, given), &start, &still)?;
-        let error = |place: usize| {
-            let inertia = self.solver.step.inertias[place];
-            let change = BodyChange::carried_by(inertias[place], &ends[place]);
+        let still = RatesInTime::zero(last.states.len() - count, count);
+        let ends = last.response((inertias, applied), &start, &still)?;
+        let error = |index: usize| {
+            let inertia = self.solver.step.inertias[index];
+            let change = BodyChange::carried_by(inertias[index], &ends[index]);
             let shift = inertia.speed(&change.displacement) / self.duration;
             inertia.speed(&change.velocities).max(shift)
         };
         Some((0..count).map(error).collect())
     }
 
-    /// The start of the last stage with its difference from that of the embedded formula.
+    /// Start of the last stage. Its derivative part is the difference from the embedded formula.
     fn start_with_difference(
         &self,
         last: &SolvedStage,
@@ -122,13 +123,13 @@ impl ErrorEstimator<'_> {
         let start = &last.equations.start;
         let rates = self.stages.rates();
         let (mut poses, mut momenta) = (Vec::new(), Vec::new());
-        for (place, inertia) in inertias.iter().enumerate() {
-            let velocities = rates.iter().map(|rates| rates.velocities[place]);
-            let wrenches = rates.iter().map(|rates| rates.wrenches[place]);
+        for (index, inertia) in inertias.iter().enumerate() {
+            let velocities = rates.iter().map(|rates| rates.velocities[index]);
+            let wrenches = rates.iter().map(|rates| rates.wrenches[index]);
             let displacement = self.estimate.of(velocities, self.duration);
             let impulse = self.estimate.of(wrenches, self.duration);
             let state = BodyState {
-                pose: start.poses[place],
+                pose: start.poses[index],
                 twist: Twist::zero(),
             };
             let change = BodyChange {
@@ -137,7 +138,7 @@ impl ErrorEstimator<'_> {
             };
             poses.push(change.applied_to(inertia, &state).pose);
             momenta.push(
-                start.momenta[place]
+                start.momenta[index]
                     .zip_map(&impulse, |value, change| Change::new(value, [change])),
             );
         }
@@ -150,11 +151,11 @@ impl ErrorEstimator<'_> {
         }
     }
 
-    /// The error of the derivatives of each dynamic body along the motion: that of the rate of displacement (m/s) and that of the
-    /// acceleration (m/s²) times the flight (s); none if a stage is singular, or the step should end.
+    /// Error of the derivatives of each dynamic body along the motion; `None` if a stage is singular or the step should end. It is the
+    /// error of the rate of displacement (m/s), plus the error of the acceleration (m/s²) times the flight time (s).
     fn errors_of_slopes(
         &self,
-        (inertias, given): (&[&Inertia<Change>], &[Vector6<Change>]),
+        (inertias, applied): (&[&Inertia<Change>], &[Vector6<Change>]),
     ) -> Option<Vec<f64>> {
         let (step, last) = (self.solver.step, self.solved.last()?);
         let bodies = inertias.iter().zip(&self.solver.solved.bodies);
@@ -163,19 +164,19 @@ impl ErrorEstimator<'_> {
         let mut carried = Stages::new(step, inertias, self.offset, from.collect());
         let mut ends = carried.from.clone();
         for (stage, solved) in step.scheme.stages(self.duration).zip(&self.solved) {
-            if step.scene.is_stopped() {
+            if step.context.is_stopped() {
                 return None;
             }
             let start = carried.start(&stage);
-            ends = solved.response((inertias, given), &start, &solved.rates_in_time())?;
+            ends = solved.response((inertias, applied), &start, &solved.rates_in_time())?;
             carried.push(&start, &ends);
         }
         let wrenches = &self.stages.rates().last()?.wrenches;
-        let error = |place: usize| {
-            let inertia = step.inertias[place];
-            let carried = BodyChange::carried_by(inertias[place], &ends[place]);
-            let rates = BodyChange::rates(inertia, &last.states[place], &wrenches[place]);
-            let flight = self.solver.control.flight(self.speeds[place]);
+        let error = |index: usize| {
+            let inertia = step.inertias[index];
+            let carried = BodyChange::carried_by(inertias[index], &ends[index]);
+            let rates = BodyChange::rates(inertia, &last.states[index], &wrenches[index]);
+            let flight = self.solver.control.flight(self.speeds[index]);
             inertia.speed(&(carried.displacement - rates.displacement))
                 + flight * inertia.speed(&(carried.velocities - rates.velocities))
         };

@@ -1,9 +1,9 @@
-//! The equations of a stage near a solution: contacts, forces and their derivatives, in `f64`.
+//! Equations of a stage near a solution: contacts, forces and their derivatives, in `f64`.
 
 use super::about_centers::{PairVector, block, joined, part};
+use super::frozen_contact_model::{FrozenContactModel, PairWrenches};
 use super::island_step::StepError;
 use super::matrix::BlockMatrix;
-use super::pair_model::{PairModel, PairWrenches};
 use super::rigid::displacement;
 use super::stage::{StageEquations, concatenated, six_of};
 use crate::contact::LinearizedContact;
@@ -12,22 +12,22 @@ use crate::dynamics::sweep::Sweep;
 use crate::parallel::mapped_into;
 use nalgebra::{DVector, Matrix6, Vector6};
 
-/// Contacts, forces and states for some velocities, and a model of them nearby.
+/// Contacts, forces and states at given velocities, with a local model of the contacts and forces.
 pub(super) struct Evaluation {
     pub velocities: DVector<f64>,
     pub states: Vec<BodyState>,
-    pub contacts: Vec<PairModel>,
-    /// Sum of contacts and forces on each dynamic body.
-    pub acting: Vec<Vector6<f64>>,
+    pub contacts: Vec<FrozenContactModel>,
+    /// Sum of the wrenches of contacts and forces on each dynamic body.
+    pub wrenches: Vec<Vector6<f64>>,
     /// Forces other than contact on each dynamic body; empty if there are none.
     forces: Vec<Vector6<f64>>,
-    pub slopes: Vec<ForceSlopes>,
-    /// Whether the derivatives of the contacts here are exact.
+    pub force_jacobians: Vec<ForceJacobian>,
+    /// Whether the derivatives of the contacts are exact.
     pub is_exact: bool,
 }
 
-/// The derivatives of the wrench on one body with respect to the displacement and the velocities of another.
-pub(super) struct ForceSlopes {
+/// Derivatives of the wrench on one body with respect to the displacement and the velocities of another body.
+pub(super) struct ForceJacobian {
     pub row: usize,
     pub column: usize,
     pub by_displacement: Matrix6<f64>,
@@ -37,56 +37,57 @@ pub(super) struct ForceSlopes {
 impl StageEquations<'_> {
     /// Evaluates contacts and forces for these velocities. This is the only place where the solver searches for contacts.
     pub fn evaluation(&self, velocities: DVector<f64>, is_exact: bool) -> Evaluation {
-        let (scene, island) = (self.step.scene, self.step.island);
-        let states = self.states_with(|place| six_of(&velocities, place));
+        let (context, island) = (self.step.context, self.step.island);
+        let states = self.states_with(|index| six_of(&velocities, index));
         let mut sweep = Sweep::default();
-        let pairs = scene.close_pairs(island, &states, &mut sweep);
+        let pairs = context.close_pairs(island, &states, &mut sweep);
         let mut models = Vec::new();
         mapped_into(&mut models, pairs, |&(i, j)| {
-            let pair = scene.pair(island, [i, j], &states)?;
-            PairModel::of(&pair, [i, j], is_exact)
+            let pair = context.pair(island, [i, j], &states)?;
+            FrozenContactModel::of(&pair, [i, j], is_exact)
         });
         let contacts: Vec<_> = models.into_iter().flatten().collect();
-        let (mut forces, mut slopes) = (vec![Vector6::zeros(); self.inertias.len()], Vec::new());
-        if !scene.forces.is_empty() {
-            let here: Vec<_> = contacts.iter().map(PairModel::here).collect();
-            forces = self.forces(self.start.time, &states, &here);
-            slopes = self.force_slopes(&states, &here);
+        let (mut forces, mut force_jacobians) =
+            (vec![Vector6::zeros(); self.inertias.len()], Vec::new());
+        if !context.forces.is_empty() {
+            let wrenches: Vec<_> = contacts.iter().map(FrozenContactModel::evaluated).collect();
+            forces = self.forces(self.start.time, &states, &wrenches);
+            force_jacobians = self.force_jacobians(&states, &wrenches);
         }
-        let wrenches = contacts
+        let contact_wrenches = contacts
             .iter()
             .map(|contact| (contact.bodies, &contact.wrenches));
         Evaluation {
-            acting: with_contacts(forces.clone(), wrenches),
-            is_exact: is_exact || !contacts.iter().any(PairModel::is_dissipative),
+            wrenches: with_contacts(forces.clone(), contact_wrenches),
+            is_exact: is_exact || !contacts.iter().any(FrozenContactModel::is_dissipative),
             velocities,
             states,
             contacts,
             forces,
-            slopes,
+            force_jacobians,
         }
     }
 
-    /// The residual in an evaluated state.
+    /// Residual in an evaluated state.
     pub fn residual_in(&self, evaluation: &Evaluation) -> DVector<f64> {
-        concatenated(self.residual(&evaluation.states, &evaluation.acting))
+        concatenated(self.residual(&evaluation.states, &evaluation.wrenches))
     }
 
-    /// The residual and its matrix near an evaluated state, with the contact polygons of that state.
+    /// Residual and its matrix near an evaluated state, with the contact polygons of that state.
     pub fn residual_near(
         &self,
         evaluation: &Evaluation,
         velocities: &DVector<f64>,
     ) -> (DVector<f64>, BlockMatrix) {
-        let states = self.states_with(|place| six_of(velocities, place));
+        let states = self.states_with(|index| six_of(velocities, index));
         let change = velocities - &evaluation.velocities;
-        let displacement = |place: usize| {
-            let [from, to] = [&evaluation.states[place].pose, &states[place].pose];
-            displacement(self.inertias[place], from, to)
+        let displacement = |index: usize| {
+            let [from, to] = [&evaluation.states[index].pose, &states[index].pose];
+            displacement(self.inertias[index], from, to)
         };
         let count = self.inertias.len();
         let displacements: Vec<_> = (0..count).map(displacement).collect();
-        let near = |contact: &PairModel| {
+        let near = |contact: &FrozenContactModel| {
             let of = |numbers: &dyn Fn(usize) -> Vector6<f64>| {
                 let of_dynamic = |body: usize| (body < count).then(|| numbers(body));
                 joined(contact.bodies.map(of_dynamic))
@@ -97,33 +98,33 @@ impl StageEquations<'_> {
         let mut contacts = Vec::new();
         mapped_into(&mut contacts, &evaluation.contacts, near);
         let mut forces = evaluation.forces.clone();
-        for slopes in &evaluation.slopes {
+        for slopes in &evaluation.force_jacobians {
             forces[slopes.row] += slopes.by_displacement * displacements[slopes.column]
                 + slopes.by_velocities * six_of(&change, slopes.column);
         }
-        let matrix = self.matrix(&states, &contacts, &evaluation.slopes);
-        let wrenches = contacts
+        let matrix = self.matrix(&states, &contacts, &evaluation.force_jacobians);
+        let contact_wrenches = contacts
             .iter()
             .map(|contact| (contact.bodies, &contact.wrenches));
-        let acting = with_contacts(forces, wrenches);
-        (concatenated(self.residual(&states, &acting)), matrix)
+        let wrenches = with_contacts(forces, contact_wrenches);
+        (concatenated(self.residual(&states, &wrenches)), matrix)
     }
 
-    /// The derivatives of the residual with respect to the velocities.
+    /// Derivatives of the residual with respect to the velocities.
     pub fn matrix(
         &self,
         states: &[BodyState],
         contacts: &[PairWrenches],
-        forces: &[ForceSlopes],
+        forces: &[ForceJacobian],
     ) -> BlockMatrix {
         let (count, duration) = (self.inertias.len(), self.start.duration);
         let rates: Vec<_> = (0..count)
-            .map(|place| self.inertias[place].rates(&states[place], duration))
+            .map(|index| self.inertias[index].motion_jacobian(&states[index], duration))
             .collect();
         let mut matrix = BlockMatrix::zeros(count);
-        for (place, rates) in rates.iter().enumerate() {
+        for (index, rates) in rates.iter().enumerate() {
             let by_pose = rates.momentum_by_pose * rates.displacement;
-            matrix.add(place, place, &(by_pose + rates.momentum_by_twist));
+            matrix.add(index, index, &(by_pose + rates.momentum_by_twist));
         }
         let mut add = |row: usize,
                        column: usize,
@@ -155,22 +156,22 @@ impl StageEquations<'_> {
         matrix
     }
 
-    /// The matrix at the solution, from the exact derivatives of its contacts, each of two participants.
+    /// Matrix at the solution, from the exact derivatives of the contacts. Each contact has two participants.
     pub fn exact_matrix<'c>(
         &self,
         states: &[BodyState],
         contacts: impl Iterator<Item = ([usize; 2], &'c LinearizedContact)>,
     ) -> BlockMatrix {
-        let (scene, island) = (self.step.scene, self.step.island);
+        let (context, island) = (self.step.context, self.step.island);
         let contacts: Vec<_> = contacts
             .map(|(bodies, contact)| {
-                PairWrenches::of(&scene.geometry(island, bodies, states), bodies, contact)
+                PairWrenches::of(&context.geometry(island, bodies, states), bodies, contact)
             })
             .collect();
-        self.matrix(states, &contacts, &self.force_slopes(states, &contacts))
+        self.matrix(states, &contacts, &self.force_jacobians(states, &contacts))
     }
 
-    /// The error that the matrix of the stage is singular.
+    /// Error of a singular stage matrix.
     pub fn singular(&self) -> StepError {
         StepError::Unsolved {
             body: self.step.island.dynamic[0],
@@ -178,23 +179,23 @@ impl StageEquations<'_> {
         }
     }
 
-    /// The speed (m/s) of velocities of all bodies.
+    /// Norm (m/s) of the speeds of all bodies.
     pub fn speed(&self, velocities: &DVector<f64>) -> f64 {
         let inertias = self.inertias.iter().enumerate();
-        let speeds = inertias.map(|(place, inertia)| inertia.speed(&six_of(velocities, place)));
+        let speeds = inertias.map(|(index, inertia)| inertia.speed(&six_of(velocities, index)));
         speeds.map(|speed| speed * speed).sum::<f64>().sqrt()
     }
 
-    /// The body with the largest of these velocities.
+    /// Index of the body with the largest speed.
     pub fn fastest(&self, velocities: &DVector<f64>) -> usize {
-        let speed = |place: usize| self.inertias[place].speed(&six_of(velocities, place));
-        let places = 0..self.inertias.len();
-        let fastest = places.max_by(|&one, &other| speed(one).total_cmp(&speed(other)));
+        let speed = |index: usize| self.inertias[index].speed(&six_of(velocities, index));
+        let indices = 0..self.inertias.len();
+        let fastest = indices.max_by(|&one, &other| speed(one).total_cmp(&speed(other)));
         self.step.island.dynamic[fastest.unwrap_or_default()]
     }
 }
 
-/// The sum of forces on each dynamic body and the wrenches of contacts, each of two participants.
+/// Adds the wrenches of contacts to the forces on each dynamic body. Each contact has two participants.
 pub(super) fn with_contacts<'c>(
     mut forces: Vec<Vector6<f64>>,
     contacts: impl Iterator<Item = ([usize; 2], &'c PairVector)>,

@@ -1,27 +1,27 @@
-//! Forces other than contact in an implicit step: their wrenches, and the derivatives by the states of the bodies that they
-//! depend on.
+//! Forces other than contact in an implicit step: their wrenches, and the derivatives with respect to the states of the bodies on which
+//! they depend.
 
 use super::about_centers::{block, part};
-use super::evaluation::ForceSlopes;
-use super::pair_model::PairWrenches;
+use super::evaluation::ForceJacobian;
+use super::frozen_contact_model::PairWrenches;
 use super::stage::StageEquations;
 use crate::dynamics::BodyState;
-use crate::dynamics::any_world::BodyDual;
-use crate::dynamics::system::System;
+use crate::dynamics::dyn_world::BodyDual;
+use crate::dynamics::model::Model;
 use crate::scalar::lift;
 use crate::spatial::{Twist, Wrench};
 use nalgebra::{Matrix6, Vector6};
 
 impl StageEquations<'_> {
-    /// The wrenches of forces other than contact on the dynamic bodies of the island, at a time (s).
+    /// Wrenches of forces other than contact on the dynamic bodies of the island, at a time (s).
     pub(super) fn forces(
         &self,
         time: f64,
         states: &[BodyState],
         contacts: &[PairWrenches],
     ) -> Vec<Vector6<f64>> {
-        let scene = self.step.scene;
-        let mut all = scene.start.to_vec();
+        let context = self.step.context;
+        let mut all = context.start.to_vec();
         let mut contact = vec![Wrench::zero(); all.len()];
         for (participant, state) in states.iter().enumerate() {
             all[self.step.island.body(participant)] = *state;
@@ -33,42 +33,44 @@ impl StageEquations<'_> {
             }
         }
         let mut sums = vec![Wrench::zero(); all.len()];
-        let here = (time, &*all, &*contact);
-        let forces = scene.forces;
-        scene.system.with_forces(here, &mut sums, |wrenches, now| {
-            forces.add_real(wrenches, now);
-        });
-        let own = self.step.island.dynamic.iter();
-        own.map(|&body| sums[body].to_vector()).collect()
+        let inputs = (time, &*all, &*contact);
+        let forces = context.forces;
+        context
+            .model
+            .with_forces(inputs, &mut sums, |wrenches, now| {
+                forces.add_real(wrenches, now);
+            });
+        let dynamic = self.step.island.dynamic.iter();
+        dynamic.map(|&body| sums[body].to_vector()).collect()
     }
 
-    /// Their derivatives by the states of the dynamic bodies, if they depend on any of them.
-    pub(super) fn force_slopes(
+    /// Derivatives of the forces with respect to the states of the dynamic bodies; empty if the forces depend on none of them.
+    pub(super) fn force_jacobians(
         &self,
         states: &[BodyState],
         contacts: &[PairWrenches],
-    ) -> Vec<ForceSlopes> {
-        let coupled = self.step.scene.coupled;
+    ) -> Vec<ForceJacobian> {
+        let coupled = self.step.context.coupled;
         let is_coupled = |body: &usize| coupled.iter().any(|group| group.contains(body));
-        let Some(system) = self.step.scene.lifted else {
+        let Some(model) = self.step.context.lifted else {
             return Vec::new();
         };
         let all = self.lifted_states(states);
-        // A force may depend on contact, and so on the state of whatever touches.
+        // A force may depend on contact, and therefore on the states of all bodies in contact.
         let is_acted_on = self.step.island.dynamic.iter().any(is_coupled)
-            || self.feels_contact((system, &all), contacts);
+            || self.depends_on_contact((model, &all), contacts);
         let columns = 0..self.step.island.dynamic.len();
         columns
             .filter(|_| is_acted_on)
-            .flat_map(|column| self.force_slopes_by(column, (system, &all), contacts))
+            .flat_map(|column| self.force_jacobians_by(column, (model, &all), contacts))
             .collect()
     }
 
-    /// Whether forces on the dynamic bodies depend on what contact does to the participants: by their derivatives along generic
+    /// Whether forces on the dynamic bodies depend on the contact wrenches of the participants. The test uses derivatives along generic
     /// directions.
-    fn feels_contact(
+    fn depends_on_contact(
         &self,
-        (system, all): (&System<BodyDual>, &[BodyState<BodyDual>]),
+        (model, all): (&Model<BodyDual>, &[BodyState<BodyDual>]),
         contacts: &[PairWrenches],
     ) -> bool {
         if contacts.is_empty() {
@@ -84,36 +86,36 @@ impl StageEquations<'_> {
                 contact[self.step.island.body(participant)] += Wrench::from_vector(&wrench);
             }
         }
-        let wrenches = self.seeded_forces(system, all, &contact);
+        let wrenches = self.seeded_forces(model, all, &contact);
         let mut numbers = wrenches.iter().flatten();
         numbers.any(|number| number.eps.iter().any(|slope| *slope != 0.0))
     }
 
-    /// By the state of one body.
-    fn force_slopes_by(
+    /// Derivatives of the forces with respect to the state of one body.
+    fn force_jacobians_by(
         &self,
         column: usize,
-        (system, all): (&System<BodyDual>, &[BodyState<BodyDual>]),
+        (model, all): (&Model<BodyDual>, &[BodyState<BodyDual>]),
         contacts: &[PairWrenches],
-    ) -> Vec<ForceSlopes> {
+    ) -> Vec<ForceJacobian> {
         let mut all = all.to_vec();
         let body = self.step.island.dynamic[column];
-        if let Some(inertia) = system.bodies[body].inertia() {
+        if let Some(inertia) = model.bodies[body].inertia() {
             let seeds = |first: usize| Vector6::from_fn(|i, _| BodyDual::variable(0.0, first + i));
             let state = &mut all[body];
             state.pose = inertia.displaced(&state.pose, &seeds(0));
             state.twist = Twist::from_vector(&(state.twist.to_vector() + seeds(6)));
         }
         let contact = self.seeded_contact(column, contacts);
-        let wrenches = self.seeded_forces(system, &all, &contact);
+        let wrenches = self.seeded_forces(model, &all, &contact);
         let rows = wrenches.into_iter().enumerate();
         rows.map(|(row, wrench)| {
             let slopes = |first: usize| {
-                // Where a force has no derivative, as a norm at 0, Newton's method does without.
+                // If a force has no derivative, such as a norm at 0, Newton's method uses 0.
                 let slope = |i: usize, j: usize| wrench[i].eps[first + j];
                 Matrix6::from_fn(slope).map(|slope| if slope.is_finite() { slope } else { 0.0 })
             };
-            ForceSlopes {
+            ForceJacobian {
                 row,
                 column,
                 by_displacement: slopes(0),
@@ -123,11 +125,11 @@ impl StageEquations<'_> {
         .collect()
     }
 
-    /// The states of all bodies of the world, constant.
+    /// States of all bodies of the world, with zero derivatives.
     fn lifted_states(&self, states: &[BodyState]) -> Vec<BodyState<BodyDual>> {
         let mut all: Vec<_> = self
             .step
-            .scene
+            .context
             .start
             .iter()
             .map(BodyState::lifted)
@@ -138,29 +140,29 @@ impl StageEquations<'_> {
         all
     }
 
-    /// The wrenches on the dynamic bodies, in seeded states and contact of all bodies of the world.
+    /// Wrenches of forces on the dynamic bodies, from seeded states and contact wrenches of all bodies of the world.
     fn seeded_forces(
         &self,
-        system: &System<BodyDual>,
+        model: &Model<BodyDual>,
         all: &[BodyState<BodyDual>],
         contact: &[Wrench<BodyDual>],
     ) -> Vec<Vector6<BodyDual>> {
         let mut sums = vec![Wrench::zero(); all.len()];
-        let forces = self.step.scene.forces;
-        system.with_forces(
+        let forces = self.step.context.forces;
+        model.with_forces(
             (self.start.time, all, contact),
             &mut sums,
             |wrenches, now| {
                 forces.add_seeded(wrenches, now);
             },
         );
-        let own = self.step.island.dynamic.iter();
-        own.map(|&body| sums[body].to_vector()).collect()
+        let dynamic = self.step.island.dynamic.iter();
+        dynamic.map(|&body| sums[body].to_vector()).collect()
     }
 
-    /// The wrench of contact on each body of the world by the state of one of the island.
+    /// Contact wrench on each body of the world, with its derivatives with respect to the state of one dynamic body of the island.
     fn seeded_contact(&self, by: usize, contacts: &[PairWrenches]) -> Vec<Wrench<BodyDual>> {
-        let mut wrenches = vec![Wrench::zero(); self.step.scene.start.len()];
+        let mut wrenches = vec![Wrench::zero(); self.step.context.start.len()];
         for pair in contacts {
             for (side, &participant) in pair.bodies.iter().enumerate() {
                 let mut wrench = part(&pair.wrenches, side).map(lift::<BodyDual>);

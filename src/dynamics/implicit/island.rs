@@ -1,20 +1,20 @@
-//! Bodies that a step must solve together.
+//! Islands: groups of bodies that a step must solve together.
 
-use super::Scene;
+use super::StepContext;
 use crate::dynamics::sweep::Sweep;
 use crate::geometry::Aabb;
 
-/// Dynamic bodies that may push each other within a step, and what else they may touch.
+/// Dynamic bodies that may interact within a step, and the other bodies that they may touch.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(in crate::dynamics) struct Island {
-    /// The places of its dynamic bodies in the world, in their order.
+    /// Indices of the dynamic bodies in the world, in increasing order.
     pub dynamic: Vec<usize>,
-    /// The places of the other bodies that these may touch, or that forces join to them, in their order.
+    /// Indices of the other bodies that the dynamic bodies may touch or that a force couples to them, in increasing order.
     pub neighbors: Vec<usize>,
 }
 
 impl Island {
-    /// The place in the world of a participant: dynamic bodies first.
+    /// Index in the world of a participant. Participants are the dynamic bodies, then the neighbors.
     pub fn body(&self, participant: usize) -> usize {
         let count = self.dynamic.len();
         if participant < count {
@@ -24,20 +24,20 @@ impl Island {
         }
     }
 
-    /// The places in the world of all participants.
+    /// Indices in the world of all participants.
     pub fn bodies(&self) -> impl Iterator<Item = usize> {
         self.dynamic.iter().chain(&self.neighbors).copied()
     }
 }
 
-impl Scene<'_> {
-    /// The islands of bodies that stay within these boxes, in the order of their first bodies.
+impl StepContext<'_> {
+    /// Islands of bodies that stay within these boxes, in the order of their first bodies.
     pub fn islands(&self, boxes: &[Aabb]) -> Vec<Island> {
-        let system = self.system;
+        let model = self.model;
         let mut sets = Sets::new(boxes.len());
         let mut sweep = Sweep::default();
-        let pairs = sweep.overlapping(boxes.iter().copied(), |i, j| system.ordered_pair(i, j));
-        let is_dynamic = |body: usize| system.bodies[body].inertia().is_some();
+        let pairs = sweep.overlapping(boxes.iter().copied(), |i, j| model.ordered_pair(i, j));
+        let is_dynamic = |body: usize| model.bodies[body].inertia().is_some();
         for &(i, j) in pairs {
             if is_dynamic(i) && is_dynamic(j) {
                 sets.join(i, j);
@@ -50,22 +50,24 @@ impl Scene<'_> {
             }
         }
         let mut islands: Vec<Island> = Vec::new();
-        let mut place = vec![usize::MAX; boxes.len()];
-        for body in system.dynamic_bodies() {
+        let mut island_of_root = vec![usize::MAX; boxes.len()];
+        for body in model.dynamic_bodies() {
             let root = sets.root(body);
-            if place[root] == usize::MAX {
-                place[root] = islands.len();
+            if island_of_root[root] == usize::MAX {
+                island_of_root[root] = islands.len();
                 islands.push(Island {
                     dynamic: Vec::new(),
                     neighbors: Vec::new(),
                 });
             }
-            islands[place[root]].dynamic.push(body);
+            islands[island_of_root[root]].dynamic.push(body);
         }
         for &(i, j) in pairs {
             for (dynamic, other) in [(i, j), (j, i)] {
                 if is_dynamic(dynamic) && !is_dynamic(other) {
-                    islands[place[sets.root(dynamic)]].neighbors.push(other);
+                    islands[island_of_root[sets.root(dynamic)]]
+                        .neighbors
+                        .push(other);
                 }
             }
         }
@@ -73,7 +75,9 @@ impl Scene<'_> {
             let first = group.iter().copied().find(|&body| is_dynamic(body));
             let others = group.iter().copied().filter(|&body| !is_dynamic(body));
             if let Some(first) = first {
-                islands[place[sets.root(first)]].neighbors.extend(others);
+                islands[island_of_root[sets.root(first)]]
+                    .neighbors
+                    .extend(others);
             }
         }
         for island in &mut islands {
@@ -84,7 +88,7 @@ impl Scene<'_> {
     }
 }
 
-/// Disjoint sets; the root of each is its least member.
+/// Disjoint sets (union–find). The root of a set is its smallest member.
 struct Sets(Vec<usize>);
 
 impl Sets {

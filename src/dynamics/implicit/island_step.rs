@@ -1,17 +1,17 @@
-//! One time step of an island, as the real pass, the derivative pass and the reverse sweep share it.
+//! One time step of an island, shared by the real pass, the derivative pass and the reverse sweep.
 
-use super::Scene;
+use super::StepContext;
 use super::island::Island;
 use super::scheme::Scheme;
 use super::stage::{StageEquations, StageStart};
-use crate::dynamics::system::System;
+use crate::dynamics::model::Model;
 use crate::dynamics::{Inertia, RolloutError};
 use crate::scalar::Scalar;
 use nalgebra::{DVector, Vector6};
 
-/// The bodies, the method and the time of an island's step.
+/// Bodies, method and start time of the step of an island.
 pub(in crate::dynamics) struct IslandStep<'a> {
-    pub scene: &'a Scene<'a>,
+    pub context: &'a StepContext<'a>,
     pub island: &'a Island,
     /// Inertias of the dynamic bodies.
     pub inertias: Vec<&'a Inertia>,
@@ -20,50 +20,55 @@ pub(in crate::dynamics) struct IslandStep<'a> {
     pub start: f64,
 }
 
-/// A part of a time step with the velocities that solve its stages.
+/// Part of a time step, with the velocities that solve its stages.
 #[derive(Debug, Clone)]
 pub(in crate::dynamics) struct Substep {
-    /// Start, counted from the start of the time step (s).
+    /// Time from the start of the time step to the start of the substep (s).
     pub offset: f64,
     pub duration: f64,
     /// Velocities of the dynamic bodies, one vector for each stage.
     pub roots: Vec<DVector<f64>>,
-    /// The dynamic bodies, by their places in the island, whose errors exceed their tolerances.
+    /// Indices in the island of the dynamic bodies whose errors exceed their tolerances.
     pub missed: Vec<usize>,
 }
 
-/// An island and the substeps that led it through a time step.
+/// Record of an island and its accepted substeps in a time step.
 #[derive(Debug, Clone)]
-pub(in crate::dynamics) struct Trace {
+pub(in crate::dynamics) struct IslandRecord {
     pub island: Island,
     pub substeps: Vec<Substep>,
 }
 
-/// The reason why a step was not taken.
+/// Reason why a step failed.
 #[derive(Debug)]
 pub(in crate::dynamics) enum StepError {
     /// The path of a body is not finite at a time (s).
     Path { body: usize, time: f64 },
     /// The force on a body is not finite at a time (s).
     Force { body: usize, time: f64 },
-    /// A stage has no solution down to the shortest duration (s) that was tried; the body is the farthest from one.
+    /// No solution of a stage was found, down to the shortest duration (s) that was tried. The body is the farthest from a solution.
     Unsolved { body: usize, duration: f64 },
-    /// The step should end.
+    /// The step was stopped.
     Stopped,
 }
 
 impl<'a> IslandStep<'a> {
-    pub fn new(scene: &'a Scene<'a>, island: &'a Island, scheme: &'a Scheme, start: f64) -> Self {
+    pub fn new(
+        context: &'a StepContext<'a>,
+        island: &'a Island,
+        scheme: &'a Scheme,
+        start: f64,
+    ) -> Self {
         Self {
-            scene,
+            context,
             island,
-            inertias: scene.inertias(island),
+            inertias: context.inertias(island),
             scheme,
             start,
         }
     }
 
-    /// The equations of a stage in `f64`.
+    /// Equations of a stage in `f64`.
     ///
     /// # Errors
     /// If the path of a neighbor is not finite.
@@ -74,8 +79,8 @@ impl<'a> IslandStep<'a> {
             .iter()
             .position(|state| !state.is_finite());
         match lost {
-            Some(place) => Err(StepError::Path {
-                body: self.island.neighbors[place],
+            Some(index) => Err(StepError::Path {
+                body: self.island.neighbors[index],
                 time: equations.start.time,
             }),
             None => Ok(equations),
@@ -83,15 +88,15 @@ impl<'a> IslandStep<'a> {
     }
 }
 
-impl Trace {
-    /// The bodies of the world whose errors exceed their tolerances in a substep, some of them repeatedly.
+impl IslandRecord {
+    /// Bodies of the world whose errors exceed their tolerances in a substep. A body may be repeated.
     pub fn missed(&self) -> impl Iterator<Item = usize> {
-        let places = self.substeps.iter().flat_map(|substep| &substep.missed);
-        places.map(|&place| self.island.dynamic[place])
+        let indices = self.substeps.iter().flat_map(|substep| &substep.missed);
+        indices.map(|&index| self.island.dynamic[index])
     }
 
-    /// Memory of one body in a step that is not divided (bytes).
-    pub fn least_size(scheme: &Scheme) -> usize {
+    /// Memory of one body in a step without subdivision (bytes).
+    pub fn min_size(scheme: &Scheme) -> usize {
         let stage = size_of::<DVector<f64>>() + size_of::<Vector6<f64>>();
         let stages = scheme.stages(1.0).count();
         size_of::<Self>() + size_of::<usize>() + size_of::<Substep>() + stages * stage
@@ -99,13 +104,13 @@ impl Trace {
 }
 
 impl StepError {
-    /// The error of a rollout, in a step that begins at a time (s).
+    /// Converts the failure into the error of a rollout, in a step that begins at a time (s).
     pub fn into_error<T: Scalar>(
         self,
-        system: &System<T>,
+        model: &Model<T>,
         (step, start): (usize, f64),
     ) -> RolloutError {
-        let name = |body: usize| system.bodies[body].name().to_owned();
+        let name = |body: usize| model.bodies[body].name().to_owned();
         match self {
             Self::Stopped => RolloutError::Stopped,
             Self::Path { body, time } => RolloutError::PathNotFinite {

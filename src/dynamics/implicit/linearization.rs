@@ -1,19 +1,19 @@
-//! The linearization of a stage: derivatives of contacts, forces and the residual.
+//! Linearization of a stage: derivatives of contacts, forces and the residual.
 
 use super::about_centers::joined;
-use super::evaluation::{ForceSlopes, with_contacts};
+use super::evaluation::{ForceJacobian, with_contacts};
+use super::frozen_contact_model::PairWrenches;
 use super::matrix::Factors;
-use super::pair_model::PairWrenches;
 use super::stage::StageEquations;
 use crate::dynamics::BodyState;
 use crate::dynamics::sweep::Sweep;
 use crate::parallel::mapped_into;
 use nalgebra::Vector6;
 
-/// The linearization of a stage at its solution.
+/// Linearization of a stage at its solution.
 pub(super) struct Linearization {
     pub contacts: Vec<PairWrenches>,
-    pub forces: Vec<ForceSlopes>,
+    pub forces: Vec<ForceJacobian>,
     /// Factors of the derivatives of the residual with respect to the velocities.
     pub factors: Factors,
     /// Whether the derivatives of the contacts are exact. If not, they hold the contact polygons fixed and approximate friction.
@@ -21,8 +21,7 @@ pub(super) struct Linearization {
 }
 
 impl Linearization {
-    /// The change of contacts and forces on each dynamic body, from the displacements and the changes of velocity of all
-    /// participants.
+    /// Change of contacts and forces on each dynamic body, from the displacements and the changes of velocity of all participants.
     pub fn change(&self, count: usize, changes: &[[Vector6<f64>; 2]]) -> Vec<Vector6<f64>> {
         let mut forces = vec![Vector6::zeros(); count];
         for slopes in &self.forces {
@@ -42,14 +41,14 @@ impl Linearization {
 }
 
 impl StageEquations<'_> {
-    /// The linearization with all exact first derivatives.
+    /// Linearization with all exact first derivatives.
     pub fn linearized(&self, states: &[BodyState]) -> Linearization {
-        let (scene, island) = (self.step.scene, self.step.island);
+        let (context, island) = (self.step.context, self.step.island);
         let mut sweep = Sweep::default();
-        let pairs = scene.close_pairs(island, states, &mut sweep);
+        let pairs = context.close_pairs(island, states, &mut sweep);
         let mut contacts = Vec::new();
         mapped_into(&mut contacts, pairs, |&(i, j)| {
-            let pair = scene.pair(island, [i, j], states)?;
+            let pair = context.pair(island, [i, j], states)?;
             Some(PairWrenches::of(
                 &pair.geometry(),
                 [i, j],
@@ -57,10 +56,10 @@ impl StageEquations<'_> {
             ))
         });
         let contacts: Vec<_> = contacts.into_iter().flatten().collect();
-        let forces = self.force_slopes(states, &contacts);
+        let forces = self.force_jacobians(states, &contacts);
         let matrix = self.matrix(states, &contacts, &forces);
         Linearization {
-            factors: matrix.factorized(scene.patterns),
+            factors: matrix.factorized(context.symbolic_cache),
             contacts,
             forces,
             is_exact: true,

@@ -1,23 +1,22 @@
-//! The matrix of Newton's method, of a 6×6 block for each two bodies that act on each other: dense for a few bodies, sparse for
-//! many.
+//! Matrix of Newton's method, with a 6×6 block for each pair of bodies that interact: dense for few bodies, sparse for many.
 
 #[cfg(feature = "sparse")]
 use super::sparse::{SparseFactors, SparseMatrix};
 use nalgebra::{DMatrix, DVector, Dyn, LU, Matrix6};
 
 #[cfg(feature = "sparse")]
-pub(super) use super::sparse::Patterns;
+pub(super) use super::sparse::SymbolicCache;
 
-/// Without sparse matrices there is nothing to keep of their patterns.
+/// Empty cache, because dense matrices have no symbolic factors.
 #[cfg(not(feature = "sparse"))]
 #[derive(Debug, Clone, Default)]
-pub(super) struct Patterns(());
+pub(super) struct SymbolicCache(());
 
-/// From so many bodies on, a matrix is sparse: the time of dense factors grows with the cube of their number.
+/// Number of bodies from which a matrix is sparse. The time of dense factorization grows with the cube of this number.
 #[cfg(feature = "sparse")]
-const MANY: usize = 16;
+const SPARSE_FROM: usize = 16;
 
-/// A square matrix.
+/// Square matrix of 6×6 blocks.
 #[derive(Debug)]
 pub(super) enum BlockMatrix {
     Dense(DMatrix<f64>),
@@ -25,7 +24,7 @@ pub(super) enum BlockMatrix {
     Sparse(SparseMatrix),
 }
 
-/// A factorized matrix, of which there is none if it is singular.
+/// Factors of a matrix. A singular matrix may have none.
 pub(super) enum Factors {
     Dense(LU<f64, Dyn, Dyn>),
     #[cfg(feature = "sparse")]
@@ -35,7 +34,7 @@ pub(super) enum Factors {
 impl BlockMatrix {
     pub fn zeros(bodies: usize) -> Self {
         #[cfg(feature = "sparse")]
-        if bodies >= MANY {
+        if bodies >= SPARSE_FROM {
             return Self::Sparse(SparseMatrix::zeros(bodies));
         }
         Self::Dense(DMatrix::zeros(6 * bodies, 6 * bodies))
@@ -60,20 +59,22 @@ impl BlockMatrix {
         }
     }
 
-    /// By patterns that are known from other matrices, or become so.
-    pub fn factorized(self, patterns: &Patterns) -> Factors {
+    /// Factorizes the matrix. The cache provides the symbolic factors of a known pattern, and stores new ones.
+    pub fn factorized(self, symbolic_cache: &SymbolicCache) -> Factors {
         #[cfg(not(feature = "sparse"))]
-        let _ = patterns;
+        let _ = symbolic_cache;
         match self {
             Self::Dense(matrix) => Factors::Dense(matrix.lu()),
             #[cfg(feature = "sparse")]
-            Self::Sparse(matrix) => Factors::Sparse(matrix.factorized(patterns).map(Box::new)),
+            Self::Sparse(matrix) => {
+                Factors::Sparse(matrix.factorized(symbolic_cache).map(Box::new))
+            }
         }
     }
 }
 
 impl Factors {
-    /// The solution, unless the matrix is singular.
+    /// Solution; `None` if the matrix is singular.
     pub fn solve(&self, right: &DVector<f64>) -> Option<DVector<f64>> {
         match self {
             Self::Dense(lu) => lu.solve(right),

@@ -1,54 +1,53 @@
-//! The solver of one stage. Outer iterations evaluate the contacts; inner iterations of Newton's method hold the contact polygons
-//! fixed. Inner steps are [damped](super::damping). Outer steps are halved until the next correction, with the new matrix, is
-//! smaller.
+//! Solver of one stage. Outer iterations evaluate the contacts. Inner iterations of Newton's method hold the contact polygons fixed. Inner
+//! steps are [damped](super::damping). Outer steps are halved until the next correction, with the new matrix, is smaller.
 
 use super::damping::{DampedStep, SimplifiedCorrection};
 use super::evaluation::Evaluation;
+use super::frozen_contact_model::{FrozenContactModel, PairWrenches};
 use super::linearization::Linearization;
 use super::matrix::Factors;
-use super::pair_model::{PairModel, PairWrenches};
 use super::report::Work;
 use super::stage::StageEquations;
 use nalgebra::DVector;
 
-/// Outer iterations after which a stage counts as not solved.
+/// Maximum number of outer iterations. After them, a stage counts as not solved.
 const MOST_EVALUATIONS: usize = 25;
 
-/// Iterations on frozen polygons.
+/// Maximum number of iterations on frozen polygons.
 const MOST_ITERATIONS: usize = 30;
 
-/// The shortest fraction of an outer step that is tried.
-const SHORTEST: f64 = 1.0 / 8.0;
+/// Shortest fraction of an outer step that is tried.
+const SHORTEST_FRACTION: f64 = 1.0 / 8.0;
 
 /// Inner iterations end when the correction is below this fraction of the first one.
-const INNER: f64 = 1e-4;
+const INNER_REDUCTION: f64 = 1e-4;
 
 /// Iterations end if the predicted next correction, the last one times the rate of convergence, is below this fraction of the
 /// tolerance.
-const PREDICTED: f64 = 0.01;
+const PREDICTED_FRACTION: f64 = 0.01;
 
-/// If a correction is larger than this fraction of the one before, later evaluations take the exact derivatives of friction and
-/// dissipation, in twice the time.
-const SLOW: f64 = 0.1;
+/// If a correction is larger than this fraction of the previous correction, later evaluations use the exact derivatives of friction and
+/// dissipation, which doubles their time.
+const SLOW_CONVERGENCE: f64 = 0.1;
 
-/// Largest size against which the natural test measures an inner solution, in sizes of the last correction. A longer one leads to where
-/// the frozen polygons are no longer valid.
-const LONGER: f64 = 4.0;
+/// Upper bound of the reference size in the natural test, in sizes of the last correction. A longer inner solution is outside the region in
+/// which the frozen polygons are valid.
+const MOST_GROWTH: f64 = 4.0;
 
-/// Velocities that solve a stage.
+/// Solution of a stage.
 pub(super) struct Root {
     pub velocities: DVector<f64>,
-    /// Bound of their error (m/s).
-    pub least: f64,
-    /// The linearization of the last look at the contacts.
+    /// Error bound of the velocities (m/s).
+    pub tolerance: f64,
+    /// Linearization at the last evaluation of the contacts.
     pub linearization: Linearization,
 }
 
-/// The stage was not solved: the last correction, or the velocities where the matrix is singular or the step was stopped.
+/// Failure to solve a stage, with the last correction. If the matrix is singular or the step was stopped, it has the velocities instead.
 pub(super) struct Unsolved(pub DVector<f64>);
 
-/// A look at the contacts, and the step of Newton's method from there.
-struct Look {
+/// Evaluation of the contacts, with the step of Newton's method from there.
+struct NewtonIterate {
     evaluation: Evaluation,
     contacts: Vec<PairWrenches>,
     factors: Factors,
@@ -56,15 +55,15 @@ struct Look {
     size: f64,
 }
 
-impl Look {
-    /// The root that the look leads to.
-    fn root(self, velocities: DVector<f64>, least: f64) -> Root {
+impl NewtonIterate {
+    /// Root with the linearization of this iterate.
+    fn root(self, velocities: DVector<f64>, tolerance: f64) -> Root {
         Root {
             velocities,
-            least,
+            tolerance,
             linearization: Linearization {
                 contacts: self.contacts,
-                forces: self.evaluation.slopes,
+                forces: self.evaluation.force_jacobians,
                 factors: self.factors,
                 is_exact: self.evaluation.is_exact,
             },
@@ -73,92 +72,96 @@ impl Look {
 }
 
 impl StageEquations<'_> {
-    /// The velocities, beginning at a guess, to a tolerance relative to the velocities at hand.
-    pub fn solved(
+    /// Solves the stage for its velocities, starting at a guess. The tolerance is relative to the current velocities.
+    pub fn solve(
         &self,
         guess: &DVector<f64>,
         tolerance: f64,
         work: &mut Work,
     ) -> Result<Root, Unsolved> {
         work.solves += 1;
-        let first = work.looks;
-        let mut look = self.look(guess.clone(), false, work)?;
+        let queries_before = work.looks;
+        let mut iterate = self.iterate_at(guess.clone(), false, work)?;
         let mut is_exact = false;
         let mut scale = f64::INFINITY;
         let mut rate = f64::INFINITY;
-        while work.looks - first < MOST_EVALUATIONS {
-            // The smallest so far: diverging velocities must not loosen the tolerance.
-            scale = scale.min(self.scale(&look.evaluation));
-            let least = tolerance * scale + self.rounding();
-            let at = &look.evaluation.velocities;
-            if look.size <= least {
-                let velocities = at + &look.step;
-                return Ok(look.root(velocities, least));
+        while work.looks - queries_before < MOST_EVALUATIONS {
+            // The smallest scale so far, because diverging velocities must not loosen the tolerance.
+            scale = scale.min(self.scale(&iterate.evaluation));
+            let absolute_tolerance = tolerance * scale + self.rounding();
+            let at = &iterate.evaluation.velocities;
+            if iterate.size <= absolute_tolerance {
+                let velocities = at + &iterate.step;
+                return Ok(iterate.root(velocities, absolute_tolerance));
             }
-            let velocities = self.solved_near(&look, 0.1 * least, work);
-            if look.size * rate <= PREDICTED * least {
-                return Ok(look.root(velocities, least));
+            let velocities = self.solve_frozen(&iterate, 0.1 * absolute_tolerance, work);
+            if iterate.size * rate <= PREDICTED_FRACTION * absolute_tolerance {
+                return Ok(iterate.root(velocities, absolute_tolerance));
             }
             let mut step = velocities - at;
             if self.speed(&step) <= 0.0 {
-                step.copy_from(&look.step);
+                step.copy_from(&iterate.step);
             }
-            let before = look.size;
-            look = self.damped(&look, &step, is_exact, work)?;
-            rate = look.size / before;
-            is_exact |= rate > SLOW;
+            let before = iterate.size;
+            iterate = self.damped(&iterate, &step, is_exact, work)?;
+            rate = iterate.size / before;
+            is_exact |= rate > SLOW_CONVERGENCE;
         }
-        Err(Unsolved(look.step))
+        Err(Unsolved(iterate.step))
     }
 
-    /// A look at the contacts after a step, which is halved until the correction decreases.
+    /// Next iterate after a step. The step is halved until the correction decreases.
     fn damped(
         &self,
-        from: &Look,
+        from: &NewtonIterate,
         step: &DVector<f64>,
         is_exact: bool,
         work: &mut Work,
-    ) -> Result<Look, Unsolved> {
-        let size = self.speed(step).clamp(from.size, LONGER * from.size);
-        let mut best: Option<Look> = None;
+    ) -> Result<NewtonIterate, Unsolved> {
+        let size = self.speed(step).clamp(from.size, MOST_GROWTH * from.size);
+        let mut best: Option<NewtonIterate> = None;
         let mut fraction = 1.0;
-        while fraction >= SHORTEST {
+        while fraction >= SHORTEST_FRACTION {
             let velocities = &from.evaluation.velocities + step * fraction;
-            if let Ok(look) = self.look(velocities, is_exact, work) {
-                if look.size <= (1.0 - fraction / 4.0) * size {
-                    return Ok(look);
+            if let Ok(iterate) = self.iterate_at(velocities, is_exact, work) {
+                if iterate.size <= (1.0 - fraction / 4.0) * size {
+                    return Ok(iterate);
                 }
-                if best.as_ref().is_none_or(|best| look.size < best.size) {
-                    best = Some(look);
+                if best.as_ref().is_none_or(|best| iterate.size < best.size) {
+                    best = Some(iterate);
                 }
             }
             fraction *= 0.5;
         }
-        // New contacts change the matrix that measures corrections, so a correction that does not grow is accepted, too.
+        // New contacts change the matrix that measures corrections, so a correction that does not grow is also accepted.
         best.filter(|best| best.size <= from.size)
             .ok_or_else(|| Unsolved(step.clone()))
     }
 
-    fn look(
+    fn iterate_at(
         &self,
         velocities: DVector<f64>,
         is_exact: bool,
         work: &mut Work,
-    ) -> Result<Look, Unsolved> {
-        if self.step.scene.is_stopped() {
+    ) -> Result<NewtonIterate, Unsolved> {
+        if self.step.context.is_stopped() {
             return Err(Unsolved(velocities));
         }
         let evaluation = self.evaluation(velocities, is_exact);
         work.looks += 1;
         work.evaluations += usize::from(!evaluation.contacts.is_empty());
         work.iterations += 1;
-        let contacts: Vec<_> = evaluation.contacts.iter().map(PairModel::here).collect();
-        let matrix = self.matrix(&evaluation.states, &contacts, &evaluation.slopes);
-        let factors = matrix.factorized(self.step.scene.patterns);
+        let contacts: Vec<_> = evaluation
+            .contacts
+            .iter()
+            .map(FrozenContactModel::evaluated)
+            .collect();
+        let matrix = self.matrix(&evaluation.states, &contacts, &evaluation.force_jacobians);
+        let factors = matrix.factorized(self.step.context.symbolic_cache);
         let step = factors.solve(&-self.residual_in(&evaluation));
         let size = step.as_ref().map_or(f64::INFINITY, |step| self.speed(step));
         match step {
-            Some(step) if size.is_finite() => Ok(Look {
+            Some(step) if size.is_finite() => Ok(NewtonIterate {
                 evaluation,
                 contacts,
                 factors,
@@ -169,17 +172,22 @@ impl StageEquations<'_> {
         }
     }
 
-    /// The velocities that solve the stage with the polygons held fixed.
-    fn solved_near(&self, look: &Look, least: f64, work: &mut Work) -> DVector<f64> {
+    /// Velocities that solve the stage with the polygons held fixed.
+    fn solve_frozen(
+        &self,
+        iterate: &NewtonIterate,
+        tolerance: f64,
+        work: &mut Work,
+    ) -> DVector<f64> {
         let speed = |step: &DVector<f64>| self.speed(step);
-        let mut velocities = look.evaluation.velocities.clone();
-        let mut damped = DampedStep::full(look.step.clone(), look.size);
+        let mut velocities = iterate.evaluation.velocities.clone();
+        let mut damped = DampedStep::full(iterate.step.clone(), iterate.size);
         let mut new_factors = None;
         for _ in 0..MOST_ITERATIONS {
-            let factors = new_factors.as_ref().unwrap_or(&look.factors);
+            let factors = new_factors.as_ref().unwrap_or(&iterate.factors);
             let (matrix, residual, simplified) = loop {
                 let ahead = &velocities + &damped.step * damped.fraction;
-                let (residual, matrix) = self.residual_near(&look.evaluation, &ahead);
+                let (residual, matrix) = self.residual_near(&iterate.evaluation, &ahead);
                 let Some(step) = factors.solve(&-&residual) else {
                     return velocities;
                 };
@@ -193,11 +201,13 @@ impl StageEquations<'_> {
                     return velocities;
                 }
             };
-            if simplified.size <= least.max(INNER * look.size) || self.step.scene.is_stopped() {
+            if simplified.size <= tolerance.max(INNER_REDUCTION * iterate.size)
+                || self.step.context.is_stopped()
+            {
                 break;
             }
             work.iterations += 1;
-            let factors = matrix.factorized(self.step.scene.patterns);
+            let factors = matrix.factorized(self.step.context.symbolic_cache);
             let Some(step) = factors.solve(&-residual) else {
                 break;
             };
@@ -207,28 +217,28 @@ impl StageEquations<'_> {
         velocities
     }
 
-    /// The velocities (m/s) that bodies have, or would get from what acts on them.
+    /// Largest speed (m/s) that a body has, or that its momentum and the wrenches on it give to it in the stage.
     fn scale(&self, evaluation: &Evaluation) -> f64 {
-        let of_body = |place: usize| {
-            let (inertia, pose) = (self.inertias[place], &self.start.poses[place]);
-            let [momentum, given, acting] = [
-                self.start.momenta[place],
-                self.given(place) * self.start.duration,
-                evaluation.acting[place] * self.start.duration,
+        let of_body = |index: usize| {
+            let (inertia, pose) = (self.inertias[index], &self.start.poses[index]);
+            let [momentum, applied, wrench] = [
+                self.start.momenta[index],
+                self.applied_wrench(index) * self.start.duration,
+                evaluation.wrenches[index] * self.start.duration,
             ]
             .map(|impulse| inertia.speed(&inertia.velocities(pose.rotation(), &impulse)));
-            momentum + given + acting
+            momentum + applied + wrench
         };
         let neighbors = self.neighbors.iter().map(|state| state.twist.linear.norm());
         let bodies = (0..self.inertias.len()).map(of_body);
         bodies.chain(neighbors).fold(0.0, f64::max)
     }
 
-    /// The velocities (m/s) that the rounding of coordinates makes.
+    /// Velocity error (m/s) from the rounding of coordinates.
     fn rounding(&self) -> f64 {
         let neighbors = self.neighbors.iter().map(|state| &state.pose);
         let poses = self.start.poses.iter().chain(neighbors);
-        let places = poses.map(|pose| pose.translation().amax());
-        4.0 * f64::EPSILON * places.fold(0.0, f64::max) / self.start.duration
+        let indices = poses.map(|pose| pose.translation().amax());
+        4.0 * f64::EPSILON * indices.fold(0.0, f64::max) / self.start.duration
     }
 }

@@ -1,41 +1,46 @@
-//! A step that was taken, replayed in `f64` for the reverse sweep.
+//! Replay of a recorded step in `f64`, for the reverse sweep.
 
-use super::island_step::{IslandStep, StepError, Substep, Trace};
+use super::island_step::{IslandRecord, IslandStep, StepError, Substep};
 use super::scheme::{Scheme, Stage};
 use super::stage::{StageEquations, StageStart, Stages, concatenated, six_of};
-use super::{Island, Scene};
+use super::{Island, StepContext};
 use crate::contact::LinearizedContact;
 use crate::dynamics::sweep::Sweep;
 use crate::dynamics::{BodyState, Inertia};
 use nalgebra::Vector6;
 
-/// An island's step that was taken.
+/// Recorded step of an island.
 pub(in crate::dynamics) struct Replay<'a> {
     step: IslandStep<'a>,
     substeps: &'a [Substep],
 }
 
-/// A substep that was taken.
+/// Replayed substep.
 pub(in crate::dynamics) struct ReplayedSubstep<'a> {
-    /// The dynamic bodies at its start.
+    /// States of the dynamic bodies at the start of the substep.
     pub from: Vec<BodyState>,
     pub stages: Vec<ReplayedStage<'a>>,
 }
 
-/// A stage that was solved.
+/// Replayed stage.
 pub(in crate::dynamics) struct ReplayedStage<'a> {
     pub stage: Stage,
     equations: StageEquations<'a>,
-    /// States of all participants at its end.
+    /// States of all participants at the end of the stage.
     pub states: Vec<BodyState>,
 }
 
 impl<'a> Replay<'a> {
-    /// The replay of a trace, of a step that begins at a time (s).
-    pub fn new(scene: &'a Scene<'a>, trace: &'a Trace, scheme: &'a Scheme, start: f64) -> Self {
+    /// Replay of the record of a step that begins at a time (s).
+    pub fn new(
+        context: &'a StepContext<'a>,
+        record: &'a IslandRecord,
+        scheme: &'a Scheme,
+        start: f64,
+    ) -> Self {
         Self {
-            step: IslandStep::new(scene, &trace.island, scheme, start),
-            substeps: &trace.substeps,
+            step: IslandStep::new(context, &record.island, scheme, start),
+            substeps: &record.substeps,
         }
     }
 
@@ -48,10 +53,10 @@ impl<'a> Replay<'a> {
         &self.step.inertias
     }
 
-    /// The substeps, the first one first.
+    /// Substeps in the order of time.
     pub fn substeps(&self) -> Vec<ReplayedSubstep<'_>> {
         let bodies = self.step.island.dynamic.iter();
-        let mut states: Vec<_> = bodies.map(|&body| self.step.scene.start[body]).collect();
+        let mut states: Vec<_> = bodies.map(|&body| self.step.context.start[body]).collect();
         let replayed = self.substeps.iter().map(|substep| {
             let replayed = self.substep(substep, states.clone());
             if let Some(last) = replayed.stages.last() {
@@ -72,7 +77,7 @@ impl<'a> Replay<'a> {
             .zip(&substep.roots)
         {
             let equations = StageEquations::new(&self.step, stages.start(&stage));
-            let states = equations.states_with(|place| six_of(root, place));
+            let states = equations.states_with(|index| six_of(root, index));
             stages.push(&equations.start, &states);
             replayed.push(ReplayedStage {
                 stage,
@@ -88,35 +93,39 @@ impl<'a> Replay<'a> {
 }
 
 impl ReplayedStage<'_> {
-    /// The start of the stage.
+    /// Start of the stage.
     pub fn start(&self) -> &StageStart {
         &self.equations.start
     }
 
-    /// The pairs of participants that may touch, A first.
+    /// Pairs of participants that may touch, A first.
     pub fn close_pairs(&self) -> Vec<(usize, usize)> {
-        let IslandStep { scene, island, .. } = self.equations.step;
+        let IslandStep {
+            context, island, ..
+        } = self.equations.step;
         let mut sweep = Sweep::default();
-        scene.close_pairs(island, &self.states, &mut sweep).to_vec()
+        context
+            .close_pairs(island, &self.states, &mut sweep)
+            .to_vec()
     }
 
-    /// Solves the transposed linearization of the stage: J⁻ᵀ times the derivatives of a number with respect to the velocities
-    /// of each body. The contacts are all of the stage, each of two participants.
+    /// Solves the transposed linearization of the stage: returns J⁻ᵀ times the gradient with respect to the velocities of each body.
+    /// `contacts` has all contacts of the stage, each with its two participants.
     pub fn solve_transposed<'c>(
         &self,
         contacts: impl Iterator<Item = ([usize; 2], &'c LinearizedContact)>,
         by_velocities: &[Vector6<f64>],
     ) -> Result<Vec<Vector6<f64>>, StepError> {
-        let scene = self.equations.step.scene;
-        if scene.is_stopped() {
+        let context = self.equations.step.context;
+        if context.is_stopped() {
             return Err(StepError::Stopped);
         }
         let matrix = self.equations.exact_matrix(&self.states, contacts);
-        let factors = matrix.transposed().factorized(scene.patterns);
+        let factors = matrix.transposed().factorized(context.symbolic_cache);
         let right = concatenated(by_velocities.iter().copied());
         let solution = factors.solve(&right);
         let solution = solution.ok_or_else(|| self.equations.singular())?;
-        let places = 0..by_velocities.len();
-        Ok(places.map(|place| six_of(&solution, place)).collect())
+        let indices = 0..by_velocities.len();
+        Ok(indices.map(|index| six_of(&solution, index)).collect())
     }
 }

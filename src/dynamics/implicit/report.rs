@@ -1,32 +1,32 @@
 use crate::dynamics::Accuracy;
 use std::ops::AddAssign;
 
-/// What an implicit time step took.
+/// Report of an implicit time step.
 #[derive(Debug, Clone, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct StepReport {
-    /// Groups of bodies that were solved by themselves.
+    /// Number of islands: groups of bodies that were solved separately.
     pub islands: usize,
-    /// What the solver did, all islands together.
+    /// Work of the solver, summed over all islands.
     pub work: Work,
-    /// Where the energy went, all bodies together.
+    /// Energy balance, summed over all bodies.
     pub energy: EnergyBalance,
-    /// The estimated errors of each body of the world: 0 for bodies that forces do not move, and without error control.
+    /// Estimated errors of each body of the world. They are 0 for bodies that are not dynamic, and without error control.
     pub errors: Vec<BodyErrors>,
 }
 
-/// The magnitudes of the estimated errors of a body, summed over substeps. The errors of the motion are mostly smaller, because errors
-/// of different signs cancel. They are larger if the motion amplifies them.
+/// Magnitudes of the estimated errors of a body, summed over substeps. The errors of the motion are mostly smaller, because errors of
+/// different signs cancel. They are larger if the motion amplifies them.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct BodyErrors {
-    /// Of its velocity: the sum of error over tolerance, times [`Accuracy::values`].
+    /// Error of the velocity: the sum of error over tolerance, times [`Accuracy::values`].
     pub values: f64,
-    /// Of the derivatives of its motion: the sum of error over tolerance, times [`Accuracy::slopes`].
+    /// Error of the derivatives of the motion: the sum of error over tolerance, times [`Accuracy::slopes`].
     pub slopes: f64,
-    /// Substeps in which one of its errors exceeds the tolerance.
+    /// Number of substeps in which an error of the body exceeds its tolerance.
     pub missed: usize,
 }
 
@@ -42,50 +42,50 @@ impl BodyErrors {
     }
 }
 
-/// What a solver did.
+/// Work of a solver.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct Work {
-    /// Substeps that were taken, of all islands.
+    /// Number of accepted substeps of all islands.
     pub substeps: usize,
-    /// Accepted substeps whose error exceeds the tolerance. Such a substep is as short as allowed, or the step is near the end of its
-    /// budget ([`Accuracy`]).
+    /// Number of accepted substeps whose error exceeds the tolerance. Such a substep is as short as allowed, or the step is near the end of
+    /// its budget ([`Accuracy`]).
     pub missed: usize,
-    /// Systems of equations: one for each stage of each substep, rejected ones included, and two if the first guess does not lead to a
-    /// solution.
+    /// Number of systems of equations: one for each stage of each substep, including rejected substeps. A stage counts twice if its first
+    /// guess does not lead to a solution.
     pub solves: usize,
-    /// Evaluations of an island that has contacts, including the one at the start of a rollout. One with exact derivatives of friction
-    /// and dissipation takes twice the time, and counts once.
+    /// Number of evaluations of an island that has contacts, including the evaluation at the start of a rollout. An evaluation with exact
+    /// derivatives of friction and dissipation takes twice the time, and counts once.
     pub evaluations: usize,
-    /// Looks at the contacts, whether anything is near or not.
+    /// Number of contact queries, including queries that find no contact.
     pub looks: usize,
-    /// Iterations of Newton's method, most of them on contact polygons as they are.
+    /// Number of iterations of Newton's method. Most of them use frozen contact polygons.
     pub iterations: usize,
-    /// Exact linearizations of an island's contacts, for the errors of its substeps.
+    /// Number of exact linearizations of the contacts of an island, for error estimates.
     pub linearizations: usize,
-    /// Substeps that were rejected: an error exceeded its tolerance, or bodies might have passed through each other.
+    /// Number of rejected substeps: an error exceeded its tolerance, or bodies might have passed through each other.
     pub rejections: usize,
-    /// Substeps that were repeated with a shorter duration because a system was not solved.
+    /// Number of substeps that were repeated with a shorter duration because a system was not solved.
     pub failures: usize,
 }
 
-/// Where the energy of a step's bodies went (J).
+/// Energy balance of the bodies in a step (J).
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct EnergyBalance {
     /// Change of the kinetic energy.
     pub kinetic: f64,
-    /// The work of gravity and controls.
+    /// Work of gravity and controls.
     pub given: f64,
-    /// The work of contacts and other forces: of their wrenches along the motion, at the stages of the steps.
+    /// Work of contacts and other forces: of their wrenches along the motion, at the stages of the steps.
     pub acting: f64,
 }
 
 impl EnergyBalance {
-    /// Work minus the change of kinetic energy: what the integrator has lost, or made if negative. The work of contacts is that at the
-    /// stages, and so differs slightly from the change of their potential energy.
+    /// Energy (J) that the integrator has lost, or created if negative: work minus the change of kinetic energy. The work of contacts is
+    /// evaluated at the stages, so it differs slightly from the change of their potential energy.
     #[must_use]
     pub fn numerical_loss(&self) -> f64 {
         self.given + self.acting - self.kinetic

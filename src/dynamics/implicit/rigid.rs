@@ -1,4 +1,4 @@
-//! Rigid bodies in the coordinates of an implicit step: about the center of mass, angular before linear.
+//! Rigid-body kinematics and momenta in the coordinates of an implicit step: about the center of mass, angular before linear.
 
 use crate::dynamics::tangent::turn_between;
 use crate::dynamics::{BodyState, Inertia};
@@ -17,7 +17,7 @@ impl<T: Scalar> Inertia<T> {
         six(&spin, &momentum)
     }
 
-    /// The pose of a body after a turn (rad, world axes) about its center of mass, and a shift of that (m).
+    /// Pose of a body after a turn (rad, world axes) about its center of mass and a shift of the center of mass (m).
     pub(super) fn displaced(&self, pose: &Pose<T>, displacement: &Vector6<T>) -> Pose<T> {
         let Twist { angular, linear } = Twist::from_vector(displacement);
         self.turned_and_moved(pose, &turned_by(pose.rotation(), &angular), &linear)
@@ -25,13 +25,13 @@ impl<T: Scalar> Inertia<T> {
 }
 
 impl Inertia {
-    /// The rotational inertia (kg m²) in world axes.
+    /// Rotational inertia (kg m²) in world axes.
     pub(super) fn in_world(&self, rotation: &Matrix3<f64>) -> Matrix3<f64> {
         let frame = self.principal.frame(rotation);
         frame * Matrix3::from_diagonal(&self.principal.moments) * frame.transpose() * self.mass
     }
 
-    /// The velocities that an impulse (N m s, N s) gives to the body.
+    /// Velocities that an impulse (N m s, N s) gives to the body.
     pub(in crate::dynamics) fn velocities(
         &self,
         rotation: &Matrix3<f64>,
@@ -44,25 +44,25 @@ impl Inertia {
         )
     }
 
-    /// The speed (m/s) of velocities: a spin counts by the radius of gyration.
+    /// Speed (m/s) of velocities. The spin is multiplied by the radius of gyration.
     pub(super) fn speed(&self, velocities: &Vector6<f64>) -> f64 {
         let Twist { angular, linear } = Twist::from_vector(velocities);
         let gyration_squared = self.principal.moments.mean();
         (angular.norm_squared() * gyration_squared + linear.norm_squared()).sqrt()
     }
 
-    /// The derivatives of a body's motion over a time (s), at the state it leads to.
-    pub(super) fn rates(&self, state: &BodyState, duration: f64) -> Rates {
+    /// Jacobians of the displacement over a time (s), and of the momentum at the end state.
+    pub(super) fn motion_jacobian(&self, state: &BodyState, duration: f64) -> MotionJacobian {
         let turning = left_jacobian(&(state.twist.angular * duration)) * duration;
         let [momentum_by_pose, momentum_by_twist] = self.momentum_slopes(state);
-        Rates {
+        MotionJacobian {
             displacement: diagonal(&turning, duration),
             momentum_by_pose,
             momentum_by_twist,
         }
     }
 
-    /// The derivatives of [`Self::momentum`] by a displacement, and by the velocities.
+    /// Derivatives of [`Self::momentum`] with respect to a displacement and to the velocities.
     pub(in crate::dynamics) fn momentum_slopes(&self, state: &BodyState) -> [Matrix6<f64>; 2] {
         let angular = &state.twist.angular;
         let inertia = self.in_world(state.pose.rotation());
@@ -71,16 +71,17 @@ impl Inertia {
     }
 }
 
-/// See [`Inertia::rates`].
-pub(super) struct Rates {
-    /// The displacement by the velocities.
+/// Jacobians of [`Inertia::motion_jacobian`].
+pub(super) struct MotionJacobian {
+    /// Derivative of the displacement with respect to the velocities.
     pub displacement: Matrix6<f64>,
     pub momentum_by_pose: Matrix6<f64>,
     pub momentum_by_twist: Matrix6<f64>,
 }
 
-/// From the derivatives by a body's pose after a displacement, all of them by displacements about the center of mass, to those
-/// by its pose before, and by the displacement: see [`Inertia::displaced`].
+/// Adjoint of [`Inertia::displaced`]. The argument `by_pose` is the gradient with respect to the pose after a displacement. The result is
+/// the gradient with respect to the pose before it, and with respect to the displacement. Gradients with respect to poses are in
+/// displacements about the center of mass.
 pub(in crate::dynamics) fn displaced_back(
     displacement: &Vector6<f64>,
     by_pose: &Vector6<f64>,
@@ -95,20 +96,20 @@ pub(in crate::dynamics) fn displaced_back(
         .map(|turned| six(&turned.tr_mul(&by_turn), &linear))
 }
 
-/// The displacement of a body from one pose to another.
+/// Displacement of a body from one pose to another.
 pub(super) fn displacement(inertia: &Inertia, from: &Pose, to: &Pose) -> Vector6<f64> {
     let [before, after] = [from, to].map(|pose| pose.transformed_point(&inertia.center_of_mass));
     six(&turn_between(from, to), &(after - before))
 }
 
-/// The 6-vector of two parts.
+/// 6-vector of an angular and a linear part.
 pub(super) fn six<T: Scalar>(angular: &Vector3<T>, linear: &Vector3<T>) -> Vector6<T> {
     let (a, l) = (angular, linear);
     Vector6::new(a.x, a.y, a.z, l.x, l.y, l.z)
 }
 
-/// No six numbers.
-pub(super) fn none<T: Scalar>() -> Vector6<T> {
+/// Zero 6-vector.
+pub(super) fn zero6<T: Scalar>() -> Vector6<T> {
     Vector6::from_element(lift(0.0))
 }
 

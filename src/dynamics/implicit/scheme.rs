@@ -1,18 +1,18 @@
-//! Diagonally implicit Runge–Kutta methods, stiffly accurate: the last stage is the end of the substep.
+//! Stiffly accurate, diagonally implicit Runge–Kutta methods. The last stage is the end of the substep.
 
 use crate::scalar::Scalar;
 use nalgebra::Vector6;
 
-/// A method by its coefficients.
+/// Coefficients of a method.
 #[derive(Debug)]
 pub(in crate::dynamics) struct Scheme {
-    /// For each stage, the weights of the stages before it, and its own.
+    /// Weights of the earlier stages and diagonal coefficient, for each stage.
     stages: &'static [(&'static [f64], f64)],
-    /// The estimate of the local error; none for a method without error control.
+    /// Estimate of the local error; `None` for a method without error control.
     pub estimate: Option<ErrorEstimate>,
 }
 
-/// The difference from an embedded formula of lower order.
+/// Difference from an embedded formula of lower order.
 #[derive(Debug)]
 pub(in crate::dynamics) struct ErrorEstimate {
     /// Weights of the rates of the stages.
@@ -21,7 +21,7 @@ pub(in crate::dynamics) struct ErrorEstimate {
     pub order: f64,
 }
 
-/// γ, with which three stages are of third order and L-stable: the middle root of 6γ³ − 18γ² + 9γ − 1 = 0.
+/// Diagonal coefficient γ with which three stages have third order and are L-stable: the middle root of 6γ³ − 18γ² + 9γ − 1 = 0.
 const GAMMA: f64 = 0.435_866_521_508_459;
 
 /// Weights of the first two stages in the third.
@@ -30,7 +30,7 @@ const LAST: [f64; 2] = [
     (6.0 * GAMMA * GAMMA - 20.0 * GAMMA + 5.0) / 4.0,
 ];
 
-/// Third order \[Alexander 1977\]. The first two stages make the embedded formula of second order.
+/// SDIRK method of third order \[Alexander 1977\]. The first two stages give the embedded formula of second order.
 pub(in crate::dynamics) const SDIRK3: Scheme = Scheme {
     stages: &[
         (&[], GAMMA),
@@ -52,42 +52,42 @@ pub(in crate::dynamics) const IMPLICIT_EULER: Scheme = Scheme {
     estimate: None,
 };
 
-/// A stage of a substep.
+/// Stage of a substep.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::dynamics) struct Stage {
-    /// The weight of each stage before it.
+    /// Weight of each earlier stage.
     before: &'static [f64],
     /// Duration of the substep (s).
     substep: f64,
-    /// Its diagonal coefficient times the substep (s).
+    /// Diagonal coefficient times the duration of the substep (s).
     pub duration: f64,
-    /// Its abscissa times the substep (s).
+    /// Abscissa times the duration of the substep (s).
     pub offset: f64,
 }
 
 impl Scheme {
     pub(super) fn stages(&self, substep: f64) -> impl Iterator<Item = Stage> {
-        self.stages.iter().map(move |&(before, own)| Stage {
+        self.stages.iter().map(move |&(before, diagonal)| Stage {
             before,
             substep,
-            duration: own * substep,
-            offset: (before.iter().sum::<f64>() + own) * substep,
+            duration: diagonal * substep,
+            offset: (before.iter().sum::<f64>() + diagonal) * substep,
         })
     }
 
-    /// The weights of the stages in the substep, times the substep (s).
+    /// Weights of the stages, times the duration of the substep (s).
     pub(super) fn weights(&self, substep: f64) -> impl Iterator<Item = f64> {
-        let (before, own) = self.stages.last().copied().unwrap_or_default();
+        let (before, diagonal) = self.stages.last().copied().unwrap_or_default();
         before
             .iter()
             .copied()
-            .chain([own])
+            .chain([diagonal])
             .map(move |weight| weight * substep)
     }
 }
 
 impl ErrorEstimate {
-    /// The estimate for the displacement or the momentum of a body, from its rates in all stages.
+    /// Error estimate of the displacement or the momentum of a body, from its rates in all stages.
     pub(super) fn of(
         &self,
         rates: impl Iterator<Item = Vector6<f64>>,
@@ -98,25 +98,25 @@ impl ErrorEstimate {
 }
 
 impl Stage {
-    /// The coefficients of the stages before it, times the substep (s).
+    /// Coefficients of the earlier stages, times the duration of the substep (s).
     pub fn before(&self) -> impl Iterator<Item = f64> {
         self.before.iter().map(|weight| weight * self.substep)
     }
 
-    /// The sum of the rates of the stages before it, each times its coefficient.
+    /// Sum of the rates of the earlier stages, each times its coefficient.
     pub fn accumulated<T: Scalar>(&self, rates: impl Iterator<Item = Vector6<T>>) -> Vector6<T> {
         sum(self.before(), rates)
     }
 }
 
-/// The sum of rates, each times a time (s).
+/// Sum of rates, each times a time (s).
 fn sum<T: Scalar>(
     times: impl Iterator<Item = f64>,
     rates: impl Iterator<Item = Vector6<T>>,
 ) -> Vector6<T> {
     times
         .zip(rates)
-        .fold(super::rigid::none(), |sum, (time, rate)| {
+        .fold(super::rigid::zero6(), |sum, (time, rate)| {
             sum + rate.map(|number| number * time)
         })
 }

@@ -1,4 +1,4 @@
-//! A solved stage and its response, to first order, to a change of its start.
+//! Solved stage and its first-order response to a change of its start.
 
 use super::island_step::IslandStep;
 use super::newton::Root;
@@ -9,17 +9,17 @@ use crate::scalar::{DenseDual, lift};
 use crate::spatial::{Twist, turn_from_real};
 use nalgebra::{Vector3, Vector6};
 
-/// A number with one derivative: its change.
+/// Number with one derivative.
 pub(super) type Change = DenseDual<1>;
 
-/// Bodies of an island in numbers that carry a change.
+/// Inertias and applied wrenches of an island as numbers with one derivative.
 pub(super) struct ChangedBodies {
     pub inertias: Vec<Inertia<Change>>,
     /// Weight and control of each body of the world.
-    pub given: Vec<Vector6<Change>>,
+    pub applied: Vec<Vector6<Change>>,
 }
 
-/// Rates along the motion that the states of the dynamic bodies do not determine.
+/// Time derivatives along the motion that the states of the dynamic bodies do not determine.
 pub(super) struct RatesInTime {
     /// Displacement and velocities of the neighbors, per second.
     pub neighbors: Vec<[Vector6<f64>; 2]>,
@@ -30,83 +30,82 @@ pub(super) struct RatesInTime {
 /// Half the step of central differences in time, as a fraction of the duration of a stage.
 const SHORT: f64 = 1e-3;
 
-/// The displacement of a body about its center of mass, and its velocities: changes of these, or rates.
+/// Changes, or rates, of the displacement of a body about its center of mass and of its velocities.
 pub(super) struct BodyChange {
     pub displacement: Vector6<f64>,
     pub velocities: Vector6<f64>,
 }
 
-/// A stage with its solution.
+/// Stage with its solution.
 pub(super) struct SolvedStage<'a> {
     pub equations: StageEquations<'a>,
-    /// States of all participants at the end.
+    /// States of all participants at the end of the stage.
     pub states: Vec<BodyState>,
     pub root: Root,
 }
 
 impl SolvedStage<'_> {
-    /// Takes the exact derivatives of all contacts.
+    /// Replaces the linearization by the exact derivatives of all contacts.
     pub fn linearize(&mut self) {
         self.root.linearization = self.equations.linearized(&self.states);
     }
 
-    /// The states of the dynamic bodies at the end, from a start with a change and from changes in time; none if the matrix is
-    /// singular.
+    /// States of the dynamic bodies at the end, from a start with a derivative and from rates in time; `None` if the matrix is singular.
     pub fn response(
         &self,
-        (inertias, given): (&[&Inertia<Change>], &[Vector6<Change>]),
+        (inertias, applied): (&[&Inertia<Change>], &[Vector6<Change>]),
         start: &StageStart<Change>,
         in_time: &RatesInTime,
     ) -> Option<Vec<BodyState<Change>>> {
         let equations = StageEquations {
             step: self.equations.step,
             inertias,
-            given,
+            applied,
             start: start.clone(),
             neighbors: Vec::new(),
         };
         let count = inertias.len();
         let mut velocities: Vec<_> = (0..count)
-            .map(|place| {
-                six_of(&self.root.velocities, place).map(|number| Change::new(number, [0.0]))
+            .map(|index| {
+                six_of(&self.root.velocities, index).map(|number| Change::new(number, [0.0]))
             })
             .collect();
-        let states = equations.states_with(|place| velocities[place]);
+        let states = equations.states_with(|index| velocities[index]);
         let bodies = inertias.iter().zip(&states);
         let dynamic = bodies.map(|(inertia, state)| BodyChange::carried_by(inertia, state));
         let dynamic = dynamic.map(|change| [change.displacement, change.velocities]);
         let changes: Vec<_> = dynamic.chain(in_time.neighbors.iter().copied()).collect();
-        let acting = self.root.linearization.change(count, &changes);
-        let acting = acting
+        let wrenches = self.root.linearization.change(count, &changes);
+        let wrenches = wrenches
             .iter()
             .zip(&in_time.forces)
             .map(|(change, in_time)| (change + in_time).map(|change| Change::new(0.0, [change])));
-        let acting: Vec<_> = acting.collect();
-        let residual = equations.residual(&states, &acting);
+        let wrenches: Vec<_> = wrenches.collect();
+        let residual = equations.residual(&states, &wrenches);
         let right = residual.iter().map(|six| six.map(|number| -number.eps[0]));
         let correction = self
             .root
             .linearization
             .factors
             .solve(&concatenated(right))?;
-        for (place, six) in velocities.iter_mut().enumerate() {
-            for (number, change) in six.iter_mut().zip(&six_of(&correction, place)) {
+        for (index, six) in velocities.iter_mut().enumerate() {
+            for (number, change) in six.iter_mut().zip(&six_of(&correction, index)) {
                 number.eps[0] = *change;
             }
         }
-        Some(equations.states_with(|place| velocities[place]))
+        Some(equations.states_with(|index| velocities[index]))
     }
 
-    /// The rates of neighbors and forces at the solution, by differences in time.
+    /// Rates of neighbors and forces at the solution, by differences in time.
     pub fn rates_in_time(&self) -> RatesInTime {
         let StageEquations { step, start, .. } = &self.equations;
-        let (scene, count) = (step.scene, step.inertias.len());
+        let (context, count) = (step.context, step.inertias.len());
         let short = SHORT * start.duration;
         let [early, late] = [-short, short].map(|shift| {
             let time = start.time + shift;
             let mut states = self.states.clone();
-            states[count..].copy_from_slice(&scene.neighbors_at(step.island, time));
-            let forces = if scene.forces.is_empty() {
+            states[count..].copy_from_slice(&context.neighbors_at(step.island, time));
+            let forces = if context.forces.is_empty() {
                 vec![Vector6::zeros(); count]
             } else {
                 self.equations
@@ -127,9 +126,9 @@ impl SolvedStage<'_> {
         }
     }
 
-    /// The largest speed (m/s) of a dynamic body relative to the bodies that it touches, and at least that of its own spin.
-    pub fn relative_speed(&self, place: usize) -> f64 {
-        let inertia = self.equations.inertias[place];
+    /// Largest speed (m/s) of a dynamic body relative to the bodies that it touches, and at least the speed of its spin.
+    pub fn relative_speed(&self, index: usize) -> f64 {
+        let inertia = self.equations.inertias[index];
         let center = |participant: usize| {
             let (pose, inertias) = (&self.states[participant].pose, self.equations.inertias);
             let center = inertias
@@ -137,21 +136,21 @@ impl SolvedStage<'_> {
                 .map(|inertia| inertia.center_of_mass);
             pose.transformed_point(&center.unwrap_or_default())
         };
-        let own = &self.states[place].twist;
+        let twist = &self.states[index].twist;
         let relative = |other: usize| {
             let Twist { angular, linear } = &self.states[other].twist;
-            let carried = linear + angular.cross(&(center(place) - center(other)));
-            inertia.speed(&six(&(own.angular - angular), &(own.linear - carried)))
+            let carried = linear + angular.cross(&(center(index) - center(other)));
+            inertia.speed(&six(&(twist.angular - angular), &(twist.linear - carried)))
         };
         let contacts = self.root.linearization.contacts.iter();
         let partners = contacts.filter_map(|contact| match contact.bodies {
-            [a, b] if a == place => Some(b),
-            [a, b] if b == place => Some(a),
+            [a, b] if a == index => Some(b),
+            [a, b] if b == index => Some(a),
             _ => None,
         });
         let speeds = partners.map(relative);
         speeds.fold(
-            inertia.speed(&six(&own.angular, &Vector3::zeros())),
+            inertia.speed(&six(&twist.angular, &Vector3::zeros())),
             f64::max,
         )
     }
@@ -159,7 +158,7 @@ impl SolvedStage<'_> {
 
 impl RatesInTime {
     /// Zero rates for a number of neighbors and a number of dynamic bodies.
-    pub fn none(neighbors: usize, dynamic: usize) -> Self {
+    pub fn zero(neighbors: usize, dynamic: usize) -> Self {
         Self {
             neighbors: vec![[Vector6::zeros(); 2]; neighbors],
             forces: vec![Vector6::zeros(); dynamic],
@@ -168,22 +167,22 @@ impl RatesInTime {
 }
 
 impl ChangedBodies {
-    /// The bodies of an island in a step, without a change yet.
+    /// Bodies of an island in a step, with zero derivatives.
     pub fn new(step: &IslandStep) -> Self {
-        let given = step.scene.given.iter();
+        let applied = step.context.applied.iter();
         Self {
             inertias: step
                 .inertias
                 .iter()
                 .map(|inertia| inertia.lifted())
                 .collect(),
-            given: given.map(|six| six.map(lift)).collect(),
+            applied: applied.map(|six| six.map(lift)).collect(),
         }
     }
 }
 
 impl BodyChange {
-    /// The rates of a body on which a wrench acts in total.
+    /// Rates of a body under a total wrench.
     pub fn rates(inertia: &Inertia, state: &BodyState, wrench: &Vector6<f64>) -> Self {
         let displacement = state.twist.to_vector();
         let [by_pose, _] = inertia.momentum_slopes(state);
@@ -194,7 +193,7 @@ impl BodyChange {
         }
     }
 
-    /// The derivative part of a state.
+    /// Derivative part of a state.
     pub fn carried_by(inertia: &Inertia<Change>, state: &BodyState<Change>) -> Self {
         let change = |number: Change| number.eps[0];
         let turn = turn_from_real(state.pose.rotation());
@@ -205,7 +204,7 @@ impl BodyChange {
         }
     }
 
-    /// The state with this derivative part.
+    /// State with this derivative part.
     pub fn applied_to(&self, inertia: &Inertia<Change>, state: &BodyState) -> BodyState<Change> {
         let lifted = state.lifted::<Change>();
         let change = |number: f64| Change::new(0.0, [number]);

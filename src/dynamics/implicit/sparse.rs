@@ -1,5 +1,5 @@
-//! Sparse matrices of Newton's method: the only user of faer. Its LU factorization takes the symbolic part, which depends on
-//! where the blocks are, apart from the numbers. It runs on one thread, so that threads change no bit.
+//! Sparse matrices of Newton's method: the only user of faer. The LU factorization separates the symbolic part, which depends only on the
+//! positions of the blocks, from the numeric part. It runs on one thread, so that the number of threads changes no bit.
 
 use faer::Mat;
 use faer::linalg::solvers::Solve;
@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// A sparse matrix, by its blocks in the order of their columns, then rows.
+/// Sparse matrix. Its blocks are sorted by column, then by row.
 #[derive(Debug)]
 pub(in crate::dynamics) struct SparseMatrix {
     bodies: usize,
@@ -22,18 +22,18 @@ pub(in crate::dynamics) struct SparseFactors {
     size: usize,
 }
 
-/// Where blocks are: columns and rows.
+/// Positions of the blocks: columns and rows.
 type Pattern = Vec<(usize, usize)>;
 
-/// The symbolic factors of a few patterns, so that they are found once while the same bodies touch.
+/// Cache of the symbolic factors of recent patterns. They are computed once while the same bodies touch.
 #[derive(Clone, Default)]
-pub(in crate::dynamics) struct Patterns(Arc<Mutex<Vec<Known>>>);
+pub(in crate::dynamics) struct SymbolicCache(Arc<Mutex<Vec<CacheEntry>>>);
 
-/// A pattern with its symbolic factors.
-type Known = (Pattern, SymbolicLu<usize>);
+/// Pattern with its symbolic factors.
+type CacheEntry = (Pattern, SymbolicLu<usize>);
 
-/// How many patterns are kept: those used last.
-const KEPT: usize = 16;
+/// Number of cached patterns. The most recently used patterns are kept.
+const CACHE_SIZE: usize = 16;
 
 impl SparseMatrix {
     pub fn zeros(bodies: usize) -> Self {
@@ -56,11 +56,11 @@ impl SparseMatrix {
         }
     }
 
-    /// None if the matrix is singular.
-    pub fn factorized(&self, patterns: &Patterns) -> Option<SparseFactors> {
+    /// Factorizes the matrix; `None` if it is singular.
+    pub fn factorized(&self, symbolic_cache: &SymbolicCache) -> Option<SparseFactors> {
         let matrix = self.in_columns();
         let pattern: Pattern = self.blocks.keys().copied().collect();
-        let symbolic = patterns.symbolic(pattern, &matrix)?;
+        let symbolic = symbolic_cache.symbolic(pattern, &matrix)?;
         let lu = Lu::try_new_with_symbolic(symbolic, matrix.as_ref()).ok()?;
         Some(SparseFactors {
             lu,
@@ -72,9 +72,9 @@ impl SparseMatrix {
         let size = 6 * self.bodies;
         let (mut starts, mut rows, mut values) = (vec![0], Vec::new(), Vec::new());
         for body in 0..self.bodies {
-            let own = || self.blocks.range((body, 0)..(body + 1, 0));
+            let column_blocks = || self.blocks.range((body, 0)..(body + 1, 0));
             for column in 0..6 {
-                for (&(_, row), block) in own() {
+                for (&(_, row), block) in column_blocks() {
                     rows.extend(6 * row..6 * row + 6);
                     values.extend(block.column(column).iter());
                 }
@@ -86,29 +86,31 @@ impl SparseMatrix {
     }
 }
 
-impl Patterns {
-    /// The symbolic factors of a matrix with this pattern.
+impl SymbolicCache {
+    /// Symbolic factors of a matrix with this pattern.
     fn symbolic(
         &self,
         pattern: Pattern,
         matrix: &SparseColMat<usize, f64>,
     ) -> Option<SymbolicLu<usize>> {
-        let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let known = kept.iter().position(|(other, _)| *other == pattern);
+        let mut entries = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let known = entries.iter().position(|(other, _)| *other == pattern);
         let entry = match known {
-            Some(place) => kept.remove(place),
+            Some(index) => entries.remove(index),
             None => (pattern, SymbolicLu::try_new(matrix.symbolic()).ok()?),
         };
         let symbolic = entry.1.clone();
-        kept.insert(0, entry);
-        kept.truncate(KEPT);
+        entries.insert(0, entry);
+        entries.truncate(CACHE_SIZE);
         Some(symbolic)
     }
 }
 
-impl fmt::Debug for Patterns {
+impl fmt::Debug for SymbolicCache {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.debug_struct("Patterns").finish_non_exhaustive()
+        formatter
+            .debug_struct("SymbolicCache")
+            .finish_non_exhaustive()
     }
 }
 
@@ -130,7 +132,7 @@ impl SparseFactors {
 mod tests {
     use super::*;
 
-    /// The entries of a matrix whose diagonal blocks weigh most.
+    /// Block of a diagonally dominant matrix.
     fn block(row: usize, column: usize, seed: f64) -> Matrix6<f64> {
         let number = |i: usize, j: usize| {
             let phase = (6 * row + i) as f64 * 1.3 + (6 * column + j) as f64 * 0.7 + seed;
@@ -143,7 +145,7 @@ mod tests {
     #[test]
     fn solutions_are_those_of_dense_factors_and_patterns_are_kept() {
         const BODIES: usize = 20;
-        let patterns = Patterns::default();
+        let symbolic_cache = SymbolicCache::default();
         for seed in 0..3 {
             let mut sparse = SparseMatrix::zeros(BODIES);
             let mut dense = DMatrix::zeros(6 * BODIES, 6 * BODIES);
@@ -156,13 +158,13 @@ mod tests {
                 }
             }
             let right = DVector::from_fn(6 * BODIES, |row, _| (row as f64).cos());
-            let factors = sparse.factorized(&patterns).unwrap();
+            let factors = sparse.factorized(&symbolic_cache).unwrap();
             let expected = dense.clone().lu().solve(&right).unwrap();
             assert!((factors.solve(&right) - expected).amax() < 1e-13);
             let inverse = dense.try_inverse().unwrap();
             assert!((factors.inverse() - inverse).amax() < 1e-13);
         }
-        assert_eq!(patterns.0.lock().unwrap().len(), 1);
+        assert_eq!(symbolic_cache.0.lock().unwrap().len(), 1);
     }
 
     #[test]
@@ -170,7 +172,7 @@ mod tests {
         let mut matrix = SparseMatrix::zeros(2);
         matrix.add(0, 0, &Matrix6::identity());
         matrix.add(1, 1, &Matrix6::zeros());
-        let factors = matrix.factorized(&Patterns::default());
+        let factors = matrix.factorized(&SymbolicCache::default());
         let solution = factors.map(|factors| factors.solve(&DVector::repeat(12, 1.0)));
         assert!(solution.is_none_or(|solution| solution.iter().any(|number| !number.is_finite())));
     }

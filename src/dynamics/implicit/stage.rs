@@ -1,9 +1,9 @@
-//! One implicit stage: velocities u of an island's bodies for which
+//! One implicit stage: the velocities u of the bodies of an island that solve
 //!
-//! P(q̃ ⊕ τu, u) = p̃ + τ f(q̃ ⊕ τu, u, t),
+//! P(q̃ ⊕ τu, u) = p̃ + τ f(q̃ ⊕ τu, u, t).
 //!
-//! with poses q̃ and momenta p̃ to start from, a duration τ, and f all wrenches about the centers of mass. Momenta P and
-//! not velocities stand in it, so no gyroscopic term is needed, and free bodies keep their momentum.
+//! Here q̃ and p̃ are the poses and momenta at the start, τ is the duration, and f are all wrenches about the centers of mass. The equation
+//! is between momenta P, not velocities, so it needs no gyroscopic term, and free bodies keep their momentum.
 
 use super::island_step::IslandStep;
 use super::scheme::Stage;
@@ -12,7 +12,7 @@ use crate::scalar::{Scalar, real_part};
 use crate::spatial::{Pose, Twist};
 use nalgebra::{DVector, Vector6};
 
-/// The start of a stage.
+/// Start of a stage.
 #[derive(Clone)]
 pub(in crate::dynamics) struct StageStart<T = f64> {
     /// Displacements of the dynamic bodies (turn and shift about the center of mass) since the start of the substep.
@@ -27,22 +27,22 @@ pub(in crate::dynamics) struct StageStart<T = f64> {
     pub time: f64,
 }
 
-/// The equations of a stage of an island, in the scalar of a pass: see the module.
+/// Equations of a stage of an island, in the scalar of a pass: see the module.
 pub(super) struct StageEquations<'a, T = f64> {
     pub step: &'a IslandStep<'a>,
     /// Inertias of the dynamic bodies.
     pub inertias: &'a [&'a Inertia<T>],
     /// Weight and control of each body of the world.
-    pub given: &'a [Vector6<T>],
+    pub applied: &'a [Vector6<T>],
     pub start: StageStart<T>,
     /// States of the neighbors at the time of the stage.
     pub neighbors: Vec<BodyState<T>>,
 }
 
-/// Stages of a substep, in the scalar of a pass: the start of each follows from the rates of those before.
+/// Stages of a substep, in the scalar of a pass. The start of each stage follows from the rates of the earlier stages.
 ///
-/// The real pass, the derivative pass and the reverse sweep take poses, momenta and times from here. Another order of these sums
-/// would differ in the last bit, which decides at a switched force.
+/// The real pass, the derivative pass and the reverse sweep take poses, momenta and times from this type. A different order of these sums
+/// would change the last bit, which can decide whether a switched force acts.
 pub(super) struct Stages<'a, T = f64> {
     pub step: &'a IslandStep<'a>,
     inertias: &'a [&'a Inertia<T>],
@@ -53,42 +53,42 @@ pub(super) struct Stages<'a, T = f64> {
     rates: Vec<StageRates<T>>,
 }
 
-/// Velocities of the dynamic bodies, and the wrenches that act on them, in a stage.
+/// Velocities of the dynamic bodies, and the wrenches on them, in a stage.
 pub(super) struct StageRates<T = f64> {
     pub velocities: Vec<Vector6<T>>,
     pub wrenches: Vec<Vector6<T>>,
 }
 
 impl<T: Scalar> StageEquations<'_, T> {
-    /// The states of all participants at the end of the stage, from the velocities of each dynamic body.
+    /// States of all participants at the end of the stage, from the velocities of each dynamic body.
     pub fn states_with(&self, velocities: impl Fn(usize) -> Vector6<T>) -> Vec<BodyState<T>> {
-        let moved = self.start.poses.iter().enumerate().map(|(place, pose)| {
-            let own = velocities(place);
-            let displacement = own.map(|number| number * self.start.duration);
+        let moved = self.start.poses.iter().enumerate().map(|(index, pose)| {
+            let velocities_of_body = velocities(index);
+            let displacement = velocities_of_body.map(|number| number * self.start.duration);
             BodyState {
-                pose: self.inertias[place].displaced(pose, &displacement),
-                twist: Twist::from_vector(&own),
+                pose: self.inertias[index].displaced(pose, &displacement),
+                twist: Twist::from_vector(&velocities_of_body),
             }
         });
         moved.chain(self.neighbors.iter().copied()).collect()
     }
 
-    /// The residual P − p̃ − τf of each dynamic body, from the states and the wrenches of contacts and forces at the end.
-    pub fn residual(&self, states: &[BodyState<T>], acting: &[Vector6<T>]) -> Vec<Vector6<T>> {
-        let of_body = |place: usize| {
-            let force = self.given(place) + acting[place];
+    /// Residual P − p̃ − τf of each dynamic body, from the states and the wrenches of contacts and forces at the end.
+    pub fn residual(&self, states: &[BodyState<T>], wrenches: &[Vector6<T>]) -> Vec<Vector6<T>> {
+        let of_body = |index: usize| {
+            let force = self.applied_wrench(index) + wrenches[index];
             let impulse = force.map(|number| number * self.start.duration);
-            self.inertias[place].momentum(&states[place]) - self.start.momenta[place] - impulse
+            self.inertias[index].momentum(&states[index]) - self.start.momenta[index] - impulse
         };
         (0..self.inertias.len()).map(of_body).collect()
     }
 
     /// Gravity and controls on a dynamic body.
-    pub fn given(&self, place: usize) -> Vector6<T> {
-        self.given[self.step.island.dynamic[place]]
+    pub fn applied_wrench(&self, index: usize) -> Vector6<T> {
+        self.applied[self.step.island.dynamic[index]]
     }
 
-    /// The same equations without derivatives.
+    /// The equations without derivatives.
     pub fn real(&self) -> StageEquations<'_> {
         let real = |vectors: &[Vector6<T>]| vectors.iter().map(|six| six.map(real_part)).collect();
         let StageStart {
@@ -101,7 +101,7 @@ impl<T: Scalar> StageEquations<'_, T> {
         StageEquations {
             step: self.step,
             inertias: &self.step.inertias,
-            given: &self.step.scene.given,
+            applied: &self.step.context.applied,
             start: StageStart {
                 displacements: real(displacements),
                 poses: poses.iter().map(Pose::real).collect(),
@@ -115,20 +115,20 @@ impl<T: Scalar> StageEquations<'_, T> {
 }
 
 impl<'a> StageEquations<'a> {
-    /// The equations in `f64`.
+    /// Equations in `f64`.
     pub fn new(step: &'a IslandStep<'a>, start: StageStart) -> Self {
         Self {
             step,
             inertias: &step.inertias,
-            given: &step.scene.given,
-            neighbors: step.scene.neighbors_at(step.island, start.time),
+            applied: &step.context.applied,
+            neighbors: step.context.neighbors_at(step.island, start.time),
             start,
         }
     }
 }
 
 impl<'a, T: Scalar> Stages<'a, T> {
-    /// The stages of a substep that begins at an offset (s) from the start of the step.
+    /// Stages of a substep that begins at an offset (s) from the start of the step.
     pub fn new(
         step: &'a IslandStep<'a>,
         inertias: &'a [&'a Inertia<T>],
@@ -148,28 +148,28 @@ impl<'a, T: Scalar> Stages<'a, T> {
         }
     }
 
-    /// The start of the next stage.
+    /// Start of the next stage.
     pub fn start(&self, stage: &Stage) -> StageStart<T> {
-        let places = 0..self.from.len();
-        let displacements: Vec<_> = places
+        let indices = 0..self.from.len();
+        let displacements: Vec<_> = indices
             .clone()
             .map(|i| stage.accumulated(self.rates.iter().map(|rates| rates.velocities[i])))
             .collect();
         let impulse =
             |i: usize| stage.accumulated(self.rates.iter().map(|rates| rates.wrenches[i]));
         StageStart {
-            poses: places
+            poses: indices
                 .clone()
                 .map(|i| self.inertias[i].displaced(&self.from[i].pose, &displacements[i]))
                 .collect(),
-            momenta: places.map(|i| self.momenta[i] + impulse(i)).collect(),
+            momenta: indices.map(|i| self.momenta[i] + impulse(i)).collect(),
             displacements,
             duration: stage.duration,
             time: self.step.start + (self.offset + stage.offset),
         }
     }
 
-    /// Adds the rates of the stage that led from a start to states of the bodies.
+    /// Adds the rates of a stage, from its start and the states at its end.
     pub fn push(&mut self, start: &StageStart<T>, states: &[BodyState<T>]) -> &StageRates<T> {
         let per_duration = start.duration.recip();
         let bodies = self.inertias.iter().zip(states).zip(&start.momenta);
@@ -187,18 +187,18 @@ impl<'a, T: Scalar> Stages<'a, T> {
         &self.rates[self.rates.len() - 1]
     }
 
-    /// The rates of the stages so far.
+    /// Rates of the stages so far.
     pub fn rates(&self) -> &[StageRates<T>] {
         &self.rates
     }
 }
 
-/// The six numbers of one body in a vector of all.
-pub(super) fn six_of(vector: &DVector<f64>, place: usize) -> Vector6<f64> {
-    vector.fixed_rows::<6>(6 * place).into_owned()
+/// Six numbers of one body in the vector of all bodies.
+pub(super) fn six_of(vector: &DVector<f64>, index: usize) -> Vector6<f64> {
+    vector.fixed_rows::<6>(6 * index).into_owned()
 }
 
-/// The vector of the six numbers of all bodies.
+/// Vector of the six numbers of all bodies.
 pub(super) fn concatenated(bodies: impl IntoIterator<Item = Vector6<f64>>) -> DVector<f64> {
     let mut numbers = Vec::new();
     for six in bodies {

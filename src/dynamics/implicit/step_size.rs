@@ -1,4 +1,4 @@
-//! The durations of substeps, chosen from the errors of those before, within a budget of trials.
+//! Durations of substeps, chosen from the errors of earlier substeps, within a budget of trials.
 
 use crate::scalar::portable::{ln_1p, power};
 use std::f64::consts::LN_2;
@@ -54,7 +54,7 @@ impl StepSize {
         self.allowed
     }
 
-    /// The next duration (s), from the time that remains (s).
+    /// Next duration (s), from the remaining time (s).
     ///
     /// Durations are the shortest one times 2^(k/8) with an integer k, except for the last one or two of a step, which share the
     /// remaining time. Most small changes of the state change no duration, so derivatives hold the durations fixed.
@@ -66,7 +66,7 @@ impl StepSize {
         }
         let exponent = ln_1p(wanted / self.shortest - 1.0) / LN_2 * PER_OCTAVE;
         let wanted = self.shortest * power(2.0, exponent.floor() / PER_OCTAVE);
-        // Two halves instead of a long substep and a short one.
+        // Two equal substeps are better than a long one and a short one.
         wanted.min(remaining / 2.0)
     }
 
@@ -90,7 +90,7 @@ impl StepSize {
             MOST_GROWTH
         };
         let next = substep * growth.min(most);
-        // The end of the step cuts substeps short, which says nothing about the next.
+        // The end of the step shortens substeps, so a short accepted substep does not limit the next duration.
         self.allowed = if growth >= 1.0 && self.allowed.is_finite() {
             self.allowed.max(next).min(most * self.allowed.max(substep))
         } else {
@@ -127,13 +127,13 @@ impl StepSize {
     }
 }
 
-/// The first of `substeps` durations (s) that sum to the remaining time (s), if each is [`MOST_GROWTH`] times the one before. It is
+/// First of `substeps` durations (s) that sum to the remaining time (s), if each duration is [`MOST_GROWTH`] times the previous one. It is
 /// infinite if `substeps` is zero.
 fn least_duration(remaining: f64, substeps: f64) -> f64 {
     remaining * (MOST_GROWTH - 1.0) / (power(MOST_GROWTH, substeps.max(0.0)) - 1.0)
 }
 
-/// The factor of the duration at which an error would be just allowed.
+/// Factor of the duration at which the error would equal the tolerance, with a safety factor.
 fn growth(error: f64, order: f64) -> f64 {
     SAFETY * power(error, -order.recip())
 }
@@ -142,7 +142,7 @@ fn growth(error: f64, order: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// The accepted durations of a step of 1 s and the number of trials, for an error that depends on the duration.
+    /// Accepted durations of a step of 1 s and the number of trials, for an error that depends on the duration.
     fn step(budget: f64, allowed: f64, error: impl Fn(f64) -> f64) -> (Vec<f64>, usize) {
         let mut size = StepSize::new(allowed, 3.0, 1e-9, budget);
         let (mut remaining, mut accepted, mut trials) = (1.0, Vec::new(), 0);
@@ -205,7 +205,7 @@ mod tests {
         size.shorten(first, 0.25);
         let second = size.next(1.0);
         assert!((0.2..=0.25).contains(&second), "{second}");
-        // Nor does it lengthen the one after that.
+        // The next substep is not longer either.
         size.accept(second, 1e3);
         let third = size.next(1.0 - second);
         assert!(third <= 0.25, "{third}");

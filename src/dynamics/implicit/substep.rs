@@ -1,4 +1,4 @@
-//! A trial of a substep: its stages, one after another.
+//! Trial of a substep: solves its stages one after another.
 
 use super::advance::{BodyProgress, IslandSolver, velocities_of};
 use super::errors::ErrorEstimator;
@@ -11,7 +11,7 @@ use crate::dynamics::BodyState;
 use crate::geometry::Aabb;
 use nalgebra::DVector;
 
-/// A substep that was tried.
+/// Result of a trial of a substep.
 pub(super) struct Trial {
     /// Velocities that solve the stages.
     pub roots: Vec<DVector<f64>>,
@@ -20,36 +20,36 @@ pub(super) struct Trial {
     pub swept: Vec<Aabb>,
     /// Largest relative speed (m/s) of each dynamic body in the step so far.
     pub speeds: Vec<f64>,
-    /// The largest motion of two bodies that may hit each other, over the sum of their thicknesses, if it is more than 1.
+    /// Largest relative motion of two bodies that may hit each other, over the sum of their thicknesses; 0 if it is at most 1.
     pub tunneling_ratio: f64,
-    /// The errors of values and of slopes of each dynamic body, relative to its tolerances; none without error control.
+    /// Errors of values and of slopes of each dynamic body, relative to its tolerances; empty without error control.
     pub errors: Vec<[f64; 2]>,
 }
 
 impl Trial {
-    /// The largest error of a body, relative to its tolerance.
+    /// Largest error of a body, relative to its tolerance.
     pub fn error(&self) -> f64 {
         self.errors.iter().flatten().copied().fold(0.0, f64::max)
     }
 
     /// Raises the speeds to the relative speeds in these stages.
     fn include_speeds_of(&mut self, stages: &[SolvedStage]) {
-        for (place, speed) in self.speeds.iter_mut().enumerate() {
-            let speeds = stages.iter().map(|stage| stage.relative_speed(place));
+        for (index, speed) in self.speeds.iter_mut().enumerate() {
+            let speeds = stages.iter().map(|stage| stage.relative_speed(index));
             *speed = speeds.fold(*speed, f64::max);
         }
     }
 }
 
 impl IslandSolver<'_> {
-    /// Tries a substep. Returns the work of its stages, too. A substep without a finite error counts as not solved.
+    /// Tries a substep, and returns the trial and the work of its stages. A substep without a finite error counts as not solved.
     pub fn try_substep(&self, offset: f64, duration: f64) -> (Result<Trial, StepError>, Work) {
         let mut work = Work::default();
         let is_infinite = |errors: &[f64; 2]| !errors.iter().all(|error| error.is_finite());
         let trial = self.trial(offset, duration, &mut work).and_then(|trial| {
             match trial.errors.iter().position(is_infinite) {
-                Some(place) => Err(StepError::Unsolved {
-                    body: self.step.island.dynamic[place],
+                Some(index) => Err(StepError::Unsolved {
+                    body: self.step.island.dynamic[index],
                     duration,
                 }),
                 None => Ok(trial),
@@ -83,8 +83,8 @@ impl IslandSolver<'_> {
                 last.unwrap_or_else(|| velocities_of(before)),
             ];
             let root = self.root(&equations, &guesses, duration, work)?;
-            let states = equations.states_with(|place| six_of(&root.velocities, place));
-            step.scene.sweep(step.island, &states, &mut trial.swept);
+            let states = equations.states_with(|index| six_of(&root.velocities, index));
+            step.context.sweep(step.island, &states, &mut trial.swept);
             let rates = stages.push(&equations.start, &states);
             Self::add_stage(&equations, (rates, weight), &states, &mut trial);
             solved.push(SolvedStage {
@@ -106,7 +106,7 @@ impl IslandSolver<'_> {
                 duration,
             };
             trial.errors = estimator.errors(work);
-            if step.scene.is_stopped() {
+            if step.context.is_stopped() {
                 return Err(StepError::Stopped);
             }
             solved = estimator.solved;
@@ -120,19 +120,19 @@ impl IslandSolver<'_> {
         Ok(trial)
     }
 
-    /// The rates of the dynamic bodies where a substep starts.
+    /// Rates of the dynamic bodies at the start of a substep.
     pub fn rates(&self) -> impl Iterator<Item = BodyChange> {
         let step = self.step;
         let bodies = self.solved.bodies.iter().enumerate();
-        bodies.map(move |(place, body)| {
-            let given = step.scene.given[step.island.dynamic[place]];
-            let wrench = body.acting.unwrap_or_default() + given;
-            BodyChange::rates(step.inertias[place], &body.state, &wrench)
+        bodies.map(move |(index, body)| {
+            let applied = step.context.applied[step.island.dynamic[index]];
+            let wrench = body.wrench.unwrap_or_default() + applied;
+            BodyChange::rates(step.inertias[index], &body.state, &wrench)
         })
     }
 
-    /// Velocities from which to solve a stage: on the line through those of the last two stages, or of the start and the first. The
-    /// first stage starts from the accelerations at the start, if error control has evaluated them.
+    /// First guess of the velocities of a stage. It is extrapolated linearly from the velocities of the last two stages, or of the start
+    /// and the first stage. The first stage uses the accelerations at the start, if error control has evaluated them.
     fn guess(
         &self,
         offset: f64,
@@ -162,7 +162,7 @@ impl IslandSolver<'_> {
         }
     }
 
-    /// Solves a stage, beginning at the first guess of its velocities from which it can be solved.
+    /// Solves a stage from the first guess, or from the second guess if the first one fails.
     fn root(
         &self,
         equations: &StageEquations,
@@ -171,16 +171,16 @@ impl IslandSolver<'_> {
         work: &mut Work,
     ) -> Result<Root, StepError> {
         let [first, second] = guesses;
-        let solved = |guess, work: &mut Work| equations.solved(guess, self.tolerance, work);
+        let solved = |guess, work: &mut Work| equations.solve(guess, self.tolerance, work);
         let root = match solved(first, work) {
             Err(_) if first != second => solved(second, work),
             root => root,
         };
-        if self.step.scene.is_stopped() {
+        if self.step.context.is_stopped() {
             return Err(StepError::Stopped);
         }
-        root.map_err(|Unsolved(left)| StepError::Unsolved {
-            body: equations.fastest(&left),
+        root.map_err(|Unsolved(correction)| StepError::Unsolved {
+            body: equations.fastest(&correction),
             duration,
         })
     }
@@ -192,17 +192,17 @@ impl IslandSolver<'_> {
         states: &[BodyState],
         trial: &mut Trial,
     ) {
-        for (place, body) in trial.bodies.iter_mut().enumerate() {
-            let (velocity, given) = (&rates.velocities[place], equations.given(place));
-            let acting = rates.wrenches[place] - given;
-            trial.energy.given += weight * given.dot(velocity);
-            trial.energy.acting += weight * acting.dot(velocity);
-            body.state = states[place];
-            body.acting = Some(acting);
+        for (index, body) in trial.bodies.iter_mut().enumerate() {
+            let (velocity, applied) = (&rates.velocities[index], equations.applied_wrench(index));
+            let wrench = rates.wrenches[index] - applied;
+            trial.energy.given += weight * applied.dot(velocity);
+            trial.energy.acting += weight * wrench.dot(velocity);
+            body.state = states[index];
+            body.wrench = Some(wrench);
         }
     }
 
-    /// The kinetic energy (J).
+    /// Kinetic energy (J).
     fn kinetic(&self, bodies: &[BodyProgress]) -> f64 {
         let bodies = self.step.inertias.iter().zip(bodies);
         let energies = bodies.map(|(inertia, body)| {

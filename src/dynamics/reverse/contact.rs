@@ -1,40 +1,40 @@
-//! The contacts of a step, backwards.
+//! Adjoint of the contacts of a step.
 
 use super::StateGradient;
 use super::pullback::Pullback;
 use crate::contact::{LinearizedContact, ShapeResponse};
-use crate::dynamics::system::System;
+use crate::dynamics::model::Model;
 use crate::dynamics::{BodyState, Material};
 use crate::parallel::mapped_into;
 use crate::scalar::DenseDual;
 use crate::spatial::{Twist, Wrench};
 use nalgebra::{SVector, Vector3, Vector6};
 
-/// A contact of two bodies of the world, A first.
-pub(super) struct Touching<'w> {
+/// Linearized contact of two bodies of the world, A first.
+pub(super) struct LinearizedPair<'w> {
     pub bodies: [usize; 2],
     pub contact: LinearizedContact,
-    /// Whether the law of the surfaces adds to it.
+    /// Whether dissipation or friction adds to the wrenches.
     is_dissipative: bool,
-    /// How it answers to changes of shape, if that is asked for.
+    /// Response to changes of shape, if requested.
     shapes: Option<ShapeResponse<'w>>,
 }
 
-/// The derivative of a number by a wrench: by torque and force.
-pub(super) type WrenchCovector = Wrench;
+/// Gradient of a number with respect to a wrench: torque and force.
+pub(super) type WrenchGradient = Wrench;
 
-impl<'w> Touching<'w> {
-    /// The contacts of pairs of bodies, in their order; with their answers to changes of shape or without.
+impl<'w> LinearizedPair<'w> {
+    /// Contacts of pairs of bodies, in the order of the pairs, with or without their responses to changes of shape.
     pub fn of_pairs(
-        system: &'w System,
+        model: &'w Model,
         states: &[BodyState],
         pairs: &[(usize, usize)],
         with_shapes: bool,
     ) -> Vec<Option<Self>> {
-        let mut found = Vec::new();
-        mapped_into(&mut found, pairs, |&(i, j)| {
+        let mut linearized = Vec::new();
+        mapped_into(&mut linearized, pairs, |&(i, j)| {
             let (bodies, states) = ([i, j], [&states[i], &states[j]]);
-            let pair = system.pair_of(bodies, states)?;
+            let pair = model.pair_of(bodies, states)?;
             let (contact, shapes) = if with_shapes {
                 let (contact, shapes) = pair.linearized_with_shapes();
                 (contact, Some(shapes))
@@ -48,21 +48,21 @@ impl<'w> Touching<'w> {
                 shapes,
             })
         });
-        found
+        linearized
     }
 
-    /// The net wrench of contacts on each body, about its center of mass.
-    pub fn net_wrenches(contacts: &[Self], system: &System, states: &[BodyState]) -> Vec<Wrench> {
+    /// Net contact wrench on each body, about its center of mass.
+    pub fn net_wrenches(contacts: &[Self], model: &Model, states: &[BodyState]) -> Vec<Wrench> {
         let mut wrenches = vec![Wrench::zero(); states.len()];
-        for touching in contacts {
-            for (body, wrench) in touching.sides() {
-                wrenches[body] += wrench.about(&system.arm(body, &states[body]));
+        for pair in contacts {
+            for (body, wrench) in pair.sides() {
+                wrenches[body] += wrench.about(&model.arm(body, &states[body]));
             }
         }
         wrenches
     }
 
-    /// Both bodies, and the wrench on each about its origin.
+    /// Both bodies, with the wrench on each body about its origin.
     fn sides(&self) -> [(usize, &Wrench); 2] {
         let [a, b] = self.bodies;
         [
@@ -72,127 +72,127 @@ impl<'w> Touching<'w> {
     }
 }
 
-impl System {
-    /// From a body's origin to its center of mass, in the world; nothing for a body that forces do not move.
+impl Model {
+    /// Vector from the origin of a body to its center of mass, in the world; zero for a body that is not dynamic.
     pub(super) fn arm(&self, body: usize, state: &BodyState) -> Vector3<f64> {
         self.bodies[body].center_in(state) - state.pose.translation()
     }
 }
 
 impl Pullback<'_> {
-    /// Adds what follows from the derivatives by the net wrenches of contact about the centers of mass.
+    /// Propagates the gradient with respect to the net contact wrenches about the centers of mass.
     pub(super) fn pull_back_contacts(
         &mut self,
         states: &[BodyState],
-        contacts: &[Touching],
-        by_net: &[WrenchCovector],
+        contacts: &[LinearizedPair],
+        by_net: &[WrenchGradient],
     ) {
-        for touching in contacts {
-            let [on_a, on_b] = touching
+        for pair in contacts {
+            let [on_a, on_b] = pair
                 .sides()
                 .map(|(body, wrench)| self.by_wrench(body, &states[body], wrench, &by_net[body]));
             let by_both = SVector::from_fn(|i, _| if i < 6 { on_a[i] } else { on_b[i - 6] });
-            self.meet_kinks(touching);
-            self.add_by_shapes(touching, &by_both);
-            let numbers = touching.contact.pullback(&by_both);
-            for (side, body) in touching.bodies.into_iter().enumerate() {
+            self.record_kinks(pair);
+            self.add_by_shapes(pair, &by_both);
+            let numbers = pair.contact.pullback(&by_both);
+            for (side, body) in pair.bodies.into_iter().enumerate() {
                 let six = |row: usize| numbers.fixed_rows::<6>(row + 6 * side).into_owned();
                 self.add_by_motion(body, &states[body], [six(0), six(12)]);
                 self.gradient.bodies[body].modulus += numbers[24 + side];
             }
-            if touching.is_dissipative {
-                self.add_by_law(touching.bodies, [numbers[26], numbers[27]]);
+            if pair.is_dissipative {
+                self.add_by_law(pair.bodies, [numbers[26], numbers[27]]);
             }
         }
     }
 
-    /// The derivative by a wrench about a body's origin, from that by the wrench about its center of mass.
+    /// Gradient with respect to a wrench about the origin of a body, from the gradient with respect to the wrench about its center of mass.
     fn by_wrench(
         &mut self,
         body: usize,
         state: &BodyState,
         wrench: &Wrench,
-        by_wrench: &WrenchCovector,
+        by_wrench: &WrenchGradient,
     ) -> Vector6<f64> {
-        let (arm, Wrench { torque, force }) = (self.system().arm(body, state), *by_wrench);
-        // τ about the center of mass is τ − arm × F.
+        let (arm, Wrench { torque, force }) = (self.model().arm(body, state), *by_wrench);
+        // The torque about the center of mass is τ − arm × F.
         self.add_by_arm(body, state, &torque.cross(&wrench.force));
         let force = force + arm.cross(&torque);
         Wrench { torque, force }.to_vector()
     }
 
-    /// Adds what follows from the derivatives by the pose and the twist of a body's origin.
+    /// Propagates the gradient with respect to the pose and the twist of the origin of a body.
     fn add_by_motion(
         &mut self,
         body: usize,
         state: &BodyState,
         [by_pose, by_twist]: [Vector6<f64>; 2],
     ) {
-        let arm = self.system().arm(body, state);
+        let arm = self.model().arm(body, state);
         let [by_pose, by_twist] = [by_pose, by_twist].map(|six| Twist::from_vector(&six));
-        let own = &mut self.states[body];
-        own.add(&StateGradient {
+        let by_state = &mut self.states[body];
+        by_state.add(&StateGradient {
             turn: by_pose.angular,
             shift: by_pose.linear,
             spin: by_twist.angular - arm.cross(&by_twist.linear),
             velocity: by_twist.linear,
         });
-        // The origin's velocity is that of the center of mass less ω × arm.
+        // The velocity of the origin is the velocity of the center of mass minus ω × arm.
         self.add_by_arm(body, state, &state.twist.angular.cross(&by_twist.linear));
     }
 
-    /// Adds what follows from the derivative by the arm from a body's origin to its center of mass, in the axes of the world.
+    /// Propagates the gradient with respect to the arm from the origin of a body to its center of mass, in world axes.
     fn add_by_arm(&mut self, body: usize, state: &BodyState, by_arm: &Vector3<f64>) {
-        if self.system().bodies[body].inertia().is_some() {
-            let arm = self.system().arm(body, state);
+        if self.model().bodies[body].inertia().is_some() {
+            let arm = self.model().arm(body, state);
             self.states[body].add_by_arm(&arm, by_arm);
             self.gradient.bodies[body].center += state.pose.rotation().tr_mul(by_arm);
         }
     }
 
-    /// Counts the kinks of a contact in this step.
-    fn meet_kinks(&mut self, touching: &Touching) {
-        let kinks = touching.contact.kinks;
+    /// Records the kinks of a contact in this step.
+    fn record_kinks(&mut self, pair: &LinearizedPair) {
+        let kinks = pair.contact.kinks;
         if kinks.is_any() {
             let (gradient, step) = (&mut self.gradient, self.step);
-            gradient.meet_at_contact(touching.bodies, kinks, step);
+            gradient.record_contact_kinks(pair.bodies, kinks, step);
         }
     }
 
-    /// Adds what follows for the shapes from the derivatives by the wrenches of a contact, if they are asked for.
-    fn add_by_shapes(&mut self, touching: &Touching, by_wrenches: &SVector<f64, 12>) {
+    /// Propagates the gradient with respect to the wrenches of a contact to the shapes, if requested.
+    fn add_by_shapes(&mut self, pair: &LinearizedPair, by_wrenches: &SVector<f64, 12>) {
         let shapes = &mut self.gradient.shapes;
-        if let Some(response) = &touching.shapes
-            && let Ok(gradients) = shapes.get_disjoint_mut(touching.bodies)
+        if let Some(response) = &pair.shapes
+            && let Ok(gradients) = shapes.get_disjoint_mut(pair.bodies)
         {
             response.pull_back(by_wrenches, gradients);
         }
     }
 
-    /// Adds what follows from the derivatives by dissipation and friction of the law of two bodies.
+    /// Propagates the gradient with respect to dissipation and friction of the contact law of two bodies.
     fn add_by_law(&mut self, bodies: [usize; 2], [by_dissipation, by_friction]: [f64; 2]) {
-        let system = self.system();
-        let [a, b] = bodies.map(|body| system.bodies[body].material());
+        let model = self.model();
+        let [a, b] = bodies.map(|body| model.bodies[body].material());
         let law = a
             .seeded(0)
-            .combined_with(&b.seeded(3), system.slip_tolerance);
+            .combined_with(&b.seeded(3), model.slip_tolerance);
         let by = |number: usize| {
             by_dissipation * law.dissipation().eps[number]
                 + by_friction * law.friction().eps[number]
         };
         for (side, body) in bodies.into_iter().enumerate() {
-            let own = &mut self.gradient.bodies[body];
-            own.modulus += by(3 * side);
-            own.dissipation += by(3 * side + 1);
-            own.friction += by(3 * side + 2);
+            let body_gradient = &mut self.gradient.bodies[body];
+            body_gradient.modulus += by(3 * side);
+            body_gradient.dissipation += by(3 * side + 1);
+            body_gradient.friction += by(3 * side + 2);
         }
     }
 }
 
 impl Material {
-    /// With modulus, dissipation and friction as variables, the first of them counted as this one.
+    /// Material with modulus, dissipation and friction as variables, numbered from `first`.
     fn seeded(&self, first: usize) -> Material<DenseDual<6>> {
-        let seed = |value: f64, place: usize| DenseDual::variable(value, first + place);
+        let seed = |value: f64, index: usize| DenseDual::variable(value, first + index);
         Material {
             modulus: self.modulus.map(|modulus| seed(modulus, 0)),
             dissipation: seed(self.dissipation, 1),

@@ -1,27 +1,27 @@
-//! An explicit step, backwards: its parts in closed form, the last first.
+//! Adjoint of an explicit step: reverses its parts in closed form, the last part first.
 
-use super::contact::{Touching, WrenchCovector};
-use super::pullback::{Here, Pullback};
+use super::contact::{LinearizedPair, WrenchGradient};
+use super::pullback::{EvaluationPoint, Pullback};
 use crate::dynamics::integrator::{Splitting, accelerate};
 use crate::dynamics::sweep::Sweep;
 use crate::dynamics::{BodyState, Inertia, State, TimeSpan};
 use crate::spatial::Wrench;
 
-/// Explicit steps.
+/// Adjoint of explicit steps.
 pub(super) struct ExplicitSteps {
     splitting: Splitting,
     time_step: f64,
     sweep: Sweep,
-    /// All bodies.
+    /// Indices of all bodies.
     bodies: Vec<usize>,
 }
 
-/// All that acts on the bodies in a kick.
-struct Acting<'w> {
-    contacts: Vec<Touching<'w>>,
-    /// The wrench of contact on each body, about its center of mass.
+/// Contacts and wrenches in a kick.
+struct KickWrenches<'w> {
+    contacts: Vec<LinearizedPair<'w>>,
+    /// Contact wrench on each body, about its center of mass.
     contact: Vec<Wrench>,
-    /// The wrench of all but gravity on each body, about its center of mass.
+    /// Wrench of everything but gravity on each body, about its center of mass.
     all: Vec<Wrench>,
 }
 
@@ -35,70 +35,84 @@ impl ExplicitSteps {
         }
     }
 
-    /// Takes the step back that led on from a state.
+    /// Reverses the step that began at a state.
     pub fn step_back(&mut self, pullback: &mut Pullback, before: &State) {
-        let system = pullback.system();
+        let model = pullback.model();
         let [approach, complete] = self.splitting.drifts().map(|share| share * self.time_step);
         let mut state = before.clone();
-        self.splitting.approach(system, &mut state, self.time_step);
+        self.splitting.approach(model, &mut state, self.time_step);
         let span = self.splitting.span(&state, self.time_step);
-        let acting = self.acting(pullback, &state, span);
+        let wrenches = self.kick_wrenches(pullback, &state, span);
         let mut kicked = state.clone();
-        accelerate(system, &mut kicked, &acting.all, self.time_step);
+        accelerate(model, &mut kicked, &wrenches.all, self.time_step);
         drift_back(pullback, &kicked, complete);
-        self.kick_back(pullback, &state, &acting, span);
+        self.kick_back(pullback, &state, &wrenches, span);
         drift_back(pullback, before, approach);
     }
 
-    /// What acts in the kick at a state. Controls act by their means over a time step.
-    fn acting<'w>(&mut self, pullback: &Pullback<'w>, state: &State, span: TimeSpan) -> Acting<'w> {
-        let (world, system) = (pullback.world, pullback.system());
-        let pairs = system.close_pairs(&state.bodies, &mut self.sweep);
-        let contacts = Touching::of_pairs(system, &state.bodies, pairs, pullback.wants_shapes());
+    /// Contacts and wrenches in the kick at a state. Controls are averaged over a time step.
+    fn kick_wrenches<'w>(
+        &mut self,
+        pullback: &Pullback<'w>,
+        state: &State,
+        span: TimeSpan,
+    ) -> KickWrenches<'w> {
+        let (world, model) = (pullback.world, pullback.model());
+        let pairs = model.close_pairs(&state.bodies, &mut self.sweep);
+        let contacts =
+            LinearizedPair::of_pairs(model, &state.bodies, pairs, pullback.wants_shapes());
         let contacts: Vec<_> = contacts.into_iter().flatten().collect();
-        let contact = Touching::net_wrenches(&contacts, system, &state.bodies);
+        let contact = LinearizedPair::net_wrenches(&contacts, model, &state.bodies);
         let mut all = contact.clone();
-        let here = (state.time, &*state.bodies, &*contact);
-        system.with_forces(here, &mut all, |wrenches, now| {
-            system.add_controls(wrenches, now, span);
+        let inputs = (state.time, &*state.bodies, &*contact);
+        model.with_forces(inputs, &mut all, |wrenches, now| {
+            model.add_controls(wrenches, now, span);
             world.add_forces(wrenches, now);
         });
-        Acting {
+        KickWrenches {
             contacts,
             contact,
             all,
         }
     }
 
-    /// Takes the kick back: poses stay, and velocities before it count for the wrenches.
-    fn kick_back(&self, pullback: &mut Pullback, state: &State, acting: &Acting, span: TimeSpan) {
+    /// Reverses the kick. Poses are constant in a kick, and the wrenches depend on the velocities before it.
+    fn kick_back(
+        &self,
+        pullback: &mut Pullback,
+        state: &State,
+        wrenches: &KickWrenches,
+        span: TimeSpan,
+    ) {
         let mut by_wrenches = vec![Wrench::zero(); state.bodies.len()];
         for (body, by_wrench) in by_wrenches.iter_mut().enumerate() {
-            if let Some(inertia) = pullback.system().bodies[body].inertia() {
-                let acting = &acting.all[body];
-                let own = (inertia, &state.bodies[body]);
-                *by_wrench = self.kick_of_body_back(pullback, body, own, acting);
+            if let Some(inertia) = pullback.model().bodies[body].inertia() {
+                let wrench = &wrenches.all[body];
+
+                *by_wrench =
+                    self.kick_of_body_back(pullback, body, (inertia, &state.bodies[body]), wrench);
             }
         }
-        let here = Here {
+        let point = EvaluationPoint {
             time: state.time,
             span,
             states: &state.bodies,
             bodies: &self.bodies,
-            contacts: &acting.contacts,
-            net: &acting.contact,
+            contacts: &wrenches.contacts,
+            net: &wrenches.contact,
         };
-        pullback.pull_back_wrenches(here, &by_wrenches);
+        pullback.pull_back_wrenches(point, &by_wrenches);
     }
 
-    /// The derivative by the wrench on a body about its center of mass. The inertia turns with the body, and grows with its mass.
+    /// Gradient with respect to the wrench on a body about its center of mass. The inertia turns with the body, and is proportional to its
+    /// mass.
     fn kick_of_body_back(
         &self,
         pullback: &mut Pullback,
         body: usize,
         (inertia, state): (&Inertia, &BodyState),
         &Wrench { torque, force }: &Wrench,
-    ) -> WrenchCovector {
+    ) -> WrenchGradient {
         let (rotation, mass) = (state.pose.rotation(), inertia.mass);
         let by_state = &mut pullback.states[body];
         let by_torque = inertia.angular_velocity(rotation, &by_state.spin) * self.time_step;
@@ -119,17 +133,17 @@ impl ExplicitSteps {
     }
 }
 
-/// Takes free motion back to the states before it.
+/// Reverses free motion to the states before it.
 fn drift_back(pullback: &mut Pullback, before: &State, duration: f64) {
     if duration == 0.0 {
         return;
     }
-    let bodies = pullback.system().bodies.iter().zip(&before.bodies);
-    let found = pullback
+    let bodies = pullback.model().bodies.iter().zip(&before.bodies);
+    let gradients = pullback
         .states
         .iter_mut()
         .zip(&mut pullback.gradient.bodies);
-    for ((body, state), (by_state, gradient)) in bodies.zip(found) {
+    for ((body, state), (by_state, gradient)) in bodies.zip(gradients) {
         if let Some(inertia) = body.inertia() {
             *by_state = inertia.drifted_back(state, by_state, duration, gradient);
         }

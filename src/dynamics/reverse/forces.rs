@@ -1,75 +1,75 @@
-//! Forces other than contact, backwards: by dual numbers of the width of a body's state.
+//! Adjoint of forces other than contact, by dual numbers with the derivatives with respect to the state of one body.
 
 use super::StateGradient;
-use super::contact::WrenchCovector;
-use super::pullback::{Here, Pullback};
-use crate::dynamics::any_world::{BodyDual, DynForce, DynWorld};
-use crate::dynamics::system::System;
+use super::contact::WrenchGradient;
+use super::pullback::{EvaluationPoint, Pullback};
+use crate::dynamics::dyn_world::{BodyDual, DynForce, DynWorld};
+use crate::dynamics::model::Model;
 use crate::dynamics::{BodyState, Motion, STATE_DIM};
 use crate::scalar::{SplitMix64, lift, real_part};
 use crate::spatial::{Twist, Wrench};
 use nalgebra::{SVector, Vector3, Vector6};
 
-/// What forces are differentiated in: the world, its numbers constants unless they are seeded.
+/// Model in which forces are differentiated. Its numbers are constants unless they are seeded.
 pub(super) struct SeededForces {
-    system: System<BodyDual>,
-    /// The bodies whose states forces depend on, in their order.
+    model: Model<BodyDual>,
+    /// Indices of the bodies on whose states forces depend, sorted.
     coupled: Vec<usize>,
 }
 
-/// How many numbers of each body a force depends on besides states: the wrench of contact on it (6), mass, modulus, dissipation
-/// and friction.
-const NUMBERS: usize = 10;
+/// Number of inputs of a force for each body, besides states: the contact wrench on the body (6), mass, modulus, dissipation and friction.
+const NUMBER_COUNT: usize = 10;
 
-/// Numbers of value 0, the variables from one on.
+/// Variables with the value 0, numbered from `first`.
 fn seeds<const COUNT: usize>(first: usize) -> SVector<BodyDual, COUNT> {
     SVector::from_fn(|i, _| BodyDual::variable(0.0, first + i))
 }
 
 impl SeededForces {
-    /// None if the world has no forces.
+    /// The model, or `None` if the world has no forces.
     pub fn of(world: &dyn DynWorld<f64>) -> Option<Self> {
-        let (forces, system) = (world.real_forces(), world.system());
+        let (forces, model) = (world.real_forces(), world.model());
         if forces.is_empty() {
             return None;
         }
-        let mut coupled = forces.coupling_groups(&system.bodies).concat();
+        let mut coupled = forces.coupling_groups(&model.bodies).concat();
         coupled.sort_unstable();
         coupled.dedup();
         Some(Self {
-            system: system.lifted(),
+            model: model.lifted(),
             coupled,
         })
     }
 }
 
 impl Pullback<'_> {
-    /// Adds what follows from the derivatives by the wrenches of forces about the centers of mass: to those by the net wrenches
-    /// of contact, which the forces see, too.
+    /// Propagates the gradient with respect to the wrenches of forces about the centers of mass. Forces may depend on the net contact
+    /// wrenches. This part of the gradient is added to `by_contact`.
     pub(super) fn pull_back_forces(
         &mut self,
-        here: Here,
-        by_wrenches: &[WrenchCovector],
-        by_contact: &mut [WrenchCovector],
+        point: EvaluationPoint,
+        by_wrenches: &[WrenchGradient],
+        by_contact: &mut [WrenchGradient],
     ) {
-        let Some(SeededForces { system, coupled }) = &mut self.forces else {
+        let Some(SeededForces { model, coupled }) = &mut self.forces else {
             return;
         };
-        let mut seeded = Situated::of(here, system, (self.world.real_forces(), by_wrenches));
-        for body in here.bodies {
+        let mut seeded =
+            SeededForceContext::of(point, model, (self.world.real_forces(), by_wrenches));
+        for body in point.bodies {
             if coupled.binary_search(body).is_ok() {
                 let by_state = seeded.by_state(*body);
                 self.states[*body].add(&StateGradient::from_vector(&by_state));
             }
         }
         let all: Vec<usize> = (0..by_contact.len()).collect();
-        seeded.each_by_numbers(&all, &mut |body, by_numbers| {
+        seeded.visit_number_gradients(&all, &mut |body, by_numbers| {
             by_contact[body] += Wrench::from_vector(&by_numbers.fixed_rows::<6>(0).into_owned());
-            let own = &mut self.gradient.bodies[body];
-            own.mass += by_numbers[6];
-            own.modulus += by_numbers[7];
-            own.dissipation += by_numbers[8];
-            own.friction += by_numbers[9];
+            let body_gradient = &mut self.gradient.bodies[body];
+            body_gradient.mass += by_numbers[6];
+            body_gradient.modulus += by_numbers[7];
+            body_gradient.dissipation += by_numbers[8];
+            body_gradient.friction += by_numbers[9];
         });
         self.gradient.gravity += seeded.by_gravity();
         let numbers = self.gradient.force_parameters.iter_mut();
@@ -79,21 +79,21 @@ impl Pullback<'_> {
     }
 }
 
-/// Forces in one place, to be differentiated.
-struct Situated<'a> {
+/// Inputs of the forces at one evaluation point, which are seeded for differentiation.
+struct SeededForceContext<'a> {
     time: f64,
-    system: &'a mut System<BodyDual>,
+    model: &'a mut Model<BodyDual>,
     states: Vec<BodyState<BodyDual>>,
     contact: Vec<Wrench<BodyDual>>,
     forces: &'a dyn DynForce,
-    by_wrenches: &'a [WrenchCovector],
+    by_wrenches: &'a [WrenchGradient],
 }
 
-impl<'a> Situated<'a> {
+impl<'a> SeededForceContext<'a> {
     fn of(
-        here: Here,
-        system: &'a mut System<BodyDual>,
-        (forces, by_wrenches): (&'a dyn DynForce, &'a [WrenchCovector]),
+        point: EvaluationPoint,
+        model: &'a mut Model<BodyDual>,
+        (forces, by_wrenches): (&'a dyn DynForce, &'a [WrenchGradient]),
     ) -> Self {
         let constant = |vector: &Vector3<f64>| vector.map(lift::<BodyDual>);
         let wrench = |wrench: &Wrench| Wrench {
@@ -101,60 +101,60 @@ impl<'a> Situated<'a> {
             force: constant(&wrench.force),
         };
         Self {
-            time: here.time,
-            system,
-            states: here.states.iter().map(BodyState::lifted).collect(),
-            contact: here.net.iter().map(wrench).collect(),
+            time: point.time,
+            model,
+            states: point.states.iter().map(BodyState::lifted).collect(),
+            contact: point.net.iter().map(wrench).collect(),
             forces,
             by_wrenches,
         }
     }
 
-    /// By the state of a body.
+    /// Gradient with respect to the state of a body.
     fn by_state(&mut self, body: usize) -> SVector<f64, STATE_DIM> {
         let constant = self.states[body];
         let state = &mut self.states[body];
         state.pose = state.pose.moved_by(&Twist::from_vector(&seeds::<6>(0)));
         state.twist = Twist::from_vector(&(state.twist.to_vector() + seeds::<6>(6)));
-        let found = self.pulled_back();
+        let gradient = self.seeded_derivatives();
         self.states[body] = constant;
-        found
+        gradient
     }
 
     fn by_gravity(&mut self) -> Vector3<f64> {
-        let constant = self.system.gravity;
-        self.system.gravity += seeds::<3>(0);
-        let found = self.pulled_back();
-        self.system.gravity = constant;
-        found.fixed_rows::<3>(0).into_owned()
+        let constant = self.model.gravity;
+        self.model.gravity += seeds::<3>(0);
+        let gradient = self.seeded_derivatives();
+        self.model.gravity = constant;
+        gradient.fixed_rows::<3>(0).into_owned()
     }
 
-    /// By each number that forces read.
+    /// Derivative with respect to each force parameter.
     fn by_force_parameters(&mut self) -> Vec<f64> {
-        let mut found = Vec::new();
-        for first in (0..self.system.force_parameters.len()).step_by(STATE_DIM) {
-            let seeded = self.system.force_parameters.iter_mut().skip(first);
+        let mut gradient = Vec::new();
+        for first in (0..self.model.force_parameters.len()).step_by(STATE_DIM) {
+            let seeded = self.model.force_parameters.iter_mut().skip(first);
             for ((_, number), seed) in seeded.zip(&seeds::<STATE_DIM>(0)) {
                 *number += *seed;
             }
-            found.extend_from_slice(self.pulled_back().as_slice());
-            for (_, number) in &mut self.system.force_parameters {
+            gradient.extend_from_slice(self.seeded_derivatives().as_slice());
+            for (_, number) in &mut self.model.force_parameters {
                 *number = lift(real_part(*number));
             }
         }
-        found
+        gradient
     }
 
-    /// Shows the derivatives by the [`NUMBERS`] of those bodies of a list for which they are not all 0. Which these are is found
-    /// by derivatives along one generic direction for many bodies together, since most forces depend on none.
-    fn each_by_numbers(
+    /// Calls `visit` for the bodies of a list whose gradient with respect to their [`NUMBER_COUNT`] numbers is not zero. Derivatives along
+    /// one generic direction for many bodies together find these bodies, because most forces depend on none of the numbers.
+    fn visit_number_gradients(
         &mut self,
         bodies: &[usize],
-        show: &mut impl FnMut(usize, &SVector<f64, STATE_DIM>),
+        visit: &mut impl FnMut(usize, &SVector<f64, STATE_DIM>),
     ) {
         if let [body] = *bodies {
-            let found = self.by_numbers(&[bodies], |_, number| BodyDual::variable(0.0, number));
-            show(body, &found);
+            let gradient = self.by_numbers(&[bodies], |_, number| BodyDual::variable(0.0, number));
+            visit(body, &gradient);
             return;
         }
         let parts: Vec<&[usize]> = bodies
@@ -166,12 +166,13 @@ impl<'a> Situated<'a> {
         });
         for (part, slope) in parts.into_iter().zip(&slopes) {
             if *slope != 0.0 {
-                self.each_by_numbers(part, show);
+                self.visit_number_gradients(part, visit);
             }
         }
     }
 
-    /// By the numbers of all bodies, divided into parts: `seed` is given the part of a body and the place of the number.
+    /// Derivatives with respect to the numbers of all bodies, divided into parts. `seed` gets the part of a body and the index of the
+    /// number.
     fn by_numbers(
         &mut self,
         parts: &[&[usize]],
@@ -180,23 +181,23 @@ impl<'a> Situated<'a> {
         let mut constants = Vec::new();
         for (part, bodies) in parts.iter().enumerate() {
             for &body in *bodies {
-                constants.push((body, self.system.bodies[body].clone(), self.contact[body]));
+                constants.push((body, self.model.bodies[body].clone(), self.contact[body]));
                 let seeds = SVector::from_fn(|number, _| seed(part, number));
                 self.seed_numbers(body, &seeds);
             }
         }
-        let found = self.pulled_back();
+        let gradient = self.seeded_derivatives();
         for (body, constant, wrench) in constants {
-            self.system.bodies[body] = constant;
+            self.model.bodies[body] = constant;
             self.contact[body] = wrench;
         }
-        found
+        gradient
     }
 
-    fn seed_numbers(&mut self, body: usize, seeds: &SVector<BodyDual, NUMBERS>) {
+    fn seed_numbers(&mut self, body: usize, seeds: &SVector<BodyDual, NUMBER_COUNT>) {
         let wrench = &mut self.contact[body];
         *wrench = Wrench::from_vector(&(wrench.to_vector() + seeds.fixed_rows::<6>(0)));
-        let seeded = &mut self.system.bodies[body];
+        let seeded = &mut self.model.bodies[body];
         if let Motion::Dynamic(inertia) = &mut seeded.motion {
             inertia.mass += seeds[6];
         }
@@ -209,23 +210,23 @@ impl<'a> Situated<'a> {
         }
     }
 
-    /// By what is seeded.
-    fn pulled_back(&self) -> SVector<f64, STATE_DIM> {
+    /// Derivatives with respect to the seeds.
+    fn seeded_derivatives(&self) -> SVector<f64, STATE_DIM> {
         let mut sums = vec![Wrench::zero(); self.by_wrenches.len()];
-        let here = (self.time, &*self.states, &*self.contact);
-        self.system.with_forces(here, &mut sums, |wrenches, now| {
+        let inputs = (self.time, &*self.states, &*self.contact);
+        self.model.with_forces(inputs, &mut sums, |wrenches, now| {
             self.forces.add_seeded(wrenches, now);
         });
-        let mut found = SVector::zeros();
+        let mut gradient = SVector::zeros();
         for (by_wrench, wrench) in self.by_wrenches.iter().zip(&sums) {
             let numbers: Vector6<BodyDual> = wrench.to_vector();
             for (factor, number) in by_wrench.to_vector().iter().zip(&numbers) {
-                // Where nothing depends on a wrench, its derivatives need not be there.
+                // A wrench without influence may have derivatives that are not finite, so it is skipped.
                 if *factor != 0.0 {
-                    found += SVector::from(number.eps) * *factor;
+                    gradient += SVector::from(number.eps) * *factor;
                 }
             }
         }
-        found
+        gradient
     }
 }

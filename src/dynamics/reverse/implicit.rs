@@ -1,100 +1,106 @@
-//! An implicit step, backwards: the parts of each island as they were taken, the last first, and so the stages of each.
+//! Adjoint of an implicit step: reverses the substeps of each island as they were accepted, the last one first, and the stages of each
+//! substep.
 //!
-//! A stage solves r = P(q̃ ⊕ τu, u) − p̃ − τf = 0 for the velocities u. With J = ∂r/∂u, the derivatives ū of a number by u become
-//! those by −r, λ = J⁻ᵀū, and go on through all that r depends on while u stays. Later stages are made of the velocities of
-//! those before them, and of the wrenches (P − p̃)/τ.
+//! A stage solves r = P(q̃ ⊕ τu, u) − p̃ − τf = 0 for the velocities u. With J = ∂r/∂u, the gradient ū with respect to u becomes the
+//! gradient with respect to −r, λ = J⁻ᵀū. It propagates through all other inputs of r at constant u. Later stages depend on the velocities
+//! of the earlier stages and on their wrenches (P − p̃)/τ.
 
-use super::contact::{Touching, WrenchCovector};
-use super::pullback::{Here, Pullback};
+use super::contact::{LinearizedPair, WrenchGradient};
+use super::pullback::{EvaluationPoint, Pullback};
 use super::{Kink, StateGradient};
 use crate::dynamics::implicit::{
-    Island, Memory, Replay, ReplayedStage, ReplayedSubstep, Scheme, StepError, Trace,
-    displaced_back,
+    ImplicitIntegratorState, Island, IslandRecord, Replay, ReplayedStage, ReplayedSubstep, Scheme,
+    StepError, displaced_back,
 };
 use crate::dynamics::{BodyState, Inertia, State, TimeSpan};
 use crate::spatial::Wrench;
 use nalgebra::{Vector3, Vector6};
 use std::mem;
 
-/// Implicit steps.
+/// Adjoint of implicit steps.
 pub(super) struct ImplicitSteps {
     scheme: &'static Scheme,
     time_step: f64,
-    memory: Memory,
+    integrator_state: ImplicitIntegratorState,
 }
 
-/// Derivatives by six numbers of each dynamic body of an island.
-type BySix = Vec<Vector6<f64>>;
+/// One 6-vector for each dynamic body of an island.
+type BodyVectors = Vec<Vector6<f64>>;
 
-/// By what a stage gives to later ones.
+/// Gradient with respect to the rates that a stage passes to later stages.
 #[derive(Clone)]
-struct ByRates {
-    velocities: BySix,
-    wrenches: BySix,
+struct RateGradient {
+    velocities: BodyVectors,
+    wrenches: BodyVectors,
 }
 
-/// By where a stage begins: poses by displacements about the centers of mass, momenta.
-struct ByStart {
-    poses: BySix,
-    momenta: BySix,
+/// Gradient with respect to the start of a stage: to poses, as displacements about the centers of mass, and to momenta.
+struct StartGradient {
+    poses: BodyVectors,
+    momenta: BodyVectors,
 }
 
 impl ImplicitSteps {
-    pub fn new(scheme: &'static Scheme, time_step: f64, memory: Memory) -> Self {
+    pub fn new(
+        scheme: &'static Scheme,
+        time_step: f64,
+        integrator_state: ImplicitIntegratorState,
+    ) -> Self {
         Self {
             scheme,
             time_step,
-            memory,
+            integrator_state,
         }
     }
 
-    /// Takes the step back that led on from a state along these ways of its islands.
+    /// Reverses the step that began at a state, along the records of its islands.
     pub fn step_back(
         &self,
         pullback: &mut Pullback,
         before: &State,
-        traces: &[Trace],
+        island_records: &[IslandRecord],
     ) -> Result<(), StepError> {
         let span = TimeSpan::new(before.time, self.time_step);
-        let scene = self
-            .memory
-            .scene(pullback.world.real_forces(), &before.bodies, span);
+        let context =
+            self.integrator_state
+                .context(pullback.world.real_forces(), &before.bodies, span);
         let mut back = StepBack {
             pullback,
             span,
             states: before.bodies.clone(),
             by_wrenches: vec![Wrench::zero(); before.bodies.len()],
         };
-        traces.iter().try_for_each(|trace| {
-            back.pullback.meet_unresolved(trace);
-            let replay = Replay::new(&scene, trace, self.scheme, before.time);
+        island_records.iter().try_for_each(|record| {
+            back.pullback.record_unresolved(record);
+            let replay = Replay::new(&context, record, self.scheme, before.time);
             back.island_back(&replay, &before.bodies)
         })
     }
 }
 
-/// A step on the way back.
+/// State of the reversal of one step.
 struct StepBack<'a, 'w> {
     pullback: &'a mut Pullback<'w>,
-    /// The time step over which controls are averaged.
+    /// Time step over which controls are averaged.
     span: TimeSpan,
-    /// All bodies, those of an island as they are in its stage.
+    /// States of all bodies. The bodies of the current island have their states in the current stage.
     states: Vec<BodyState>,
-    /// By the wrench on each body, those of the island.
-    by_wrenches: Vec<WrenchCovector>,
+    /// Gradient with respect to the wrench on each body of the current island.
+    by_wrenches: Vec<WrenchGradient>,
 }
 
 impl Pullback<'_> {
-    /// Counts a kink for each body whose errors exceed their tolerances in an island's step.
-    fn meet_unresolved(&mut self, trace: &Trace) {
-        for body in trace.missed() {
-            self.gradient.meet(Kink::Unresolved, &[body], self.step);
+    /// Records a kink for each body whose errors exceed their tolerances in the step of an island.
+    fn record_unresolved(&mut self, record: &IslandRecord) {
+        for body in record.missed() {
+            self.gradient
+                .record_kink(Kink::Unresolved, &[body], self.step);
         }
     }
 }
 
 impl StepBack<'_, '_> {
-    /// Takes an island back to the states that it started from.
+    /// Reverses the step of an island to the states at its start.
     fn island_back(&mut self, replay: &Replay, start: &[BodyState]) -> Result<(), StepError> {
         let island = replay.island();
         for substep in replay.substeps().iter().rev() {
@@ -106,36 +112,36 @@ impl StepBack<'_, '_> {
         Ok(())
     }
 
-    /// From the states after a substep to those before it.
+    /// Propagates the gradient from the states after a substep to the states before it.
     fn substep_back(
         &mut self,
         replay: &Replay,
         substep: &ReplayedSubstep,
     ) -> Result<(), StepError> {
-        let none = || vec![Vector6::zeros(); substep.from.len()];
-        let mut start = ByStart {
-            poses: none(),
-            momenta: none(),
+        let zeros = || vec![Vector6::zeros(); substep.from.len()];
+        let mut start = StartGradient {
+            poses: zeros(),
+            momenta: zeros(),
         };
-        let no_rates = ByRates {
-            velocities: none(),
-            wrenches: none(),
+        let no_rates = RateGradient {
+            velocities: zeros(),
+            wrenches: zeros(),
         };
         let mut by_rates = vec![no_rates; substep.stages.len()];
         for stage in substep.stages.iter().rev() {
-            let Some(own) = by_rates.pop() else {
+            let Some(stage_rates) = by_rates.pop() else {
                 break;
             };
-            let begun = self.stage_back(replay, stage, &own)?;
-            for place in 0..substep.from.len() {
-                let (by_pose, by_momentum) = (&begun.poses[place], &begun.momenta[place]);
+            let by_start = self.stage_back(replay, stage, &stage_rates)?;
+            for index in 0..substep.from.len() {
+                let (by_pose, by_momentum) = (&by_start.poses[index], &by_start.momenta[index]);
                 let [by_pose, by_displacement] =
-                    displaced_back(&stage.start().displacements[place], by_pose);
-                start.poses[place] += by_pose;
-                start.momenta[place] += by_momentum;
+                    displaced_back(&stage.start().displacements[index], by_pose);
+                start.poses[index] += by_pose;
+                start.momenta[index] += by_momentum;
                 for (by_rates, time) in by_rates.iter_mut().zip(stage.stage.before()) {
-                    by_rates.velocities[place] += by_displacement * time;
-                    by_rates.wrenches[place] += by_momentum * time;
+                    by_rates.velocities[index] += by_displacement * time;
+                    by_rates.wrenches[index] += by_momentum * time;
                 }
             }
         }
@@ -143,83 +149,85 @@ impl StepBack<'_, '_> {
         Ok(())
     }
 
-    /// Makes the derivatives by where the first stage begins those by the states before the substep.
-    fn set_by_start(&mut self, replay: &Replay, substep: &ReplayedSubstep, start: &ByStart) {
-        for (place, &body) in replay.island().dynamic.iter().enumerate() {
-            let own = (replay.inertias()[place], &substep.from[place]);
-            let [by_pose, by_twist] = self.pull_back_momentum(body, own, &start.momenta[place]);
-            let about_center = StateGradient::from_parts([start.poses[place] + by_pose, by_twist]);
-            let arm = self.pullback.system().arm(body, own.1);
+    /// Sets the gradient with respect to the states before the substep, from the gradient with respect to the start of the first stage.
+    fn set_by_start(&mut self, replay: &Replay, substep: &ReplayedSubstep, start: &StartGradient) {
+        for (index, &body) in replay.island().dynamic.iter().enumerate() {
+            let (inertia, state) = (replay.inertias()[index], &substep.from[index]);
+            let [by_pose, by_twist] =
+                self.pull_back_momentum(body, (inertia, state), &start.momenta[index]);
+            let about_center = StateGradient::from_parts([start.poses[index] + by_pose, by_twist]);
+            let arm = self.pullback.model().arm(body, state);
             self.pullback.states[body] = about_center.about(&-arm);
-            self.add_by_center(body, own.1, &about_center.shift);
+            self.add_by_center(body, state, &about_center.shift);
         }
     }
 
-    /// From where a stage leads, and what later ones take of it, to where it begins.
+    /// Propagates the gradient with respect to the end of a stage, and to the rates that later stages use, to the start of the stage.
     fn stage_back(
         &mut self,
         replay: &Replay,
         stage: &ReplayedStage,
-        by_rates: &ByRates,
-    ) -> Result<ByStart, StepError> {
+        by_rates: &RateGradient,
+    ) -> Result<StartGradient, StepError> {
         let duration = stage.start().duration;
         let bodies = || replay.island().dynamic.iter().copied().enumerate();
-        let own = |place: usize| (replay.inertias()[place], &stage.states[place]);
-        let displacement = |place: usize| stage.states[place].twist.to_vector() * duration;
+        let body_in_stage = |index: usize| (replay.inertias()[index], &stage.states[index]);
+        let displacement = |index: usize| stage.states[index].twist.to_vector() * duration;
         let (mut poses, mut by_velocities) = (Vec::new(), Vec::new());
-        for (place, body) in bodies() {
-            let by_gained = by_rates.wrenches[place] / duration;
-            let [by_pose, by_twist] = self.take_by_state(body, own(place).1);
-            let [more, by_velocity] = self.pull_back_momentum(body, own(place), &by_gained);
+        for (index, body) in bodies() {
+            let by_impulse = by_rates.wrenches[index] / duration;
+            let [by_pose, by_twist] = self.take_state_gradient(body, body_in_stage(index).1);
+            let [more, by_velocity] =
+                self.pull_back_momentum(body, body_in_stage(index), &by_impulse);
             let by_pose = by_pose + more;
-            let [_, by_displacement] = displaced_back(&displacement(place), &by_pose);
+            let [_, by_displacement] = displaced_back(&displacement(index), &by_pose);
             by_velocities.push(
-                by_rates.velocities[place] + by_twist + by_velocity + by_displacement * duration,
+                by_rates.velocities[index] + by_twist + by_velocity + by_displacement * duration,
             );
             poses.push(by_pose);
         }
-        let by_lack = self.by_lack(replay, stage, &by_velocities)?;
+        let adjoints = self.solve_adjoint(replay, stage, &by_velocities)?;
         let mut momenta = Vec::new();
-        for (place, body) in bodies() {
-            let by_lack = &by_lack[place];
-            let [by_momentum, _] = self.pull_back_momentum(body, own(place), &-by_lack);
-            let [by_acting, _] = self.take_by_state(body, own(place).1);
-            let by_pose = poses[place] + by_momentum + by_acting;
-            [poses[place], _] = displaced_back(&displacement(place), &by_pose);
-            momenta.push(by_lack - by_rates.wrenches[place] / duration);
+        for (index, body) in bodies() {
+            let adjoint = &adjoints[index];
+            let [by_momentum, _] = self.pull_back_momentum(body, body_in_stage(index), &-adjoint);
+            let [by_forces, _] = self.take_state_gradient(body, body_in_stage(index).1);
+            let by_pose = poses[index] + by_momentum + by_forces;
+            [poses[index], _] = displaced_back(&displacement(index), &by_pose);
+            momenta.push(adjoint - by_rates.wrenches[index] / duration);
         }
-        Ok(ByStart { poses, momenta })
+        Ok(StartGradient { poses, momenta })
     }
 
-    /// From the derivatives by the velocities of a stage to those by what its momenta lack, p̃ + τf − P; and from these through
-    /// all wrenches f, at velocities that stay.
-    fn by_lack(
+    /// Solves the adjoint equation of a stage for λ, the gradient with respect to p̃ + τf − P. Then propagates λ through all wrenches f at
+    /// constant velocities.
+    fn solve_adjoint(
         &mut self,
         replay: &Replay,
         stage: &ReplayedStage,
         by_velocities: &[Vector6<f64>],
-    ) -> Result<BySix, StepError> {
-        let (island, system) = (replay.island(), self.pullback.system());
+    ) -> Result<BodyVectors, StepError> {
+        let (island, model) = (replay.island(), self.pullback.model());
         for (participant, state) in stage.states.iter().enumerate() {
             self.states[island.body(participant)] = *state;
         }
         let participants = stage.close_pairs();
-        let world = |participant: usize| island.body(participant);
+        let body = |participant: usize| island.body(participant);
         let pairs: Vec<_> = participants
             .iter()
-            .map(|&(a, b)| (world(a), world(b)))
+            .map(|&(a, b)| (body(a), body(b)))
             .collect();
         let with_shapes = self.pullback.wants_shapes();
-        let found = Touching::of_pairs(system, &self.states, &pairs, with_shapes);
-        let found = participants.into_iter().zip(found);
-        let (participants, contacts): (Vec<_>, Vec<_>) = found
-            .filter_map(|((a, b), touching)| Some(([a, b], touching?)))
+        let pairs = LinearizedPair::of_pairs(model, &self.states, &pairs, with_shapes);
+        let touching = participants.into_iter().zip(pairs);
+        let (participants, contacts): (Vec<_>, Vec<_>) = touching
+            .filter_map(|((a, b), pair)| Some(([a, b], pair?)))
             .unzip();
-        let linearized = contacts.iter().map(|touching| &touching.contact);
-        let by_lack =
+        let linearized = contacts.iter().map(|pair| &pair.contact);
+        let adjoints =
             stage.solve_transposed(participants.into_iter().zip(linearized), by_velocities)?;
-        for (&body, by_lack) in island.dynamic.iter().zip(&by_lack) {
-            let by_wrench = Wrench::from_vector(&(by_lack * stage.start().duration));
+        for (&body, adjoint) in island.dynamic.iter().zip(&adjoints) {
+            let by_wrench = Wrench::from_vector(&(adjoint * stage.start().duration));
             self.add_by_weight(body, &by_wrench);
             self.by_wrenches[body] = by_wrench;
         }
@@ -227,15 +235,15 @@ impl StepBack<'_, '_> {
         for &body in &island.dynamic {
             self.by_wrenches[body] = Wrench::zero();
         }
-        Ok(by_lack)
+        Ok(adjoints)
     }
 
-    fn pull_back_wrenches(&mut self, time: f64, island: &Island, contacts: &[Touching]) {
-        let (system, forces) = (self.pullback.system(), &self.pullback.forces);
+    fn pull_back_wrenches(&mut self, time: f64, island: &Island, contacts: &[LinearizedPair]) {
+        let (model, forces) = (self.pullback.model(), &self.pullback.forces);
         let net = forces
             .as_ref()
-            .map(|_| Touching::net_wrenches(contacts, system, &self.states));
-        let here = Here {
+            .map(|_| LinearizedPair::net_wrenches(contacts, model, &self.states));
+        let point = EvaluationPoint {
             time,
             span: self.span,
             states: &self.states,
@@ -243,20 +251,20 @@ impl StepBack<'_, '_> {
             contacts,
             net: &net.unwrap_or_default(),
         };
-        self.pullback.pull_back_wrenches(here, &self.by_wrenches);
+        self.pullback.pull_back_wrenches(point, &self.by_wrenches);
     }
 
-    /// Adds what follows from the derivative by the wrench on a body, for its weight.
-    fn add_by_weight(&mut self, body: usize, by_wrench: &WrenchCovector) {
-        let system = self.pullback.system();
-        if let Some(inertia) = system.bodies[body].inertia() {
+    /// Propagates the gradient with respect to the wrench on a body to gravity and mass, through its weight.
+    fn add_by_weight(&mut self, body: usize, by_wrench: &WrenchGradient) {
+        let model = self.pullback.model();
+        if let Some(inertia) = model.bodies[body].inertia() {
             let gradient = &mut self.pullback.gradient;
             gradient.gravity += by_wrench.force * inertia.mass;
-            gradient.bodies[body].mass += by_wrench.force.dot(&system.gravity);
+            gradient.bodies[body].mass += by_wrench.force.dot(&model.gravity);
         }
     }
 
-    /// From the derivatives by the momenta of a body to those by its displacement and by its velocities.
+    /// Propagates the gradient with respect to the momenta of a body to its displacement and its velocities, its mass and its inertia.
     fn pull_back_momentum(
         &mut self,
         body: usize,
@@ -275,15 +283,16 @@ impl StepBack<'_, '_> {
         slopes.map(|slopes| slopes.tr_mul(by_momentum))
     }
 
-    /// The derivatives by the state of a body, which are then 0: by a displacement about the center of mass, and by the velocities.
-    fn take_by_state(&mut self, body: usize, state: &BodyState) -> [Vector6<f64>; 2] {
-        let arm = self.pullback.system().arm(body, state);
+    /// Takes the gradient with respect to the state of a body, and replaces it by 0. Returns the parts with respect to a displacement about
+    /// the center of mass and to the velocities.
+    fn take_state_gradient(&mut self, body: usize, state: &BodyState) -> [Vector6<f64>; 2] {
+        let arm = self.pullback.model().arm(body, state);
         let by_state = mem::replace(&mut self.pullback.states[body], StateGradient::zero());
         self.add_by_center(body, state, &-by_state.shift);
         by_state.about(&arm).parts()
     }
 
-    /// Adds what follows from the derivative by the place of a body's center of mass, its origin staying where it is.
+    /// Adds the gradient with respect to the position of the center of mass of a body, at a constant origin.
     fn add_by_center(&mut self, body: usize, state: &BodyState, by_place: &Vector3<f64>) {
         self.pullback.gradient.bodies[body].center += state.pose.rotation().tr_mul(by_place);
     }

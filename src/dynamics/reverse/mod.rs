@@ -1,43 +1,43 @@
-//! The reverse sweep: from the derivatives of a number by a state to those by the state one step before, and by all that the
-//! step depends on.
+//! Reverse sweep: propagates the gradient of a number with respect to a state to the state one step before, and to all inputs of the step.
 //!
-//! Every part of a step is taken backwards in closed form: of an explicit one, free motion and the kick, from the state before it
-//! alone; of an implicit one, the stages as they were solved. Contacts are linearized anew. Only forces of other kinds are
-//! differentiated by dual numbers. One sweep gives the derivatives by any number of parameters.
+//! Every part of a step has a closed-form adjoint. An explicit step is reversed through free motion and the kick, from the state before it
+//! alone. An implicit step is reversed through its solved stages. Contacts are linearized again. Only forces other than contact are
+//! differentiated with dual numbers. One sweep gives the derivatives with respect to any number of parameters.
 //!
-//! The rollout in `f64` leaves its steps on a `Tape`: all of them, or as many as its memory holds, placed by binomial coefficients
-//! (`schedule.rs`). The other steps are taken again with the same bits. A step is kept as the `Checkpoint` before it and, if it is implicit,
-//! the `Trace` of each island: its substeps with the velocities of their stages, so that nothing is solved twice. [`Reversal`] takes
-//! each step back. The way from wrenches back to contacts, forces, controls and parameters is the same for all steps (`Pullback`). In an explicit step
-//! `free_motion.rs` is the adjoint of the free motion. An implicit step goes back through its accepted stages: λ = J⁻ᵀū with the exact
-//! matrix at the root, transposed, then from λ through the residual at constant velocities to the earlier stages.
+//! The rollout in `f64` records its steps on a `Tape`: all steps, or as many as the memory allows, at positions chosen by binomial
+//! coefficients (`schedule.rs`). The other steps are repeated with the same bits. A recorded step has the `Checkpoint` before it. If it is
+//! implicit, it also has the `IslandRecord` of each island: its substeps with the velocities of their stages, so that no stage is solved
+//! twice. [`ReverseSweep`] reverses each step. The path from wrenches back to contacts, forces, controls and parameters is the same for all
+//! steps (`Pullback`). In an explicit step, `free_rotation_adjoint.rs` is the adjoint of the drift. An implicit step is reversed through
+//! its accepted stages. Each stage solves λ = J⁻ᵀū with the exact matrix at the root. From λ, the gradient propagates through the residual
+//! at constant velocities to the earlier stages.
 
 mod contact;
-mod covector;
 mod explicit;
 mod forces;
-mod free_motion;
+mod free_rotation_adjoint;
+mod gradients;
 mod implicit;
 mod pullback;
 mod schedule;
 mod tape;
 
-use super::any_world::DynWorld;
-use super::implicit::Memory;
+use super::dyn_world::DynWorld;
+use super::implicit::ImplicitIntegratorState;
 use super::integrator::Kind;
 use super::{Body, Plan, RolloutError};
 use crate::contact::ShapeGradient;
-pub(crate) use covector::SystemGradient;
-pub use covector::{Kink, KinkSummary, StateGradient};
 use explicit::ExplicitSteps;
+pub(crate) use gradients::ModelGradient;
+pub use gradients::{Kink, KinkSummary, StateGradient};
 use implicit::ImplicitSteps;
 use pullback::Pullback;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-pub(crate) use tape::{StepTaken, Tape};
+pub(crate) use tape::{RecordedStep, Tape};
 
-/// A rollout that is taken backwards.
-pub(crate) struct Reversal<'w> {
+/// Reverse sweep through a rollout.
+pub(crate) struct ReverseSweep<'w> {
     steps: Steps,
     pullback: Pullback<'w>,
 }
@@ -47,18 +47,22 @@ enum Steps {
     Implicit(Box<ImplicitSteps>),
 }
 
-impl<'w> Reversal<'w> {
-    /// Of a plan's steps. An implicit step that is taken back ends once the flag is true.
+impl<'w> ReverseSweep<'w> {
+    /// Reverse sweep through the steps of a plan. An implicit step ends early once the flag is true.
     pub fn of(world: &'w dyn DynWorld<f64>, plan: &Plan, stop: Arc<AtomicBool>) -> Self {
         let time_step = plan.time_step();
         let steps = match plan.integrator().kind() {
             Kind::Explicit(splitting) => {
-                let count = world.system().bodies.len();
+                let count = world.model().bodies.len();
                 Steps::Explicit(ExplicitSteps::new(splitting, time_step, count))
             }
             Kind::Implicit(scheme) => {
-                let memory = Memory::of(world, stop);
-                Steps::Implicit(Box::new(ImplicitSteps::new(scheme, time_step, memory)))
+                let integrator_state = ImplicitIntegratorState::of(world, stop);
+                Steps::Implicit(Box::new(ImplicitSteps::new(
+                    scheme,
+                    time_step,
+                    integrator_state,
+                )))
             }
         };
         Self {
@@ -67,45 +71,51 @@ impl<'w> Reversal<'w> {
         }
     }
 
-    /// The same, with derivatives by the shapes of all bodies.
+    /// Adds derivatives with respect to the shapes of all bodies.
     pub fn with_shapes(mut self) -> Self {
-        let bodies = self.pullback.system().bodies.iter();
+        let bodies = self.pullback.model().bodies.iter();
         let zero = |body: &Body| ShapeGradient::zero(body.shape.partner());
         self.pullback.gradient.shapes = bodies.map(zero).collect();
         self
     }
 
-    /// Adds derivatives by the state of a body where the sweep has come to.
+    /// Adds a gradient with respect to the state of a body at the current step of the sweep.
     pub fn add(&mut self, body: usize, by_state: &StateGradient) {
-        // Where a path leads, nothing else does.
-        let motion = &self.pullback.system().bodies[body].motion;
+        // The state of a kinematic body depends on its path only.
+        let motion = &self.pullback.model().bodies[body].motion;
         if !motion.is_kinematic() {
             self.pullback.states[body].add(by_state);
         }
     }
 
-    /// The place of a body with a derivative that is not finite, if there is one.
-    pub fn lost(&self) -> Option<usize> {
+    /// Index of a body whose gradient is not finite, if there is one.
+    pub fn non_finite_body(&self) -> Option<usize> {
         let mut states = self.pullback.states.iter();
         states.position(|by_state| !by_state.is_finite())
     }
 
-    /// Takes a step back; `step` is its number, counted from 1.
-    pub fn step_back(&mut self, step: usize, taken: &StepTaken) -> Result<(), RolloutError> {
-        let (pullback, StepTaken { before, traces }) = (&mut self.pullback, taken);
+    /// Reverses a step. `step` is the number of the step, counted from 1.
+    pub fn step_back(&mut self, step: usize, recorded: &RecordedStep) -> Result<(), RolloutError> {
+        let (
+            pullback,
+            RecordedStep {
+                before,
+                island_records,
+            },
+        ) = (&mut self.pullback, recorded);
         pullback.step = step;
         match &mut self.steps {
             Steps::Explicit(steps) => steps.step_back(pullback, &before.state),
             Steps::Implicit(steps) => steps
-                .step_back(pullback, &before.state, traces)
-                .map_err(|stuck| stuck.into_error(pullback.system(), (step, before.state.time)))?,
+                .step_back(pullback, &before.state, island_records)
+                .map_err(|error| error.into_error(pullback.model(), (step, before.state.time)))?,
         }
-        pullback.forget_paths();
+        pullback.clear_kinematic();
         Ok(())
     }
 
-    /// The derivatives by all that the rollout depends on, from those by its initial state.
-    pub fn finished(self) -> SystemGradient {
+    /// Gradient with respect to all inputs of the rollout, after the sweep has reached the initial state.
+    pub fn into_gradient(self) -> ModelGradient {
         let Pullback {
             states,
             mut gradient,

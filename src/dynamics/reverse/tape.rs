@@ -1,50 +1,50 @@
-use super::schedule::next_kept;
-use crate::dynamics::any_world::DynWorld;
-use crate::dynamics::implicit::Trace;
+use super::schedule::next_checkpoint;
+use crate::dynamics::dyn_world::DynWorld;
+use crate::dynamics::implicit::IslandRecord;
 use crate::dynamics::integrator::Kind;
-use crate::dynamics::steps::{Checkpoint, Steps};
+use crate::dynamics::stepper::{Checkpoint, Stepper};
 use crate::dynamics::{BodyState, Plan, RolloutError};
 use nalgebra::Vector6;
 use std::cmp;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-/// As many steps are kept even where they take more than the memory allowed.
+/// Minimum number of recorded steps, even if they need more memory than allowed.
 const LEAST: usize = 16;
 
-/// The steps of a rollout, to be read from the last to the first. As many are kept as the memory allows; from these the others are
-/// taken again, with the same bits.
+/// Recorded steps of a rollout, which are read from the last to the first. The tape keeps as many steps as the memory allows. The other
+/// steps are repeated from these, with the same bits.
 pub(crate) struct Tape<'w> {
     world: &'w dyn DynWorld<f64>,
     plan: &'w Plan,
-    /// How many steps may be kept, beside the one that is read next.
-    room: usize,
-    /// In the order of their places.
-    kept: Vec<Kept>,
-    /// The place of the next step to be kept.
-    next: usize,
-    /// Ends steps that are taken again once it is true.
+    /// Maximum number of recorded steps, besides the step that is read next.
+    capacity: usize,
+    /// Recorded steps in the order of time.
+    entries: Vec<TapeEntry>,
+    /// Step count at the next step to be recorded.
+    next_checkpoint: usize,
+    /// Cancel flag. Once it is true, repeated steps end.
     stop: Arc<AtomicBool>,
 }
 
-struct Kept {
-    /// How many steps were taken before it.
-    place: usize,
-    step: StepTaken,
+struct TapeEntry {
+    /// Number of steps before the recorded step.
+    step_count: usize,
+    step: RecordedStep,
 }
 
-/// A step that was taken.
+/// Recorded step.
 #[derive(Debug)]
-pub(crate) struct StepTaken {
-    /// From where it went on.
+pub(crate) struct RecordedStep {
+    /// Checkpoint before the step.
     pub before: Checkpoint,
-    /// The ways of the islands, if it is implicit.
-    pub(super) traces: Vec<Trace>,
+    /// Records of the islands, if the step is implicit.
+    pub(super) island_records: Vec<IslandRecord>,
 }
 
 impl<'w> Tape<'w> {
-    /// Without steps yet, with room for as many as go into this memory (bytes): counted as if none were divided, although
-    /// divided steps take more.
+    /// Empty tape with the capacity of this memory (bytes). The capacity is computed for steps without subdivision, although divided steps
+    /// need more memory.
     pub fn new(
         world: &'w dyn DynWorld<f64>,
         plan: &'w Plan,
@@ -55,77 +55,82 @@ impl<'w> Tape<'w> {
             + match plan.integrator().kind() {
                 Kind::Explicit(_) => 0,
                 Kind::Implicit(scheme) => {
-                    size_of::<Option<Vector6<f64>>>() + Trace::least_size(scheme)
+                    size_of::<Option<Vector6<f64>>>() + IslandRecord::min_size(scheme)
                 }
             };
-        let of_step = size_of::<Kept>() + of_body * world.system().bodies.len();
-        let room = (memory / of_step).max(LEAST);
-        let mut kept = Vec::new();
-        // Where there is not so much to be had, it grows as far as steps are taken.
-        let _ = kept.try_reserve_exact(cmp::min(room + 1, plan.steps()));
+        let of_step = size_of::<TapeEntry>() + of_body * world.model().bodies.len();
+        let capacity = (memory / of_step).max(LEAST);
+        let mut entries = Vec::new();
+        // If the allocation fails, the list grows as steps are recorded.
+        let _ = entries.try_reserve_exact(cmp::min(capacity + 1, plan.steps()));
         Self {
             world,
             plan,
-            room,
-            kept,
-            next: 0,
+            capacity,
+            entries,
+            next_checkpoint: 0,
             stop,
         }
     }
 
-    /// Keeps the step that comes next, if it is one to be kept, and how the last one went. To be called before the first step,
-    /// and after each, with the number of steps `taken`.
-    pub fn keep(&mut self, taken: usize, steps: &Steps<f64>) {
-        self.keep_up_to(self.plan.steps(), taken, steps);
+    /// Records the next step if the schedule selects it, and the islands of the last step. Call this method before the first step and after
+    /// each step, with the number of steps taken.
+    pub fn record(&mut self, step_count: usize, stepper: &Stepper<f64>) {
+        self.record_up_to(self.plan.steps(), step_count, stepper);
     }
 
-    /// [`Self::keep`], where the steps lead to an end.
-    fn keep_up_to(&mut self, end: usize, taken: usize, steps: &Steps<f64>) {
-        if let Some(last) = self.kept.last_mut()
-            && last.place + 1 == taken
+    /// [`Self::record`] for steps that lead to an end.
+    fn record_up_to(&mut self, end: usize, step_count: usize, stepper: &Stepper<f64>) {
+        if let Some(last) = self.entries.last_mut()
+            && last.step_count + 1 == step_count
         {
-            last.step.traces = steps.traces().to_vec();
+            last.step.island_records = stepper.island_records().to_vec();
         }
-        if taken < end && (taken == self.next || taken + 1 == end) {
-            let (before, traces) = (steps.checkpoint(), Vec::new());
-            self.kept.push(Kept {
-                place: taken,
-                step: StepTaken { before, traces },
+        if step_count < end && (step_count == self.next_checkpoint || step_count + 1 == end) {
+            let (before, island_records) = (stepper.checkpoint(), Vec::new());
+            self.entries.push(TapeEntry {
+                step_count,
+                step: RecordedStep {
+                    before,
+                    island_records,
+                },
             });
             self.plan_next(end);
         }
     }
 
-    /// Chooses which step is to be kept after the last one that is, where the steps lead to an end.
+    /// Chooses the step to record after the last recorded step, for steps that lead to an end.
     fn plan_next(&mut self, end: usize) {
-        if let Some(last) = self.kept.last() {
-            let others = self.room.saturating_sub(self.kept.len());
-            self.next = last.place + next_kept(end - last.place, others);
+        if let Some(last) = self.entries.last() {
+            let slots = self.capacity.saturating_sub(self.entries.len());
+            self.next_checkpoint = last.step_count + next_checkpoint(end - last.step_count, slots);
         }
     }
 
-    /// The step that so many others came before. Later ones are forgotten: each call is to ask for an earlier step than the last.
-    pub fn back_to(&mut self, taken: usize) -> Result<&StepTaken, RolloutError> {
-        let kept = self.kept.partition_point(|kept| kept.place <= taken);
-        self.kept.truncate(kept);
-        if self.kept[kept - 1].place < taken {
-            self.take_again(taken + 1)?;
+    /// The step after `step_count` steps. Later steps are removed, so each call must request an earlier step than the last call.
+    pub fn rewind_to(&mut self, step_count: usize) -> Result<&RecordedStep, RolloutError> {
+        let count = self
+            .entries
+            .partition_point(|entry| entry.step_count <= step_count);
+        self.entries.truncate(count);
+        if self.entries[count - 1].step_count < step_count {
+            self.repeat_steps(step_count + 1)?;
         }
-        Ok(&self.kept[self.kept.len() - 1].step)
+        Ok(&self.entries[self.entries.len() - 1].step)
     }
 
-    /// Takes the steps from the last that is kept to an end.
-    fn take_again(&mut self, end: usize) -> Result<(), RolloutError> {
+    /// Repeats the steps from the last recorded step to an end.
+    fn repeat_steps(&mut self, end: usize) -> Result<(), RolloutError> {
         self.plan_next(end);
-        let last = &self.kept[self.kept.len() - 1];
-        let first = last.place;
-        let steps = Steps::resumed(&last.step.before, self.world, first);
-        let mut steps = steps.with_cancel_flag(Arc::clone(&self.stop));
-        // They were checked when they were taken first.
+        let last = &self.entries[self.entries.len() - 1];
+        let first = last.step_count;
+        let stepper = Stepper::resumed(&last.step.before, self.world, first);
+        let mut stepper = stepper.with_cancel_flag(Arc::clone(&self.stop));
+        // The steps were checked when they were taken first.
         let plan = self.plan.without_stability_check();
-        for taken in first + 1..=end {
-            steps.advance(self.world, &plan)?;
-            self.keep_up_to(end, taken, &steps);
+        for step_count in first + 1..=end {
+            stepper.advance(self.world, &plan)?;
+            self.record_up_to(end, step_count, &stepper);
         }
         Ok(())
     }
@@ -159,21 +164,21 @@ mod tests {
         world.with_gravity(vector![0.0, 0.0, -9.81]).unwrap()
     }
 
-    /// All steps, the last first, as they are written down to the last bit.
-    fn read(world: &World, plan: &Plan, room: usize) -> Vec<String> {
+    /// All steps from the last to the first, printed to the last bit.
+    fn read(world: &World, plan: &Plan, capacity: usize) -> Vec<String> {
         let mut tape = Tape {
-            room,
+            capacity,
             ..Tape::new(world, plan, 0, Arc::default())
         };
-        let mut steps = Steps::from(world.initial_state());
-        tape.keep(0, &steps);
-        for taken in 1..=plan.steps() {
-            steps.advance(world, plan).unwrap();
-            tape.keep(taken, &steps);
+        let mut stepper = Stepper::from(world.initial_state());
+        tape.record(0, &stepper);
+        for step_count in 1..=plan.steps() {
+            stepper.advance(world, plan).unwrap();
+            tape.record(step_count, &stepper);
         }
-        let places = (0..plan.steps()).rev();
-        places
-            .map(|taken| format!("{:?}", tape.back_to(taken).unwrap()))
+        let counts = (0..plan.steps()).rev();
+        counts
+            .map(|step_count| format!("{:?}", tape.rewind_to(step_count).unwrap()))
             .collect()
     }
 
@@ -187,42 +192,45 @@ mod tests {
             let plan = Plan::new(time_step, 40).unwrap();
             let plan = plan.with_integrator(integrator);
             let all = read(&world(), &plan, 40);
-            for room in [1, 2, 3, 7, 38, 39] {
-                assert!(read(&world(), &plan, room) == all);
+            for capacity in [1, 2, 3, 7, 38, 39] {
+                assert!(read(&world(), &plan, capacity) == all);
             }
         }
     }
 
-    /// Without the wrenches of the last step, those at the start of the next one would be evaluated anew.
+    /// Without the wrenches of the last step, a resumed step would evaluate the wrenches at its start again.
     #[test]
     fn steps_resumed_from_a_checkpoint_take_what_the_others_take() {
         let world = world();
         let plan = Plan::new(5e-3, 40).unwrap();
         let plan = plan.with_integrator(Integrator::Sdirk3);
-        let mut steps = Steps::from(world.initial_state());
-        for taken in 0..plan.steps() {
-            let mut resumed = Steps::resumed(&steps.checkpoint(), &world, taken);
-            let reports = [&mut steps, &mut resumed].map(|steps| {
-                steps.advance(&world, &plan).unwrap();
-                steps.memory.as_ref().map(|memory| memory.report.clone())
+        let mut stepper = Stepper::from(world.initial_state());
+        for step_count in 0..plan.steps() {
+            let mut resumed = Stepper::resumed(&stepper.checkpoint(), &world, step_count);
+            let reports = [&mut stepper, &mut resumed].map(|stepper| {
+                stepper.advance(&world, &plan).unwrap();
+                stepper
+                    .integrator_state
+                    .as_ref()
+                    .map(|state| state.report.clone())
             });
             assert_eq!(reports[0], reports[1]);
         }
     }
 
-    /// A rollout that is stopped, or ends early, needs no memory for the steps that it does not take.
+    /// A rollout that ends early needs no memory for the steps that it does not take.
     #[test]
     fn plans_longer_than_any_memory_are_begun() {
         let (world, plan) = (world(), Plan::new(5e-3, usize::MAX).unwrap());
         for memory in [0, usize::MAX] {
             let mut tape = Tape::new(&world, &plan, memory, Arc::default());
-            let mut steps = Steps::from(world.initial_state());
-            tape.keep(0, &steps);
-            for taken in 1..=3 {
-                steps.advance(&world, &plan).unwrap();
-                tape.keep(taken, &steps);
+            let mut stepper = Stepper::from(world.initial_state());
+            tape.record(0, &stepper);
+            for step_count in 1..=3 {
+                stepper.advance(&world, &plan).unwrap();
+                tape.record(step_count, &stepper);
             }
-            assert!(!tape.kept.is_empty());
+            assert!(!tape.entries.is_empty());
         }
     }
 }

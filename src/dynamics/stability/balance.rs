@@ -1,36 +1,36 @@
-//! A check of every explicit step, from the contact wrenches of its kick: whether the step may be too long, and whether contact has
-//! created energy.
+//! Check of every explicit step, from the contact wrenches of its kick: whether the step may be too long, and whether contact has created
+//! energy.
 //!
-//! The net work of a contact on its two bodies is at most the energy that the contact stored at the start, because a contact returns
-//! what it absorbed, less the losses by dissipation and friction. This holds in every frame, for bodies on paths, and for any
-//! motion of other bodies. A contact has created energy if it returned more than twice the energy that it absorbed. The factor of
-//! two leaves room for stable steps, in which the energy of a mode swings.
+//! The net work of a contact on its two bodies is at most the energy that the contact stored at the start. The reason is that a contact
+//! returns the energy that it absorbed, less the losses by dissipation and friction. This holds in every frame, for kinematic bodies, and
+//! for any motion of other bodies. A contact has created energy if it returned more than twice the energy that it absorbed. The factor of
+//! two leaves room for stable steps, in which the energy of a mode oscillates.
 
 use super::kick::{ContactChange, Kick, KickedBody};
 use super::limit::stiffest;
 use crate::dynamics::BodyState;
-use crate::dynamics::system::System;
+use crate::dynamics::model::Model;
 use crate::scalar::Scalar;
 use crate::spatial::Pose;
 use nalgebra::Vector6;
 use std::mem;
 
-/// A stability limit beyond this many time steps is far: no comparison is required below half of the limit.
+/// If the stability limit exceeds this number of time steps, it is far away. Below half of the limit, no comparison is required.
 const FAR: f64 = 2.0;
 
-/// The longest pause between comparisons with the limit, in steps. A comparison costs several steps.
+/// Longest pause between comparisons with the limit, in steps. A comparison costs several steps.
 const LONGEST_PAUSE: usize = 31;
 
-/// The contacts of a rollout, over its explicit steps.
+/// Energy balances of the contacts of a rollout, over its explicit steps.
 #[derive(Debug, Clone, Default)]
 pub(in crate::dynamics) struct ContactBalances {
     /// All bodies at the start of the rollout.
     start: Vec<BodyState>,
-    /// After the last step that was taken.
+    /// Bodies and contacts after the last accepted step.
     last: Kicked,
-    /// After the kick that is checked.
+    /// Bodies and contacts after the kick that is checked.
     next: Kicked,
-    /// The change of the contacts with each body in the kick.
+    /// Change of the contacts with each body in the kick.
     changes: Vec<ContactChange>,
 }
 
@@ -46,7 +46,7 @@ struct Kicked {
     last_pause: usize,
 }
 
-/// The work of a contact on its two bodies.
+/// Work of a contact on its two bodies.
 #[derive(Debug, Clone)]
 struct Balance {
     /// Indices of the two bodies, A first.
@@ -55,15 +55,15 @@ struct Balance {
     now: [Vector6<f64>; 2],
     /// Wrenches in the last kick.
     last: [Vector6<f64>; 2],
-    /// Energy (J) stored at the start of the rollout; none if it was not evaluated yet.
+    /// Energy (J) stored at the start of the rollout; `None` if it has not been evaluated.
     stored: Option<f64>,
     /// Net work (J) since the contact began.
     net_work: f64,
-    /// Largest energy (J) that the bodies have given to the contact, net.
+    /// Largest net energy (J) that the bodies have given to the contact.
     absorbed: f64,
 }
 
-/// The reason why a step is too long. `bodies` are the indices of the two bodies of the contact.
+/// Reason why a step is too long. `bodies` are the indices of the two bodies of the contact.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::dynamics) enum Instability {
     /// The time step exceeds the stability limit (s). The contact is the stiffest one.
@@ -83,27 +83,27 @@ impl ContactBalances {
     /// kick.
     pub fn check<T: Scalar>(
         &mut self,
-        system: &System<T>,
+        model: &Model<T>,
         kick: &Kick<T>,
         start: &[BodyState<T>],
     ) -> Option<Instability> {
         if self.start.is_empty() {
             self.start.extend(start.iter().map(BodyState::real));
         }
-        self.set_wrenches(system, kick);
+        self.set_wrenches(model, kick);
         self.changes.clear();
         self.changes
             .resize(kick.after.len(), ContactChange::default());
         let mut gain = None;
         for balance in &mut self.next.contacts {
-            let bodies = balance.bodies.map(|index| kick.body(system, index));
+            let bodies = balance.bodies.map(|index| kick.body(model, index));
             balance.add_change(&bodies, &mut self.changes);
             let last_poses = balance.bodies.map(|index| self.last.poses.get(index));
             balance.add_work(&bodies, last_poses, kick.time_step);
-            let others = balance.bodies.map(|index| kick.other_forces(system, index));
+            let others = balance.bodies.map(|index| kick.other_forces(model, index));
             let allowed = balance.allowed(&bodies, &others, kick.time_step);
             if balance.has_created(allowed) {
-                let stored = || system.stored_energy(balance.bodies, &self.start);
+                let stored = || model.stored_energy(balance.bodies, &self.start);
                 balance.stored.get_or_insert_with(stored);
                 if balance.has_created(allowed) {
                     gain.get_or_insert(balance.gain());
@@ -114,13 +114,13 @@ impl ContactBalances {
         let may_exceed = changes.any(|(index, change)| {
             change.now != change.last
                 && kick
-                    .body(system, index)
+                    .body(model, index)
                     .may_exceed_limit(change, kick.time_step)
         });
         let poses = kick.after.iter().map(|state| state.pose.real());
         self.next.poses.clear();
         self.next.poses.extend(poses);
-        let above_limit = self.compared_with_limit(system, kick, may_exceed);
+        let above_limit = self.compared_with_limit(model, kick, may_exceed);
         above_limit.or(gain)
     }
 
@@ -128,7 +128,7 @@ impl ContactBalances {
     /// pause for a growing number of steps, because they linearize all contacts. The balances detect a mode that grows meanwhile.
     fn compared_with_limit<T: Scalar>(
         &mut self,
-        system: &System<T>,
+        model: &Model<T>,
         kick: &Kick<T>,
         may_exceed: bool,
     ) -> Option<Instability> {
@@ -139,7 +139,7 @@ impl ContactBalances {
         if !may_exceed || pause > 0 {
             return None;
         }
-        let limit = system.limit_without_friction(&kick.states_before());
+        let limit = model.limit_without_friction(&kick.states_before());
         let is_far = limit
             .as_ref()
             .is_none_or(|(limit, _)| *limit > FAR * kick.time_step);
@@ -163,7 +163,7 @@ impl ContactBalances {
     }
 
     /// Sets the wrenches of all contacts in a kick, and removes contacts that have ended without a net gain.
-    fn set_wrenches<T: Scalar>(&mut self, system: &System<T>, kick: &Kick<T>) {
+    fn set_wrenches<T: Scalar>(&mut self, model: &Model<T>, kick: &Kick<T>) {
         let contacts = &mut self.next.contacts;
         contacts.clone_from(&self.last.contacts);
         contacts.retain(|balance| balance.now != ZERO || balance.net_work > 0.0);
@@ -184,7 +184,7 @@ impl ContactBalances {
                 index
             });
             let side = |side: usize| {
-                kick.body(system, bodies[side])
+                kick.body(model, bodies[side])
                     .about_reference(wrenches[side])
             };
             contacts[index].now = [side(0), side(1)];
@@ -204,7 +204,7 @@ impl Balance {
         }
     }
 
-    /// Adds the change since the last kick to those of both bodies.
+    /// Adds the change since the last kick to the changes of both bodies.
     fn add_change(&self, bodies: &[KickedBody; 2], changes: &mut [ContactChange]) {
         let power = |side: usize| {
             let change = self.now[side] - self.last[side];
@@ -231,8 +231,8 @@ impl Balance {
         self.absorbed = self.absorbed.max(-self.net_work);
     }
 
-    /// The energy (J) that the forces of one kick give to the bodies from rest. The forces are all but contact, and this contact if it
-    /// acted in the last kick, too. Friction at rest may reverse velocities of this size in each step, but they do not grow.
+    /// Energy (J) that the forces of one kick give to the bodies from rest. These are all forces except contact, and this contact if it
+    /// also acted in the last kick. Friction at rest may reverse velocities of this size in each step, but they do not grow.
     fn allowed(&self, bodies: &[KickedBody; 2], others: &[Vector6<f64>; 2], time_step: f64) -> f64 {
         let energy = |wrenches: &[Vector6<f64>; 2]| {
             let energies = bodies.iter().zip(wrenches);
@@ -244,7 +244,7 @@ impl Balance {
     }
 
     /// Whether the contact has returned more than twice the energy that it absorbed or stored, and more than an allowed energy (J).
-    /// Infinite energy is left to the error for states that are not finite.
+    /// Infinite energy does not count, because a state that is not finite has its own error.
     fn has_created(&self, allowed: f64) -> bool {
         let most = self.absorbed + 2.0 * self.stored.unwrap_or(0.0) + allowed;
         self.net_work > most && self.net_work.is_finite()

@@ -1,21 +1,21 @@
-//! The kick of an explicit step, as the stability check sees it.
+//! Data of the kick of an explicit step for the stability check.
 
 use crate::contact::ContactWrench;
-use crate::dynamics::system::System;
+use crate::dynamics::model::Model;
 use crate::dynamics::tangent::turn_between;
 use crate::dynamics::{BodyState, Inertia};
 use crate::scalar::{Scalar, real_part};
 use crate::spatial::{Pose, Twist, Wrench};
 use nalgebra::Vector6;
 
-/// Secants below this need no exact check. At 1, half of the largest stable step, an impact lasts about three kicks; a longer
-/// step may turn a body around in a single kick, which shows as a secant above 1.
+/// Secants below this value need no exact check. A secant of 1 corresponds to half of the largest stable step, where an impact lasts about
+/// three kicks. A longer step may reverse a body in a single kick, and the secant is then above 1.
 const LARGEST_SECANT: f64 = 1.0;
 
 /// Relative changes of a wrench below this value are round-off of a body at rest. An unstable mode grows through this value.
 const ROUND_OFF: f64 = 1e-6;
 
-/// The kick of an explicit step.
+/// Kick of an explicit step.
 pub(in crate::dynamics) struct Kick<'a, T> {
     pub time_step: f64,
     /// Twists of all bodies before the kick.
@@ -59,11 +59,11 @@ impl<T: Scalar> Kick<'_, T> {
         before.map(|state| state.lifted()).collect()
     }
 
-    /// The body of an index.
-    pub(super) fn body(&self, system: &System<T>, index: usize) -> KickedBody<'_> {
+    /// The body with this index.
+    pub(super) fn body(&self, model: &Model<T>, index: usize) -> KickedBody<'_> {
         let after = self.after[index].real();
         KickedBody {
-            inertia: system.bodies[index].inertia().map(Inertia::real),
+            inertia: model.bodies[index].inertia().map(Inertia::real),
             pose: after.pose,
             before: &self.before[index],
             after: after.twist,
@@ -71,10 +71,10 @@ impl<T: Scalar> Kick<'_, T> {
     }
 
     /// Wrench of all but contact on a body, about its center of mass.
-    pub(super) fn other_forces(&self, system: &System<T>, index: usize) -> Vector6<f64> {
+    pub(super) fn other_forces(&self, model: &Model<T>, index: usize) -> Vector6<f64> {
         let mut others = self.all[index].real() + -self.contact[index].real();
-        if let Some(inertia) = system.bodies[index].inertia() {
-            others.force += system.gravity.map(real_part) * real_part(inertia.mass);
+        if let Some(inertia) = model.bodies[index].inertia() {
+            others.force += model.gravity.map(real_part) * real_part(inertia.mass);
         }
         others.to_vector()
     }
@@ -88,8 +88,8 @@ impl KickedBody<'_> {
         wrench.real().about(&arm).to_vector()
     }
 
-    /// The work (J) of a wrench in the kick. A body on a path moves by its twist or by its poses, whichever takes more energy from
-    /// the contact: nothing ensures that the twist of a path is the rate of its poses.
+    /// Work (J) of a wrench in the kick. For a kinematic body, the motion comes from its twist or from its poses, whichever takes more
+    /// energy from the contact. Nothing ensures that the twist of a path is the rate of its poses.
     pub fn work(&self, wrench: &Vector6<f64>, last_pose: Option<&Pose>, time_step: f64) -> f64 {
         let mean = (self.before.to_vector() + self.after.to_vector()) / 2.0;
         let by_twist = wrench.dot(&mean) * time_step;
@@ -108,7 +108,7 @@ impl KickedBody<'_> {
         }
     }
 
-    /// The energy (J) that a wrench gives to the body from rest in the kick.
+    /// Energy (J) that a wrench gives to the body from rest in the kick.
     pub fn energy(&self, wrench: &Vector6<f64>, time_step: f64) -> f64 {
         let velocities = self
             .inertia
@@ -121,10 +121,9 @@ impl KickedBody<'_> {
 
     /// Whether contact with the body begins, or changes so fast that the time step (s) may be too long for it.
     ///
-    /// With the change ΔW of the wrench and the velocities v that led to it, h ΔW·M⁻¹ΔW/|ΔW·v| is a Rayleigh quotient of h²K. The
-    /// power ΔW·v is that of both bodies of each contact, so it depends on their relative velocities. For elastic contact with a
-    /// body at rest, the quotient is a lower bound of the largest eigenvalue, and it approaches this eigenvalue as an unstable mode
-    /// grows.
+    /// With the change ΔW of the wrench and the velocities v that led to it, h ΔW·M⁻¹ΔW/|ΔW·v| is a Rayleigh quotient of h²K. The power
+    /// ΔW·v includes both bodies of each contact, so it depends on their relative velocities. For elastic contact with a body at rest, the
+    /// quotient is a lower bound of the largest eigenvalue. It approaches this eigenvalue as an unstable mode grows.
     pub fn may_exceed_limit(&self, contact: &ContactChange, time_step: f64) -> bool {
         let ContactChange { last, now, power } = contact;
         let change = now - last;

@@ -4,14 +4,14 @@ use crate::scalar::{Scalar, real_part};
 use crate::spatial::{Pose, Twist, skew};
 use nalgebra::{Matrix3, Matrix6, SMatrix, Vector3};
 
-/// Of two bodies, A's six numbers (angular, linear) before B's.
+/// Matrix over the motions of two bodies: six numbers (angular, linear) of A, then six of B.
 type PairMatrix = SMatrix<f64, 12, 12>;
 
-/// The contact of two bodies, linearized, in coordinates in which every dynamic body has unit mass
-/// and unit inertia: symmetric, and zero for bodies that forces do not move.
+/// Linearized contact of two bodies, in coordinates in which every dynamic body has unit mass and unit inertia. The matrices are symmetric,
+/// and zero for bodies that are not dynamic.
 #[derive(Debug, Clone)]
 pub(super) struct PairRates {
-    /// The places of A and B among the bodies.
+    /// Indices of bodies A and B.
     pub bodies: [usize; 2],
     /// Stiffness over mass K (1/s²).
     pub stiffness: PairMatrix,
@@ -20,14 +20,14 @@ pub(super) struct PairRates {
 }
 
 impl PairRates {
-    /// Rates of the contact of two bodies, with or without the damping of friction; `None` if they do not touch. `places` are the
-    /// indices of the bodies.
+    /// Rates of the contact of two bodies, with or without the damping of friction; `None` if they do not touch. `indices` are the indices
+    /// of the bodies.
     ///
-    /// Stiffness is that of the pressure, which dissipation raises as bodies approach. Friction adds
-    /// nothing to it: its slope by the poses (more pressure, more friction) stands on one side of the
-    /// diagonal only, where it hardly moves an eigenvalue, while half of it on either side would.
+    /// The stiffness is the stiffness of the pressure, which dissipation raises as bodies approach. Friction adds no stiffness. The
+    /// derivative of friction with respect to the poses (more pressure, more friction) is only on one side of the diagonal, where it hardly
+    /// changes an eigenvalue. Half of it on both sides would change eigenvalues.
     pub fn of(
-        places: [usize; 2],
+        indices: [usize; 2],
         bodies: &[RealBody; 2],
         slip_tolerance: f64,
         with_friction: bool,
@@ -48,23 +48,23 @@ impl PairRates {
             pressed
         };
         (by_poses.amax() > 0.0).then(|| Self {
-            bodies: places,
+            bodies: indices,
             stiffness: over_mass(bodies, &by_poses),
             damping: over_mass(bodies, &contact.by_twists),
         })
     }
 }
 
-/// A body in a state, without derivatives.
+/// Body in a state, without derivatives.
 pub(super) struct RealBody<'a> {
     contact: Partner<'a>,
     material: Material,
-    /// At the origin of the body frame, in world axes.
+    /// Twist at the origin of the body frame, in world axes.
     twist: Twist,
-    /// From the origin of the body frame to the center of mass, in world axes (m).
+    /// Vector from the origin of the body frame to the center of mass, in world axes (m).
     to_center: Vector3<f64>,
-    /// Six twists of the origin as columns, in world axes: motions with the kinetic energy ½, about
-    /// and along axes through the center of mass. Zero for a body that forces do not move.
+    /// Six twists of the origin as columns, in world axes. The columns are motions with the kinetic energy ½ about and along axes through
+    /// the center of mass. They are zero for a body that is not dynamic.
     unit_motions: Matrix6<f64>,
 }
 
@@ -98,7 +98,7 @@ fn unit_motions<T: Scalar>(body: &Body<T>, pose: &Pose, to_center: &Vector3<f64>
     let rates = principal.moments.map(|m| (mass * m).sqrt().recip());
     let turns = principal.frame(pose.rotation()) * Matrix3::from_diagonal(&rates);
     let shifts = Matrix3::from_diagonal_element(mass.sqrt().recip());
-    // The origin is −r away from the center of mass, and ω × −r = [r]ₓω.
+    // The origin is at −r from the center of mass, and ω × −r = [r]ₓω.
     let blocks = [
         ([0, 0], turns),
         ([3, 0], skew(to_center) * turns),
@@ -111,24 +111,24 @@ fn unit_motions<T: Scalar>(body: &Body<T>, pose: &Pose, to_center: &Vector3<f64>
     motions
 }
 
-/// Derivatives by poses, for wrenches about the centers of mass: as a body turns by θ, its center
-/// moves by θ × r against its origin, which takes (θ × r) × F from the torque of a force F.
+/// Derivatives with respect to poses of the wrenches about the centers of mass. If a body turns by θ, its center moves by θ × r relative to
+/// its origin, which subtracts (θ × r) × F from the torque of a force F.
 fn about_centers(bodies: &[RealBody; 2], contact: &LinearizedContact) -> PairMatrix {
     let mut by_poses = contact.by_poses;
     let wrenches = [contact.wrench.on_a, contact.wrench.on_b];
-    for (body, (place, wrench)) in bodies.iter().zip([0, 6].into_iter().zip(wrenches)) {
-        let mut by_turn = by_poses.fixed_view_mut::<3, 3>(place, place);
+    for (body, (first, wrench)) in bodies.iter().zip([0, 6].into_iter().zip(wrenches)) {
+        let mut by_turn = by_poses.fixed_view_mut::<3, 3>(first, first);
         by_turn -= skew(&wrench.force) * skew(&body.to_center);
     }
     by_poses
 }
 
-/// The symmetric part of what resists the unit motions.
+/// Symmetric part of the resistance to the unit motions.
 fn over_mass(bodies: &[RealBody; 2], slopes: &PairMatrix) -> PairMatrix {
     let mut motions = PairMatrix::zeros();
-    for (body, place) in bodies.iter().zip([0, 6]) {
-        let mut own = motions.fixed_view_mut::<6, 6>(place, place);
-        own.copy_from(&body.unit_motions);
+    for (body, first) in bodies.iter().zip([0, 6]) {
+        let mut diagonal_block = motions.fixed_view_mut::<6, 6>(first, first);
+        diagonal_block.copy_from(&body.unit_motions);
     }
     let resisting = -motions.transpose() * slopes * motions;
     (resisting + resisting.transpose()) / 2.0

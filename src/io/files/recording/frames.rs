@@ -1,7 +1,7 @@
 //! Selection of the states of a trajectory that a recording shows.
 
 use super::precision::single;
-use crate::dynamics::{Contact, State, System, Trajectory};
+use crate::dynamics::{Contact, Model, State, Trajectory};
 
 /// Maximum frame rate of the recording (1/s).
 const RATE: f64 = 60.0;
@@ -18,7 +18,7 @@ pub(super) struct Frame<'a> {
 
 /// Shown states of a trajectory, with the times multiplied by `slowdown`.
 pub(super) fn frames<'a>(
-    system: &System,
+    model: &Model,
     trajectory: &'a Trajectory,
     slowdown: f64,
 ) -> Vec<Frame<'a>> {
@@ -31,7 +31,7 @@ pub(super) fn frames<'a>(
     let frame = |index: usize| Frame {
         time: times[index],
         state: &states[index],
-        contacts: system.contacts(&states[index]),
+        contacts: model.contacts(&states[index]),
     };
     shown_indices(&times).into_iter().map(frame).collect()
 }

@@ -17,7 +17,7 @@ use super::FileError;
 use super::atomic_write::atomic_write;
 use super::extension::known_extension;
 use super::trajectory::check_fits;
-use crate::dynamics::{Force, System, Trajectory, World};
+use crate::dynamics::{Force, Model, Trajectory, World};
 use document::{Document, Unwritable};
 use marks::{Path as MarkedPath, Target};
 use nalgebra::Vector3;
@@ -81,7 +81,7 @@ const EXTENSIONS: &[&str] = &["glb"];
 /// ```
 #[derive(Debug)]
 pub struct Recording {
-    system: System,
+    model: Model,
     trajectory: Trajectory,
     slowdown: f64,
     camera: Option<Camera>,
@@ -94,7 +94,7 @@ impl Recording {
     #[must_use]
     pub fn new<F: Force>(world: &World<f64, F>, trajectory: &Trajectory) -> Self {
         Self {
-            system: world.system.clone(),
+            model: world.model.clone(),
             trajectory: trajectory.clone(),
             slowdown: 1.0,
             camera: None,
@@ -158,7 +158,7 @@ impl Recording {
                 found: self.slowdown,
             });
         }
-        check_fits(path, &self.system.bodies, &self.trajectory)?;
+        check_fits(path, &self.model.bodies, &self.trajectory)?;
         self.check_marks(path)?;
         let glb = self.glb().map_err(|cause| file_error(path, cause))?;
         atomic_write(path, |file| file.write_all(&glb))
@@ -186,8 +186,8 @@ impl Recording {
     }
 
     fn glb(&self) -> Result<Vec<u8>, Unwritable> {
-        let bodies = &self.system.bodies;
-        let frames = frames::frames(&self.system, &self.trajectory, self.slowdown);
+        let bodies = &self.model.bodies;
+        let frames = frames::frames(&self.model, &self.trajectory, self.slowdown);
         let mut document = Document::new();
         let times = frames.iter().flat_map(|frame| single([frame.time]));
         document.data.set_subject("the times");
@@ -205,7 +205,7 @@ impl Recording {
         }
         marks::add_targets(&mut document, &self.targets);
         marks::add_paths(&mut document, &self.paths, TUBE_RADIUS * length);
-        let up = view::up(&self.system.gravity);
+        let up = view::up(&self.model.gravity);
         if let Some(camera) = &self.camera {
             camera.add_to(&mut document, &up);
         }

@@ -1,32 +1,33 @@
-//! Worlds, whatever the type of their forces. What differentiates them is compiled once, in this library, in every width of
-//! dual numbers; rollouts outside an experiment are still compiled with the program that takes them.
+//! Type-erased worlds. [`Force`] is generic over the scalar, so it is not object-safe, and a world has the type of its forces. These traits
+//! erase that type. The code that differentiates worlds is therefore compiled once, in this library, for every width of dual numbers.
+//! Rollouts outside an experiment are still compiled in the crate that runs them.
 
-use super::system::System;
+use super::model::Model;
 use super::{Body, Force, ForceContext, STATE_DIM, World, WrenchAccumulator};
 use crate::scalar::{DenseDual, Scalar};
 use std::sync::Arc;
 
-/// Derivatives by the state of one body.
+/// Dual number with the derivatives with respect to the state of one body.
 pub(super) type BodyDual = DenseDual<STATE_DIM>;
 
-/// A world, whatever the type of its forces.
+/// A world with a type-erased force.
 pub(crate) trait DynWorld<T>: Send + Sync {
-    /// All but its forces.
-    fn system(&self) -> &System<T>;
+    /// Everything but the forces.
+    fn model(&self) -> &Model<T>;
 
-    /// Adds the wrenches of its forces on all bodies.
+    /// Adds the wrenches of the forces on all bodies.
     fn add_forces(&self, wrenches: &mut WrenchAccumulator<T>, now: &ForceContext<T>);
 
-    /// Its forces by themselves.
+    /// Forces other than contact, gravity and controls.
     fn real_forces(&self) -> &dyn DynForce;
 
-    /// Whether there are any.
+    /// Whether the world has forces.
     fn has_forces(&self) -> bool {
         !self.real_forces().is_empty()
     }
 }
 
-/// Forces in `f64`, and with derivatives by the state of a body.
+/// A type-erased force, evaluated in `f64` and in [`BodyDual`].
 pub(crate) trait DynForce: Send + Sync {
     /// [`Force::is_empty`].
     fn is_empty(&self) -> bool;
@@ -59,15 +60,15 @@ impl<F: Force> DynForce for F {
     }
 }
 
-/// A world that can be made of another system in `T`.
+/// A world that can be rebuilt with another model, in the scalar `T`.
 pub(crate) trait WithModel<T> {
-    /// Its forces in another system.
-    fn with_model(&self, system: System<T>) -> Arc<dyn DynWorld<T>>;
+    /// Returns a world with the same forces and another model.
+    fn with_model(&self, model: Model<T>) -> Arc<dyn DynWorld<T>>;
 }
 
 impl<T: Scalar, F: Force> DynWorld<T> for World<T, F> {
-    fn system(&self) -> &System<T> {
-        &self.system
+    fn model(&self) -> &Model<T> {
+        &self.model
     }
 
     fn add_forces(&self, wrenches: &mut WrenchAccumulator<T>, now: &ForceContext<T>) {
@@ -80,7 +81,7 @@ impl<T: Scalar, F: Force> DynWorld<T> for World<T, F> {
 }
 
 impl<T: Scalar, F: Force> WithModel<T> for World<f64, F> {
-    fn with_model(&self, system: System<T>) -> Arc<dyn DynWorld<T>> {
-        Arc::new(World::with_model(self, system))
+    fn with_model(&self, model: Model<T>) -> Arc<dyn DynWorld<T>> {
+        Arc::new(World::with_model(self, model))
     }
 }

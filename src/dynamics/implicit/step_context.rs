@@ -1,51 +1,55 @@
 use super::about_centers::PairGeometry;
 use super::island::Island;
-use super::matrix::Patterns;
+use super::matrix::SymbolicCache;
 use crate::contact::{ContactPair, FrozenContact, LinearizedContact};
-use crate::dynamics::any_world::{BodyDual, DynForce};
+use crate::dynamics::dyn_world::{BodyDual, DynForce};
+use crate::dynamics::model::Model;
 use crate::dynamics::motion::state_on;
 use crate::dynamics::sweep::Sweep;
-use crate::dynamics::system::System;
 use crate::dynamics::{Body, BodyState, Inertia, Motion, TimeSpan};
 use crate::geometry::Aabb;
 use crate::spatial::Pose;
 use nalgebra::Vector6;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// A world in `f64`, in one of its steps.
-pub(in crate::dynamics) struct Scene<'a> {
-    pub(super) system: &'a System,
+/// World in `f64` during one time step.
+pub(in crate::dynamics) struct StepContext<'a> {
+    pub(super) model: &'a Model,
     pub(super) forces: &'a dyn DynForce,
-    /// The system once more, for the derivatives of forces; none if there are no forces.
-    pub(super) lifted: Option<&'a System<BodyDual>>,
-    /// Of matrices that were factorized before.
-    pub(super) patterns: &'a Patterns,
-    /// Bodies that a force holds together.
+    /// Model for the derivatives of forces; `None` if there are no forces.
+    pub(super) lifted: Option<&'a Model<BodyDual>>,
+    /// Symbolic factors of earlier matrices.
+    pub(super) symbolic_cache: &'a SymbolicCache,
+    /// Groups of bodies that a force couples.
     pub(super) coupled: &'a [Vec<usize>],
     /// Weight and mean control of each body.
-    pub(super) given: Vec<Vector6<f64>>,
-    /// All bodies at the start of the step.
+    pub(super) applied: Vec<Vector6<f64>>,
+    /// States of all bodies at the start of the step.
     pub(super) start: &'a [BodyState],
     /// True once the step should end.
     stop: &'a AtomicBool,
 }
 
-impl<'a> Scene<'a> {
-    /// Creates the scene of a time step.
+impl<'a> StepContext<'a> {
+    /// Creates the context of a time step.
     pub(super) fn new(
-        (system, forces): (&'a System, &'a dyn DynForce),
-        (lifted, coupled, patterns): (Option<&'a System<BodyDual>>, &'a [Vec<usize>], &'a Patterns),
+        (model, forces): (&'a Model, &'a dyn DynForce),
+        (lifted, coupled, symbolic_cache): (
+            Option<&'a Model<BodyDual>>,
+            &'a [Vec<usize>],
+            &'a SymbolicCache,
+        ),
         start: &'a [BodyState],
         span: TimeSpan,
         stop: &'a AtomicBool,
     ) -> Self {
         Self {
-            system,
+            model,
             forces,
             lifted,
-            patterns,
+            symbolic_cache,
             coupled,
-            given: system.given(span),
+            applied: model.applied_wrenches(span),
             start,
             stop,
         }
@@ -56,24 +60,24 @@ impl<'a> Scene<'a> {
         self.stop.load(Ordering::Relaxed)
     }
 
-    /// Of an island's dynamic bodies.
+    /// Inertias of the dynamic bodies of an island.
     pub(super) fn inertias(&self, island: &Island) -> Vec<&'a Inertia> {
         let bodies = island.dynamic.iter();
         bodies
-            .filter_map(|&body| self.system.bodies[body].inertia())
+            .filter_map(|&body| self.model.bodies[body].inertia())
             .collect()
     }
 
-    /// The states of an island's neighbors at a time (s).
+    /// States of the neighbors of an island at a time (s).
     pub(super) fn neighbors_at(&self, island: &Island, time: f64) -> Vec<BodyState> {
-        let state = |&body: &usize| match &self.system.bodies[body].motion {
+        let state = |&body: &usize| match &self.model.bodies[body].motion {
             Motion::Kinematic(path) => state_on(&**path, time),
             Motion::Fixed | Motion::Dynamic(_) => self.start[body],
         };
         island.neighbors.iter().map(state).collect()
     }
 
-    /// The pairs of participants that may touch, A first.
+    /// Pairs of participants that may touch, A first.
     pub(super) fn close_pairs<'s>(
         &self,
         island: &Island,
@@ -86,7 +90,7 @@ impl<'a> Scene<'a> {
         self.overlapping(island, boxes, sweep)
     }
 
-    /// The pairs of participants whose boxes overlap and that may touch, A first.
+    /// Pairs of participants whose boxes overlap and that may touch, A first.
     pub(super) fn overlapping<'s>(
         &self,
         island: &Island,
@@ -95,12 +99,12 @@ impl<'a> Scene<'a> {
     ) -> &'s [(usize, usize)] {
         sweep.overlapping(boxes, |i, j| {
             let [one, other] = [i, j].map(|participant| island.body(participant));
-            let (a, _) = self.system.ordered_pair(one.min(other), one.max(other))?;
+            let (a, _) = self.model.ordered_pair(one.min(other), one.max(other))?;
             Some(if a == one { (i, j) } else { (j, i) })
         })
     }
 
-    /// Adds where participants are to where they have been.
+    /// Extends the swept boxes by the boxes of the participants in these states.
     pub(super) fn sweep(&self, island: &Island, states: &[BodyState], swept: &mut Vec<Aabb>) {
         for (participant, state) in states.iter().enumerate() {
             let bounds = self.bounds(island.body(participant), &state.pose);
@@ -111,12 +115,12 @@ impl<'a> Scene<'a> {
         }
     }
 
-    /// The box around a body.
+    /// Bounding box of a body at a pose.
     pub(super) fn bounds(&self, body: usize, pose: &Pose) -> Aabb {
-        self.system.bodies[body].shape.bounds_at(pose)
+        self.model.bodies[body].shape.bounds_at(pose)
     }
 
-    /// The smallest extent (m) of the box around a body in its own axes; zero if the body has no bounds.
+    /// Smallest extent (m) of the bounding box of a body in its body frame; zero for an unbounded body.
     pub(super) fn thickness(&self, body: usize) -> f64 {
         let extents = self.bounds(body, &Pose::identity()).half_extents() * 2.0;
         if extents.max().is_finite() {
@@ -126,23 +130,23 @@ impl<'a> Scene<'a> {
         }
     }
 
-    /// Two participants that may touch, A first.
+    /// Pair of two participants, A first, if they can have a contact.
     pub(super) fn pair<'s>(
         &'s self,
         island: &Island,
         bodies: [usize; 2],
         states: &'s [BodyState],
     ) -> Option<Pair<'s>> {
-        let places = bodies.map(|participant| island.body(participant));
+        let indices = bodies.map(|participant| island.body(participant));
         let states = bodies.map(|participant| &states[participant]);
         Some(Pair {
-            bodies: places.map(|place| &self.system.bodies[place]),
+            bodies: indices.map(|index| &self.model.bodies[index]),
             states,
-            contact: self.system.pair_of(places, states)?,
+            contact: self.model.pair_of(indices, states)?,
         })
     }
 
-    /// How the motions of two participants count in their contact.
+    /// Geometry of two participants: maps between motions of their centers of mass and their contact.
     pub(super) fn geometry<'s>(
         &'s self,
         island: &Island,
@@ -150,13 +154,13 @@ impl<'a> Scene<'a> {
         states: &'s [BodyState],
     ) -> PairGeometry<'s> {
         PairGeometry::of(
-            bodies.map(|participant| &self.system.bodies[island.body(participant)]),
+            bodies.map(|participant| &self.model.bodies[island.body(participant)]),
             bodies.map(|participant| &states[participant]),
         )
     }
 }
 
-/// Two bodies that may touch.
+/// Two bodies that can have a contact.
 pub(super) struct Pair<'s> {
     bodies: [&'s Body; 2],
     states: [&'s BodyState; 2],
@@ -172,12 +176,12 @@ impl<'s> Pair<'s> {
         PairGeometry::of(self.bodies, self.states)
     }
 
-    /// The contact as it is; none if the bodies do not touch.
+    /// Contact with frozen polygons; `None` if the bodies do not touch.
     pub fn frozen(&self) -> Option<FrozenContact> {
         self.contact.frozen()
     }
 
-    /// The contact with all its first derivatives.
+    /// Contact with all exact first derivatives.
     pub fn linearized(&self) -> LinearizedContact {
         self.contact.linearized()
     }

@@ -1,6 +1,6 @@
-use super::body::known_place;
+use super::body::require_index_of;
 use super::motion::state_on;
-use super::settings::check_finite;
+use super::validate::check_finite;
 use super::{Body, BodyState, Control, Motion, State, WorldError};
 use crate::scalar::{Scalar, lift, lift_vector, real_part, real_vector};
 use nalgebra::Vector3;
@@ -9,16 +9,16 @@ use std::collections::BTreeSet;
 /// Slip tolerance (m/s) of a new world.
 const SLIP_TOLERANCE: f64 = 1e-3;
 
-/// What a number that forces read is called where it is not finite.
+/// Name of a force parameter in error messages.
 pub(super) const FORCE_PARAMETER: &str = "force parameter";
 
-/// All of a [`World`](super::World) but its forces. What needs no force knows nothing of their type.
+/// Everything in a [`World`](super::World) but the forces. Code that needs no forces does not depend on their type.
 #[derive(Debug, Clone)]
-pub(crate) struct System<T = f64> {
+pub(crate) struct Model<T = f64> {
     pub bodies: Vec<Body<T>>,
     pub gravity: Vector3<T>,
     pub controls: Vec<Control<T>>,
-    /// Numbers that forces read, by their names.
+    /// Names and values of the force parameters.
     pub force_parameters: Vec<(String, T)>,
     /// Time (s) of the initial state.
     pub(crate) start: f64,
@@ -26,13 +26,13 @@ pub(crate) struct System<T = f64> {
     pub(super) slip_tolerance: f64,
 }
 
-impl System {
-    /// Bodies that start at a time (s), without gravity.
+impl Model {
+    /// Model of bodies whose initial state is at a time (s), without gravity.
     pub(super) fn starting_at(start: f64, mut bodies: Vec<Body>) -> Result<Self, WorldError> {
         check_finite("time of the initial state", &[start])?;
         let mut names = BTreeSet::new();
         for body in &mut bodies {
-            // Before the move, because the move would hide a start that is not on the path.
+            // Check before the move, because the move would hide a start that is not on the path.
             body.check()?;
             body.start_at(start);
             body.check()?;
@@ -51,10 +51,11 @@ impl System {
         })
     }
 
-    /// The same system, in which no contact of the bodies with these names counts.
+    /// Excludes the contact of the bodies with these names.
     ///
     /// # Errors
-    /// If there is no body of one of the names, or both are the same.
+    /// - If one of the names is unknown.
+    /// - If both names are the same.
     pub(super) fn ignoring(mut self, first: &str, second: &str) -> Result<Self, WorldError> {
         let (i, j) = (self.index_of(first)?, self.index_of(second)?);
         if i == j {
@@ -64,13 +65,13 @@ impl System {
         Ok(self)
     }
 
-    /// Checks that there is a contact for any two bodies that may meet.
+    /// Checks that at least one body of each pair that can interact has a mesh.
     pub(super) fn check_partners(&self) -> Result<(), WorldError> {
-        // Of two with a mesh there is always one.
-        let places = 0..self.bodies.len();
-        let meshless: Vec<usize> = places.filter(|&index| !self.has_mesh(index)).collect();
-        for (place, &j) in meshless.iter().enumerate() {
-            let mut others = meshless[..place].iter();
+        // Only pairs of bodies without a mesh can fail.
+        let indices = 0..self.bodies.len();
+        let meshless: Vec<usize> = indices.filter(|&index| !self.has_mesh(index)).collect();
+        for (position, &j) in meshless.iter().enumerate() {
+            let mut others = meshless[..position].iter();
             if let Some(&i) = others.find(|&&i| self.can_interact(i, j)) {
                 let name = |index: usize| self.bodies[index].name().to_owned();
                 return Err(WorldError::NoContact([name(i), name(j)]));
@@ -79,7 +80,7 @@ impl System {
         Ok(())
     }
 
-    /// Checks all numbers that a parameter or another start may have changed.
+    /// Checks all numbers that a parameter or a new initial state may have changed.
     pub(crate) fn check(&self) -> Result<(), WorldError> {
         let mut bodies = self.bodies.iter();
         bodies.try_for_each(Body::check)?;
@@ -89,9 +90,9 @@ impl System {
         check_finite("gravity", self.gravity.as_slice())
     }
 
-    /// The constant system.
-    pub(crate) fn lifted<T: Scalar>(&self) -> System<T> {
-        System {
+    /// The model with zero derivatives.
+    pub(crate) fn lifted<T: Scalar>(&self) -> Model<T> {
+        Model {
             bodies: self.bodies.iter().map(Body::lifted).collect(),
             gravity: lift_vector(&self.gravity),
             controls: self.controls.iter().map(Control::lifted).collect(),
@@ -103,10 +104,10 @@ impl System {
     }
 }
 
-impl<T: Scalar> System<T> {
-    /// The system without derivatives.
-    pub(super) fn real(&self) -> System {
-        System {
+impl<T: Scalar> Model<T> {
+    /// The model without derivatives.
+    pub(super) fn real(&self) -> Model {
+        Model {
             bodies: self.bodies.iter().map(Body::real).collect(),
             gravity: real_vector(&self.gravity),
             controls: self.controls.iter().map(Control::real).collect(),
@@ -117,7 +118,7 @@ impl<T: Scalar> System<T> {
         }
     }
 
-    /// The numbers that forces read, each converted.
+    /// The force parameters with converted values.
     fn force_parameters_by<U>(&self, convert: impl Fn(T) -> U) -> Vec<(String, U)> {
         let numbers = self.force_parameters.iter();
         numbers
@@ -125,12 +126,12 @@ impl<T: Scalar> System<T> {
             .collect()
     }
 
-    /// The place of the body of that name.
+    /// Index of the body with this name.
     pub(crate) fn index_of(&self, name: &str) -> Result<usize, WorldError> {
-        known_place(name, &self.bodies)
+        require_index_of(name, &self.bodies)
     }
 
-    /// The state from which rollouts start.
+    /// Initial state of rollouts.
     pub(super) fn initial_state(&self) -> State<T> {
         State {
             time: self.start,
@@ -138,14 +139,14 @@ impl<T: Scalar> System<T> {
         }
     }
 
-    /// The places of the bodies that forces move.
+    /// Indices of the dynamic bodies.
     pub(crate) fn dynamic_bodies(&self) -> impl Iterator<Item = usize> {
-        let places = 0..self.bodies.len();
-        places.filter(|&index| self.bodies[index].inertia().is_some())
+        let indices = 0..self.bodies.len();
+        indices.filter(|&index| self.bodies[index].inertia().is_some())
     }
 
-    /// Bodies A and B of a contact of two bodies, i < j, if it counts: it is not ignored, forces move one of them, and A is
-    /// compliant with a mesh. This is the one place that says what touches what.
+    /// Bodies A and B of the contact of two bodies, i < j. Returns `None` unless the pair is not ignored, one of the bodies is dynamic, and
+    /// A is compliant with a mesh. Only this method decides which pairs can collide and which body is A.
     pub(crate) fn ordered_pair(&self, i: usize, j: usize) -> Option<(usize, usize)> {
         if !self.can_interact(i, j) {
             return None;
@@ -161,29 +162,29 @@ impl<T: Scalar> System<T> {
         self.bodies[index].shape.compliant().is_some()
     }
 
-    /// Whether it matters if two bodies, i < j, touch: forces move one of them, and the pair is not ignored.
+    /// Whether the contact of two bodies, i < j, has an effect: one of them is dynamic, and the pair is not ignored.
     fn can_interact(&self, i: usize, j: usize) -> bool {
         let moves = |index: usize| self.bodies[index].inertia().is_some();
         (moves(i) || moves(j)) && !self.ignored.contains(&(i, j))
     }
 
-    /// A state with the bodies that forces do not move where they belong.
-    pub(super) fn placed(&self, mut state: State<T>) -> State<T> {
-        self.place(&mut state);
+    /// Returns the state with fixed and kinematic bodies in their prescribed states.
+    pub(super) fn with_prescribed_states(&self, mut state: State<T>) -> State<T> {
+        self.set_prescribed_states(&mut state);
         state
     }
 
-    /// Puts the bodies that forces do not move where they belong.
-    pub(super) fn place(&self, state: &mut State<T>) {
+    /// Sets fixed and kinematic bodies to their prescribed states.
+    pub(super) fn set_prescribed_states(&self, state: &mut State<T>) {
         for (index, body) in state.bodies.iter_mut().enumerate() {
-            if let Some(driven) = self.kinematic_state(index, state.time) {
+            if let Some(driven) = self.prescribed_state(index, state.time) {
                 *body = driven;
             }
         }
     }
 
-    /// The state of a body that forces do not move.
-    pub(super) fn kinematic_state(&self, index: usize, time: f64) -> Option<BodyState<T>> {
+    /// State of a fixed or kinematic body at a time (s); `None` for a dynamic body.
+    pub(super) fn prescribed_state(&self, index: usize, time: f64) -> Option<BodyState<T>> {
         match &self.bodies[index].motion {
             Motion::Dynamic(_) => None,
             Motion::Fixed => Some(self.bodies[index].initial),

@@ -1,4 +1,4 @@
-//! Which numbers may be set.
+//! Checks of numbers that callers set.
 
 use super::WorldError;
 use crate::contact::SLIP_TOLERANCES;
@@ -14,7 +14,7 @@ pub(crate) fn check_positive(quantity: &'static str, value: f64) -> Result<(), W
     check(quantity, value, value > 0.0, "positive and finite")
 }
 
-/// Checks that a slip tolerance (m/s) can be computed with.
+/// Checks that a slip tolerance (m/s) is in the range of the contact computation.
 pub(super) fn check_slip_tolerance(value: f64) -> Result<(), WorldError> {
     let is_in_range = SLIP_TOLERANCES.contains(&value);
     check(
@@ -25,7 +25,7 @@ pub(super) fn check_slip_tolerance(value: f64) -> Result<(), WorldError> {
     )
 }
 
-/// Checks that a number is not negative, and finite.
+/// Checks that a number is finite and not negative.
 pub(super) fn check_not_negative(quantity: &'static str, value: f64) -> Result<(), WorldError> {
     check(quantity, value, value >= 0.0, "not negative and finite")
 }

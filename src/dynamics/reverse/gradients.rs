@@ -1,33 +1,33 @@
 use crate::contact::{Kinks, ShapeGradient};
-use crate::dynamics::system::System;
+use crate::dynamics::model::Model;
 use crate::dynamics::{Control, STATE_DIM};
 use crate::spatial::Twist;
 use nalgebra::{Matrix3, SVector, Vector3, Vector6};
 use std::collections::BTreeMap;
 use std::fmt;
 
-/// The derivatives of a number by the state of a body, in its local coordinates (see
+/// Gradient of a number with respect to the state of a body, in local coordinates (see
 /// [`World::difference`](crate::dynamics::World::difference)), along the axes of the world.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StateGradient {
-    /// By a turn of the body about its origin (the number's unit over rad).
+    /// Gradient with respect to a turn of the body about its origin (unit of the number over rad).
     pub turn: Vector3<f64>,
-    /// By a shift of its origin (over m).
+    /// Gradient with respect to a shift of the origin (unit of the number over m).
     pub shift: Vector3<f64>,
-    /// By its spin (over rad/s).
+    /// Gradient with respect to the spin (unit of the number over rad/s).
     pub spin: Vector3<f64>,
-    /// By the velocity of its center of mass (over m/s).
+    /// Gradient with respect to the velocity of the center of mass (unit of the number over m/s).
     pub velocity: Vector3<f64>,
 }
 
 impl StateGradient {
-    /// Of a number that does not depend on the state.
+    /// Zero gradient, for a number that does not depend on the state.
     #[must_use]
     pub fn zero() -> Self {
         Self::from_vector(&SVector::zeros())
     }
 
-    /// From (turn, shift, spin, velocity).
+    /// Gradient from a vector (turn, shift, spin, velocity).
     #[must_use]
     pub fn from_vector(vector: &SVector<f64, STATE_DIM>) -> Self {
         let part = |row: usize| vector.fixed_rows::<3>(row).into_owned();
@@ -39,9 +39,9 @@ impl StateGradient {
         }
     }
 
-    /// From the derivatives by the entries of the rotation matrix and of the position, as programs for automatic
-    /// differentiation have them, and by spin and velocity (`by_twist`), where the body has an orientation. Of the nine
-    /// entries three combinations count: a small turn θ changes the rotation R by θ × R.
+    /// Gradient from the derivatives with respect to the entries of the rotation matrix and of the position, and to spin and velocity
+    /// (`by_twist`). Programs for automatic differentiation return such derivatives. `rotation` is the orientation of the body. Only three
+    /// combinations of the nine entries matter, because a small turn θ changes the rotation R by θ × R.
     #[must_use]
     pub fn from_entries(
         rotation: &Matrix3<f64>,
@@ -58,7 +58,7 @@ impl StateGradient {
         }
     }
 
-    /// By the motion of the pose (angular, linear), and by the twist.
+    /// Gradient from its parts: with respect to the motion of the pose (angular, linear), and to the twist.
     pub(crate) fn from_parts([by_pose, by_twist]: [Vector6<f64>; 2]) -> Self {
         let number = |i: usize| if i < 6 { by_pose[i] } else { by_twist[i - 6] };
         Self::from_vector(&SVector::from_fn(|i, _| number(i)))
@@ -70,7 +70,8 @@ impl StateGradient {
         [six(self.turn, self.shift), six(self.spin, self.velocity)]
     }
 
-    /// By the motion of another point that is fixed to the body, an arm (m, axes of the world) away from the one it is about.
+    /// Gradient with respect to the motion of another point that is fixed to the body. `arm` (m, world axes) points from the current
+    /// reference point to the other point.
     pub(crate) fn about(&self, arm: &Vector3<f64>) -> Self {
         let mut about = *self;
         about.add_by_arm(arm, &-self.shift);
@@ -89,30 +90,30 @@ impl StateGradient {
         self.velocity += other.velocity;
     }
 
-    /// Adds what follows from the derivative by the arm (m) from the body's origin to its center of mass, in the axes of the
-    /// world: it turns with the body.
+    /// Adds the gradient with respect to the arm (m, world axes) from the origin of the body to its center of mass. The arm turns with the
+    /// body.
     pub(crate) fn add_by_arm(&mut self, arm: &Vector3<f64>, by_arm: &Vector3<f64>) {
         self.turn += arm.cross(by_arm);
     }
 }
 
-/// The derivatives of a number by all that a rollout starts from and depends on.
+/// Gradient of a number with respect to the initial state and all other inputs of a rollout.
 #[derive(Debug, Clone)]
-pub(crate) struct SystemGradient {
-    /// By the numbers of each body.
+pub(crate) struct ModelGradient {
+    /// Gradient with respect to the numbers of each body.
     pub bodies: Vec<BodyGradient>,
-    /// By gravity (the number's unit over m/s²).
+    /// Gradient with respect to gravity (unit of the number over m/s²).
     pub gravity: Vector3<f64>,
-    /// By the wrench of each interval (torque, force) of each control.
+    /// Gradient with respect to the wrench (torque, force) of each interval of each control.
     pub controls: Vec<Vec<Vector6<f64>>>,
-    /// By each number that forces read.
+    /// Derivative with respect to each force parameter.
     pub force_parameters: Vec<f64>,
-    /// By the shape of each body, its pose and its mass properties staying as they are; empty if not asked for.
+    /// Gradient with respect to the shape of each body, at constant pose and mass properties; empty if not requested.
     pub shapes: Vec<ShapeGradient>,
     kinks: BTreeMap<(Kink, Vec<usize>), KinkSummary>,
 }
 
-/// Where a rollout has no derivative, or one of several was taken: see [`Kinks`].
+/// Kind of nonsmooth point: the rollout has no derivative there, or one of several derivatives was used. See [`Kinks`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[non_exhaustive]
 pub enum Kink {
@@ -138,37 +139,39 @@ impl fmt::Display for Kink {
     }
 }
 
-/// The kinks of one kind that a rollout met at the same bodies.
+/// Kinks of one kind at the same bodies in a rollout.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct KinkSummary {
-    /// The places of the bodies, in the order of the world's.
+    /// Indices of the bodies in the world, in increasing order.
     pub bodies: Vec<usize>,
-    /// The kind.
+    /// Kind of the kinks.
     pub kink: Kink,
-    /// In how many steps it was met.
+    /// Number of steps with such a kink.
     pub count: usize,
-    /// The first of these steps and the last, counted from 1.
+    /// First and last of these steps, counted from 1.
     pub steps: [usize; 2],
 }
 
-/// The derivatives of a number by what a body starts from and is made of.
+/// Gradient of a number with respect to the initial state and the properties of a body.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct BodyGradient {
     pub initial: StateGradient,
     pub modulus: f64,
     pub dissipation: f64,
     pub friction: f64,
-    /// By the mass, with which the inertia grows.
+    /// Derivative with respect to the mass, to which the inertia is proportional.
     pub mass: f64,
-    /// By the center of mass, in the axes of the body frame (over m), but for what forces of other kinds make of it.
+    /// Gradient with respect to the center of mass, in the axes of the body frame (over m). It excludes the effect of the center of mass on
+    /// forces other than contact.
     pub center: Vector3<f64>,
-    /// By the inertia over the mass about the center of mass, in the axes of the body frame (over m²): symmetric.
+    /// Gradient with respect to the inertia over the mass about the center of mass, in the axes of the body frame (over m²). It is
+    /// symmetric.
     pub inertia: Matrix3<f64>,
 }
 
-impl SystemGradient {
-    pub fn zero(system: &System) -> Self {
+impl ModelGradient {
+    pub fn zero(model: &Model) -> Self {
         let body = BodyGradient {
             initial: StateGradient::zero(),
             modulus: 0.0,
@@ -180,17 +183,17 @@ impl SystemGradient {
         };
         let intervals = |control: &Control| vec![Vector6::zeros(); control.wrenches().len()];
         Self {
-            bodies: vec![body; system.bodies.len()],
+            bodies: vec![body; model.bodies.len()],
             gravity: Vector3::zeros(),
-            controls: system.controls.iter().map(intervals).collect(),
-            force_parameters: vec![0.0; system.force_parameters.len()],
+            controls: model.controls.iter().map(intervals).collect(),
+            force_parameters: vec![0.0; model.force_parameters.len()],
             shapes: Vec::new(),
             kinks: BTreeMap::new(),
         }
     }
 
-    /// Counts the kinks of a contact in a step.
-    pub fn meet_at_contact(&mut self, [a, b]: [usize; 2], kinks: Kinks, step: usize) {
+    /// Records the kinks of a contact in a step.
+    pub fn record_contact_kinks(&mut self, [a, b]: [usize; 2], kinks: Kinks, step: usize) {
         let Kinks {
             are_flush,
             are_clamped,
@@ -202,13 +205,13 @@ impl SystemGradient {
             (are_equal, Kink::EqualFields),
         ] {
             if is_met {
-                self.meet(kink, &[a.min(b), a.max(b)], step);
+                self.record_kink(kink, &[a.min(b), a.max(b)], step);
             }
         }
     }
 
-    /// Counts a kink of some bodies in a step, once however often it is met there. Steps are to come from the last to the first.
-    pub fn meet(&mut self, kink: Kink, bodies: &[usize], step: usize) {
+    /// Records a kink of some bodies in a step. A kink counts once in each step. Steps must come from the last to the first.
+    pub fn record_kink(&mut self, kink: Kink, bodies: &[usize], step: usize) {
         let met = self.kinks.entry((kink, bodies.to_vec()));
         let met = met.or_insert_with_key(|(kink, bodies)| KinkSummary {
             bodies: bodies.clone(),
@@ -220,7 +223,7 @@ impl SystemGradient {
         met.steps[0] = step;
     }
 
-    /// All kinks that were met.
+    /// All recorded kinks.
     pub fn kinks(&self) -> Vec<KinkSummary> {
         self.kinks.values().cloned().collect()
     }

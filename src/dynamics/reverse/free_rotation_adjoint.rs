@@ -1,36 +1,36 @@
-//! A drift, backwards.
+//! Adjoint of a drift.
 
 use super::StateGradient;
-use super::covector::BodyGradient;
+use super::gradients::BodyGradient;
 use crate::dynamics::inertia::{PrincipalInertia, scaled};
 use crate::dynamics::{BodyState, Inertia};
 use crate::spatial::{left_jacobian, rotation_from_vector, turned_about_own_axis};
 use nalgebra::{Matrix3, Vector3};
 
-/// Principal values that agree to this fraction have no axes of their own: what their axes make of a change is taken from the
-/// limit in which they are equal.
+/// Relative tolerance below which principal values count as equal. Equal values have no distinct axes, so the derivative with respect to a
+/// change of the axes is the limit for equal values.
 const EQUAL: f64 = 1e-6;
 
-/// The derivatives of a number by the rotation of a free body: by a turn in the axes of the world, by the spin, and by the
-/// inertia over the mass, in the axes of the body frame.
-struct RotationCovector {
+/// Gradient with respect to the rotation of a free body. The parts are the gradients with respect to a turn in world axes, to the spin, and
+/// to the inertia over the mass in the axes of the body frame.
+struct RotationGradient {
     turn: Vector3<f64>,
     spin: Vector3<f64>,
     inertia: Matrix3<f64>,
 }
 
-/// A turn about a principal axis.
+/// Turn about a principal axis.
 struct AxisTurn {
-    /// The principal axes in the world when it is taken.
+    /// Principal axes in the world before the turn.
     frame: Matrix3<f64>,
     axis: usize,
-    /// The time it counts for (s).
+    /// Duration of the turn (s).
     time: f64,
 }
 
 impl Inertia {
-    /// From the derivatives by the state of a free body after a time (s) to those by the state before it; adds those by the
-    /// inertia to others.
+    /// Propagates the gradient with respect to the state of a free body after a time (s) to the state before it. Adds the gradient with
+    /// respect to the inertia and to the center of mass to `gradient`.
     pub(super) fn drifted_back(
         &self,
         before: &BodyState,
@@ -40,12 +40,13 @@ impl Inertia {
     ) -> StateGradient {
         let (rotation, spin) = (before.pose.rotation(), &before.twist.angular);
         let (turned, _) = self.principal.turned_freely(rotation, spin, duration);
-        let [arm_before, arm_after] = [rotation, &turned].map(|it| it * self.center_of_mass);
+        let [arm_before, arm_after] =
+            [rotation, &turned].map(|rotation| rotation * self.center_of_mass);
         let by_end = after.about(&arm_after);
         gradient.center += rotation.tr_mul(&after.shift) - turned.tr_mul(&after.shift);
         let by_rotation = [by_end.turn, by_end.spin];
         let before = (rotation, spin);
-        let RotationCovector {
+        let RotationGradient {
             turn,
             spin,
             inertia,
@@ -62,17 +63,17 @@ impl Inertia {
 }
 
 impl PrincipalInertia {
-    /// From the derivatives by orientation (a turn in the axes of the world) and spin of a free body after a time (s) to
-    /// those before it: the parts of [`Self::turned_freely`], the last first.
+    /// Propagates the gradient with respect to orientation (a turn in world axes) and spin of a free body after a time (s) to the state
+    /// before it. It reverses the parts of [`Self::turned_freely`], the last part first.
     ///
-    /// A turn by φ about an axis q that turns with the body itself, φ = r q·ℓ, takes a small turn θ before it to
-    /// θ + q r (q·δℓ + (q × ℓ)·θ) after it.
+    /// Consider a turn by φ = r q·ℓ about an axis q that turns with the body. It changes a small turn θ before it to θ + q r (q·δℓ + (q ×
+    /// ℓ)·θ) after it.
     fn turned_back(
         &self,
         (rotation, spin): (&Matrix3<f64>, &Vector3<f64>),
         [by_turn, by_spin]: [Vector3<f64>; 2],
         duration: f64,
-    ) -> RotationCovector {
+    ) -> RotationGradient {
         let before = self.frame(rotation);
         let momentum = scaled(&before, &self.moments, spin);
         let per_moments = self.moments.map(f64::recip);
@@ -90,12 +91,12 @@ impl PrincipalInertia {
         let steady = momentum * (per_moments[1] * duration);
         let steady_turn = rotation_from_vector(&steady);
         let after = steady_turn * frame;
-        // The spin at the end, from the momentum.
+        // Reverse the spin at the end, which follows from the momentum.
         let spin_after = scaled(&after, &per_moments, &momentum);
         let mut by_momentum = scaled(&after, &per_moments, &by_spin);
         let mut turn = by_turn + spin_after.cross(&by_spin) - momentum.cross(&by_momentum);
         let mut by_inverse = symmetric(&after.tr_mul(&by_spin), &after.tr_mul(&momentum));
-        // The steady turn.
+        // Reverse the steady turn.
         let by_axes_after = after.tr_mul(&turn);
         by_inverse[(1, 1)] += duration * momentum.dot(&turn);
         by_momentum += left_jacobian(&steady).tr_mul(&turn) * (per_moments[1] * duration);
@@ -110,21 +111,21 @@ impl PrincipalInertia {
         }
         let by_axes = before.tr_mul(&turn) - by_axes_after;
         add_by_axes(&mut by_inverse, &by_axes, &per_moments, &by_tilts);
-        // The momentum, from the spin at the start.
+        // Reverse the momentum, which follows from the spin at the start.
         let spin_before = scaled(&before, &self.moments, &by_momentum);
         turn += momentum.cross(&by_momentum) - spin.cross(&spin_before);
         let by_moments = symmetric(&before.tr_mul(&by_momentum), &before.tr_mul(spin));
         let inverse = Matrix3::from_diagonal(&per_moments);
         let by_inertia = by_moments - inverse * by_inverse * inverse;
-        RotationCovector {
+        RotationGradient {
             turn,
             spin: spin_before,
             inertia: self.axes * by_inertia * self.axes.transpose(),
         }
     }
 
-    /// The derivative by the inertia over the mass, in the axes of the body frame, where a spin makes a momentum over the mass;
-    /// both in the axes of the world.
+    /// Gradient with respect to the inertia over the mass, in the axes of the body frame, through the momentum over the mass of a spin. The
+    /// spin and the gradient with respect to the momentum are in world axes.
     pub(super) fn by_inertia_in_momentum(
         &self,
         rotation: &Matrix3<f64>,
@@ -136,8 +137,8 @@ impl PrincipalInertia {
         self.axes * by_moments * self.axes.transpose()
     }
 
-    /// The derivative by the inertia over the mass, in the axes of the body frame, where the spin changes by what a torque over the
-    /// mass makes of it in a time (s); both in the axes of the world.
+    /// Gradient with respect to the inertia over the mass, in the axes of the body frame, through the change of spin by an impulse. The
+    /// impulse is a torque over the mass, times a time (s). It and the gradient with respect to the spin are in world axes.
     pub(super) fn by_inertia_in_kick(
         &self,
         rotation: &Matrix3<f64>,
@@ -152,13 +153,13 @@ impl PrincipalInertia {
 }
 
 impl AxisTurn {
-    /// Angle over the momentum along the axis.
+    /// Angle divided by the momentum along the axis.
     fn rate(&self, per_moments: &Vector3<f64>) -> f64 {
         self.time * (per_moments[self.axis] - per_moments[1])
     }
 
-    /// Adds the derivatives by the inverse of the inertia in its axes: by its principal values, and apart from these by what
-    /// tilts an axis where two of them are equal.
+    /// Adds the gradient with respect to the inverse inertia in its principal axes. `by_inverse` receives the part of the principal values.
+    /// `by_tilts` receives the part of the tilt of an axis, which is used if two principal values are equal.
     fn add_by_inverse(
         &self,
         momentum: &Vector3<f64>,
@@ -171,15 +172,16 @@ impl AxisTurn {
         by_inverse[(self.axis, self.axis)] += along;
         by_inverse[(1, 1)] -= along;
         by_tilts[(self.axis, 1)] += by_all[(self.axis, 1)];
-        // Where all are equal, axes are turned about for the whole time twice; the pair of the first and the last counts once.
+        // If all principal values are equal, the turns about two axes each last the whole time. The pair of the first and the last axis
+        // therefore counts once.
         if self.axis == 2 {
             by_tilts[(0, 2)] += by_all[(0, 2)];
         }
     }
 }
 
-/// Adds the derivatives by the entries off the diagonal of the inverse of the inertia in its axes, from those by a turn of all
-/// axes in the body; from the limit where two principal values are equal.
+/// Adds the gradient with respect to the off-diagonal entries of the inverse inertia in its principal axes. It follows from the gradient
+/// with respect to a turn of all axes in the body, or from the limit if two principal values are equal.
 fn add_by_axes(
     by_inverse: &mut Matrix3<f64>,
     by_axes: &Vector3<f64>,
@@ -199,7 +201,7 @@ fn add_by_axes(
     }
 }
 
-/// The symmetric part of a bᵀ.
+/// Symmetric part of a bᵀ.
 fn symmetric(a: &Vector3<f64>, b: &Vector3<f64>) -> Matrix3<f64> {
     let product = a * b.transpose();
     (product + product.transpose()) * 0.5

@@ -1,27 +1,28 @@
-//! The contact of two bodies near a state.
+//! Local model of the contact of two bodies near a state.
 
 use super::about_centers::{PairGeometry, PairMatrix, PairVector, joined};
-use super::scene::Pair;
+use super::step_context::Pair;
 use crate::contact::{AddedByLaw, ContactWrench, FrozenContact, LinearizedContact};
 use nalgebra::{SMatrix, Vector6};
 
-/// The contact of two bodies near a state, about their centers of mass.
-pub(super) struct PairModel {
-    /// The places of the bodies among the island's participants.
+/// Local model of a contact about the centers of mass: frozen polygons with an exact contact law, plus a linear part.
+pub(super) struct FrozenContactModel {
+    /// Indices of the bodies among the participants of the island.
     pub bodies: [usize; 2],
     contact: FrozenContact,
     pub wrenches: PairVector,
-    /// Of the elastic contact; and what the polygons as they are leave out, if that is known.
+    /// Derivatives of the elastic contact with respect to displacements, plus the derivatives that frozen polygons omit, if they were
+    /// computed.
     by_displacements: PairMatrix,
-    /// What the polygons as they are leave out, if that is known.
+    /// Derivatives with respect to velocities that frozen polygons omit, if they were computed.
     by_velocities: PairMatrix,
     velocity_maps: [SMatrix<f64, 6, 12>; 2],
     velocity: Vector6<f64>,
 }
 
-/// The wrenches of a contact, and their derivatives.
+/// Wrenches of a contact, with their derivatives.
 pub(super) struct PairWrenches {
-    /// The places of the bodies among the island's participants.
+    /// Indices of the bodies among the participants of the island.
     pub bodies: [usize; 2],
     pub wrenches: PairVector,
     pub by_displacements: PairMatrix,
@@ -29,7 +30,7 @@ pub(super) struct PairWrenches {
 }
 
 impl PairWrenches {
-    /// With all exact first derivatives.
+    /// Wrenches with all exact first derivatives.
     pub fn of(geometry: &PairGeometry, bodies: [usize; 2], contact: &LinearizedContact) -> Self {
         let [by_displacements, by_velocities] = geometry.linearized(contact);
         Self {
@@ -41,9 +42,8 @@ impl PairWrenches {
     }
 }
 
-impl PairModel {
-    /// With the exact derivatives of what the law adds, or with those of the polygons as they are; none if the bodies do not
-    /// touch.
+impl FrozenContactModel {
+    /// Model with the exact derivatives of the contact law, or with the derivatives on frozen polygons; `None` if the bodies do not touch.
     pub fn of(pair: &Pair, bodies: [usize; 2], is_exact: bool) -> Option<Self> {
         let contact = pair.frozen()?;
         let geometry = pair.geometry();
@@ -51,7 +51,7 @@ impl PairModel {
         let maps = geometry.relative_velocity();
         let twists = pair.states().map(|state| Some(state.twist.to_vector()));
         let velocity = maps.by_velocities * joined(twists);
-        let mut model = PairModel {
+        let mut contact_model = FrozenContactModel {
             bodies,
             wrenches: geometry.wrenches([on_a, on_b]),
             by_displacements: geometry.by_displacements(&contact.by_poses, [on_a, on_b]),
@@ -60,13 +60,13 @@ impl PairModel {
             velocity,
             contact,
         };
-        if is_exact && model.contact.is_dissipative() {
+        if is_exact && contact_model.contact.is_dissipative() {
             let [by_displacements, by_velocities] = geometry.linearized(&pair.linearized());
-            let here = model.here();
-            model.by_displacements += by_displacements - here.by_displacements;
-            model.by_velocities = by_velocities - here.by_velocities;
+            let frozen = contact_model.evaluated();
+            contact_model.by_displacements += by_displacements - frozen.by_displacements;
+            contact_model.by_velocities = by_velocities - frozen.by_velocities;
         }
-        Some(model)
+        Some(contact_model)
     }
 
     /// Returns whether dissipation or friction adds to the wrenches.
@@ -74,12 +74,12 @@ impl PairModel {
         self.contact.is_dissipative()
     }
 
-    /// In the state that was evaluated.
-    pub fn here(&self) -> PairWrenches {
+    /// Wrenches in the evaluated state.
+    pub fn evaluated(&self) -> PairWrenches {
         self.with(self.wrenches, &self.contact.added)
     }
 
-    /// After displacements of the bodies and changes of their velocities.
+    /// Wrenches after displacements of the bodies and changes of their velocities.
     pub fn near(&self, displacements: &PairVector, velocities: &PairVector) -> PairWrenches {
         let linear =
             self.wrenches + self.by_displacements * displacements + self.by_velocities * velocities;
@@ -91,12 +91,12 @@ impl PairModel {
         let velocity =
             self.velocity + by_velocities * velocities + by_displacements * displacements;
         let added = self.contact.added(&motion, &velocity);
-        // A wrench on A does the work that its two wrenches in the world do: the maps transposed.
+        // The transposed map converts the added wrench on A into wrenches on both bodies that do the same work.
         let more = by_velocities.tr_mul(&(added.wrench - self.contact.added.wrench));
         self.with(linear + more, &added)
     }
 
-    /// With the derivatives of what the law adds.
+    /// Adds the derivatives of the contact law.
     fn with(&self, wrenches: PairVector, added: &AddedByLaw) -> PairWrenches {
         let [by_velocities, by_displacements] = &self.velocity_maps;
         let moved = added.by_twist * by_displacements - added.by_motion * by_velocities;
