@@ -1,10 +1,16 @@
 use super::mass::check_mass_number;
 use super::motion::state_on;
-use super::{BodyShape, BodyState, Inertia, KinematicPath, Mass, Material, Motion, WorldError};
+use super::validate::check_finite;
+use super::{
+    BodyShape, BodyState, Inertia, KinematicPath, Mass, Material, Motion, State, WorldError,
+};
 use crate::scalar::Scalar;
 use crate::spatial::{Pose, Twist};
 use nalgebra::Vector3;
 use std::sync::Arc;
+
+/// Relative tolerance of mass properties of a uniform solid. Numbers in a file have nine digits.
+const UNIFORM: f64 = 1e-9;
 
 /// A shape with a name, a material, a motion and an initial state.
 ///
@@ -281,4 +287,32 @@ pub(super) fn require_index_of<T: Scalar>(
         name: name.to_owned(),
         known: bodies.iter().map(|b| b.name().to_owned()).collect(),
     })
+}
+
+impl Body {
+    /// Whether center of mass and inertia are those of the shape at a uniform density, up to round-off.
+    pub(crate) fn is_uniform(&self) -> bool {
+        let unit = self.shape.mass_properties(&self.name, &Mass::Density(1.0));
+        let (Some(inertia), Ok(unit)) = (self.inertia(), unit) else {
+            return false;
+        };
+        let per_mass = unit.inertia / unit.mass;
+        let length = per_mass.amax().sqrt();
+        let off = (inertia.center_of_mass - unit.center_of_mass).amax();
+        off <= UNIFORM * length
+            && (inertia.per_mass() - per_mass).amax() <= UNIFORM * per_mass.amax()
+    }
+}
+
+impl<T: Scalar> State<T> {
+    /// Checks the time, the number of bodies, their poses and twists against the bodies of a world.
+    pub(super) fn check_fits(&self, bodies: &[Body<T>]) -> Result<(), WorldError> {
+        check_finite("time of a state", &[self.time])?;
+        let (found, expected) = (self.bodies.len(), bodies.len());
+        if found != expected {
+            return Err(WorldError::StateSize { found, expected });
+        }
+        let mut bodies = self.bodies.iter().zip(bodies);
+        bodies.try_for_each(|(state, body)| state.check(body.name()))
+    }
 }

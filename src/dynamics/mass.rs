@@ -1,14 +1,11 @@
+use super::WorldError;
 use super::inertia::PrincipalInertia;
-use super::{Body, WorldError};
 use crate::mesh::DensityError;
 use crate::spatial::MassProperties;
 use nalgebra::Vector3;
 
 /// Tolerance of the asymmetry of an inertia matrix, relative to its largest entry. Rotating the matrix makes such round-off.
 const SYMMETRY: f64 = 1e-9;
-
-/// Relative tolerance of mass properties of a uniform solid. Numbers in a file have nine digits.
-const UNIFORM: f64 = 1e-9;
 
 /// Mass of a dynamic body.
 #[derive(Debug, Clone, Copy)]
@@ -52,21 +49,6 @@ impl Mass {
         check_center(body, &properties.center_of_mass)?;
         check_inertia(body, &properties)?;
         Ok(properties)
-    }
-}
-
-impl Body {
-    /// Whether center of mass and inertia are those of the shape at a uniform density, up to round-off.
-    pub(crate) fn is_uniform(&self) -> bool {
-        let unit = self.shape.mass_properties(&self.name, &Mass::Density(1.0));
-        let (Some(inertia), Ok(unit)) = (self.inertia(), unit) else {
-            return false;
-        };
-        let per_mass = unit.inertia / unit.mass;
-        let length = per_mass.amax().sqrt();
-        let off = (inertia.center_of_mass - unit.center_of_mass).amax();
-        off <= UNIFORM * length
-            && (inertia.per_mass() - per_mass).amax() <= UNIFORM * per_mass.amax()
     }
 }
 

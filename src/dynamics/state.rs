@@ -1,5 +1,4 @@
-use super::validate::check_finite;
-use super::{Body, WorldError};
+use super::WorldError;
 use crate::scalar::{Scalar, lift_vector};
 use crate::spatial::{Pose, Twist};
 use nalgebra::Vector3;
@@ -88,17 +87,6 @@ impl BodyState<f64> {
 }
 
 impl<T: Scalar> State<T> {
-    /// Checks the time, the number of bodies, their poses and twists against the bodies of a world.
-    pub(super) fn check_fits(&self, bodies: &[Body<T>]) -> Result<(), WorldError> {
-        check_finite("time of a state", &[self.time])?;
-        let (found, expected) = (self.bodies.len(), bodies.len());
-        if found != expected {
-            return Err(WorldError::StateSize { found, expected });
-        }
-        let mut bodies = self.bodies.iter().zip(bodies);
-        bodies.try_for_each(|(state, body)| state.check(body.name()))
-    }
-
     /// The state without its derivatives.
     #[must_use]
     pub fn real(&self) -> State<f64> {

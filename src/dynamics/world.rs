@@ -1,7 +1,7 @@
 use super::force::check_coupled;
 use super::model::{FORCE_PARAMETER, Model};
 use super::validate::{check_finite, check_slip_tolerance};
-use super::{Body, Control, Force, KinematicPath, Motion, State, WorldBuilder, WorldError};
+use super::{Body, Control, Force, KinematicPath, Motion, State, WorldError};
 use crate::scalar::Scalar;
 use crate::spatial::Twist;
 use nalgebra::Vector3;
@@ -45,15 +45,10 @@ impl<T: Clone, F> From<&World<T, F>> for Arc<World<T, F>> {
 }
 
 impl World {
-    /// Creates an empty builder.
-    pub fn builder() -> WorldBuilder {
-        WorldBuilder::default()
-    }
-
     /// World of bodies without gravity, in which no pairs of bodies are ignored.
     ///
     /// # Errors
-    /// As for [`WorldBuilder::build`].
+    /// As for [`WorldBuilder::build`](super::WorldBuilder::build).
     pub fn new(bodies: Vec<Body>) -> Result<Self, WorldError> {
         Self::of_bodies(bodies, &[])
     }

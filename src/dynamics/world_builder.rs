@@ -31,6 +31,13 @@ pub struct WorldBuilder {
     force_parameters: Vec<(String, f64)>,
 }
 
+impl World {
+    /// Creates an empty builder.
+    pub fn builder() -> WorldBuilder {
+        WorldBuilder::default()
+    }
+}
+
 impl WorldBuilder {
     /// Adds a body. States list the bodies in the order in which they were added.
     pub fn body(self, body: Body) -> Self {

@@ -57,6 +57,7 @@ mod dual_widths;
 mod error;
 mod experiment;
 mod linearized;
+mod mode;
 mod motion_slopes;
 mod non_finite;
 mod outcome;
@@ -77,11 +78,11 @@ pub use dual_jacobian::dual_wrench_jacobian;
 pub use error::GradientError;
 pub use experiment::Experiment;
 pub use linearized::LinearizedRollout;
+pub use mode::Mode;
 pub use outcome::{
     FinalPosition, FinalState, Integrand, Outcome, OutcomeJacobian, RecordedStates, TimeIntegral,
 };
 pub use parameter::Parameter;
 pub use problem::Problem;
-pub use reverse::Mode;
 pub use rollout_gradient::{HoldFixed, RolloutGradient};
 pub use verdict::{CheckedDerivative, DerivativeCheck, Verdict};

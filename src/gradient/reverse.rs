@@ -1,7 +1,7 @@
 use super::dual_widths::{DifferentiableOutcome, MIDDLE, WIDE};
 use super::outcome_covectors::{RecordedCovectors, loss_covectors};
 use super::slots::Slots;
-use super::{Experiment, GradientError, Outcome, Parameter, RolloutGradient};
+use super::{Experiment, GradientError, Mode, Outcome, Parameter, RolloutGradient};
 use crate::dynamics::{
     DynWorld, KinkSummary, Model, ModelGradient, ReverseSweep, RolloutError, StateGradient, Tape,
     Trajectory, WithModel,
@@ -10,18 +10,6 @@ use crate::parallel::contained;
 use nalgebra::DVector;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
-
-/// Mode of automatic differentiation of a rollout.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[non_exhaustive]
-pub enum Mode {
-    /// Forward mode: a rollout on dual numbers. The cost grows with the numbers of the parameters, up to 96 of which share one
-    /// rollout. It does not depend on the length of the outcome.
-    Forward,
-    /// Reverse mode: a sweep from the outcome back to the initial state, over stored or recomputed steps. The outcome must be one
-    /// number. The cost does not depend on the number of parameters.
-    Reverse,
-}
 
 impl Experiment {
     /// Mode of [`Self::gradient`] for these parameters: reverse for more than 12 numbers, or for more than 96 numbers if steps are

@@ -1,16 +1,15 @@
 //! Real pass of a step: advances an island in as many substeps as its errors require.
 
-use super::error_control::ErrorControl;
 use super::evaluation::Evaluation;
-use super::island_step::{IslandStep, StepError, Substep};
-use super::report::{BodyErrors, EnergyBalance, Work};
-use super::stage::{StageStart, concatenated};
+use super::island_solver::{IslandSolver, SolvedStep, velocities_of};
+use super::island_step::{StepError, Substep};
+
+use super::stage::StageStart;
 use super::step_size::StepSize;
 use super::substep::Trial;
-use crate::dynamics::{Accuracy, BodyState};
-use crate::geometry::Aabb;
+use crate::dynamics::Accuracy;
 use crate::scalar::portable::power;
-use nalgebra::{DVector, Vector6};
+use nalgebra::Vector6;
 
 /// Shortest substep, as a fraction of the time step. If contact begins with a jump of stiffness, such as a flat face on a half-space,
 /// substeps become very short. One of them then ends at the first contact.
@@ -32,60 +31,7 @@ const TUNNELING_SAFETY: f64 = 0.9;
 /// Factor of the duration after a stage that was not solved.
 const RETRY: f64 = 0.25;
 
-/// Motion of an island through a time step.
-#[derive(Debug)]
-pub(super) struct SolvedStep {
-    pub substeps: Vec<Substep>,
-    pub bodies: Vec<BodyProgress>,
-    pub work: Work,
-    pub energy: EnergyBalance,
-    /// Estimated errors of the dynamic bodies.
-    pub errors: Vec<BodyErrors>,
-    /// Box around each participant in all substeps.
-    pub swept: Vec<Aabb>,
-}
-
-/// State of a dynamic body between two substeps.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct BodyProgress {
-    pub state: BodyState,
-    /// Wrench of contacts and forces in the last stage, without gravity and controls; `None` before the first stage.
-    pub wrench: Option<Vector6<f64>>,
-    /// Duration (s) that the errors of the last substep allow for the next.
-    pub allowed: f64,
-}
-
-/// Solver of the step of an island in the real pass.
-pub(super) struct IslandSolver<'a> {
-    pub step: &'a IslandStep<'a>,
-    /// Tolerance of velocities in a stage, relative to the velocities.
-    pub tolerance: f64,
-    pub control: ErrorControl,
-    pub solved: SolvedStep,
-}
-
-impl<'a> IslandSolver<'a> {
-    pub fn new(
-        step: &'a IslandStep<'a>,
-        tolerance: f64,
-        control: ErrorControl,
-        bodies: Vec<BodyProgress>,
-    ) -> Self {
-        Self {
-            step,
-            tolerance,
-            control,
-            solved: SolvedStep {
-                substeps: Vec::new(),
-                errors: vec![BodyErrors::default(); bodies.len()],
-                bodies,
-                work: Work::default(),
-                energy: EnergyBalance::default(),
-                swept: Vec::new(),
-            },
-        }
-    }
-
+impl IslandSolver<'_> {
     /// Solves the step.
     pub fn solve(mut self, duration: f64) -> Result<SolvedStep, StepError> {
         if self.step.scheme.estimate.is_some() {
@@ -234,9 +180,4 @@ impl<'a> IslandSolver<'a> {
         self.solved.bodies = trial.bodies;
         self.solved.energy += trial.energy;
     }
-}
-
-/// Velocities of the bodies.
-pub(super) fn velocities_of(bodies: &[BodyProgress]) -> DVector<f64> {
-    concatenated(bodies.iter().map(|body| body.state.twist.to_vector()))
 }

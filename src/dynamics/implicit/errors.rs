@@ -6,7 +6,7 @@
 //! the start to the end. Their difference from the rates at the end is the error of the derivative along the motion. It serves as the
 //! estimate for all derivatives.
 
-use super::advance::IslandSolver;
+use super::island_solver::IslandSolver;
 use super::report::Work;
 use super::scheme::ErrorEstimate;
 use super::solved_stage::{BodyChange, Change, ChangedBodies, RatesInTime, SolvedStage};

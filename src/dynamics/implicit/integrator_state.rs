@@ -1,7 +1,7 @@
-use super::advance::{BodyProgress, IslandSolver, SolvedStep};
 use super::dual_pass::DualPass;
 use super::error_control::ErrorControl;
 use super::island::Island;
+use super::island_solver::{BodyProgress, IslandSolver, SolvedStep};
 use super::island_step::IslandStep;
 use super::matrix::SymbolicCache;
 use super::report::{BodyErrors, StepReport};

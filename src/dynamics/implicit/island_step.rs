@@ -3,7 +3,6 @@
 use super::StepContext;
 use super::island::Island;
 use super::scheme::Scheme;
-use super::stage::{StageEquations, StageStart};
 use crate::dynamics::model::Model;
 use crate::dynamics::{Inertia, RolloutError};
 use crate::scalar::Scalar;
@@ -65,25 +64,6 @@ impl<'a> IslandStep<'a> {
             inertias: context.inertias(island),
             scheme,
             start,
-        }
-    }
-
-    /// Equations of a stage in `f64`.
-    ///
-    /// # Errors
-    /// If the path of a neighbor is not finite.
-    pub(super) fn equations(&self, start: StageStart) -> Result<StageEquations<'_>, StepError> {
-        let equations = StageEquations::new(self, start);
-        let lost = equations
-            .neighbors
-            .iter()
-            .position(|state| !state.is_finite());
-        match lost {
-            Some(index) => Err(StepError::Path {
-                body: self.island.neighbors[index],
-                time: equations.start.time,
-            }),
-            None => Ok(equations),
         }
     }
 }

@@ -5,7 +5,7 @@
 //! Here q̃ and p̃ are the poses and momenta at the start, τ is the duration, and f are all wrenches about the centers of mass. The equation
 //! is between momenta P, not velocities, so it needs no gyroscopic term, and free bodies keep their momentum.
 
-use super::island_step::IslandStep;
+use super::island_step::{IslandStep, StepError};
 use super::scheme::Stage;
 use crate::dynamics::{BodyState, Inertia};
 use crate::scalar::{Scalar, real_part};
@@ -123,6 +123,27 @@ impl<'a> StageEquations<'a> {
             applied: &step.context.applied,
             neighbors: step.context.neighbors_at(step.island, start.time),
             start,
+        }
+    }
+}
+
+impl IslandStep<'_> {
+    /// Equations of a stage in `f64`.
+    ///
+    /// # Errors
+    /// If the path of a neighbor is not finite.
+    pub(super) fn equations(&self, start: StageStart) -> Result<StageEquations<'_>, StepError> {
+        let equations = StageEquations::new(self, start);
+        let lost = equations
+            .neighbors
+            .iter()
+            .position(|state| !state.is_finite());
+        match lost {
+            Some(index) => Err(StepError::Path {
+                body: self.island.neighbors[index],
+                time: equations.start.time,
+            }),
+            None => Ok(equations),
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Trial of a substep: solves its stages one after another.
 
-use super::advance::{BodyProgress, IslandSolver, velocities_of};
 use super::errors::ErrorEstimator;
+use super::island_solver::{BodyProgress, IslandSolver, velocities_of};
 use super::island_step::StepError;
 use super::newton::{Root, Unsolved};
 use super::report::{EnergyBalance, Work};

@@ -1,6 +1,6 @@
 //! Detection of bodies that might pass through each other in a substep, between two evaluations of their contacts.
 
-use super::advance::IslandSolver;
+use super::island_solver::IslandSolver;
 use super::solved_stage::SolvedStage;
 use crate::dynamics::BodyState;
 use crate::dynamics::sweep::Sweep;

@@ -1,6 +1,6 @@
 //! Adjoint of an explicit step: reverses its parts in closed form, the last part first.
 
-use super::contact::{LinearizedPair, WrenchGradient};
+use super::linearized_pair::{LinearizedPair, WrenchGradient};
 use super::pullback::{EvaluationPoint, Pullback};
 use crate::dynamics::integrator::{Splitting, accelerate};
 use crate::dynamics::sweep::Sweep;

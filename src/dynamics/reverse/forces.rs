@@ -1,21 +1,15 @@
 //! Adjoint of forces other than contact, by dual numbers with the derivatives with respect to the state of one body.
 
 use super::StateGradient;
-use super::contact::WrenchGradient;
+use super::linearized_pair::WrenchGradient;
 use super::pullback::{EvaluationPoint, Pullback};
-use crate::dynamics::dyn_world::{BodyDual, DynForce, DynWorld};
+use super::seeded_forces::SeededForces;
+use crate::dynamics::dyn_world::{BodyDual, DynForce};
 use crate::dynamics::model::Model;
 use crate::dynamics::{BodyState, Motion, STATE_DIM};
 use crate::scalar::{SplitMix64, lift, real_part};
 use crate::spatial::{Twist, Wrench};
 use nalgebra::{SVector, Vector3, Vector6};
-
-/// Model in which forces are differentiated. Its numbers are constants unless they are seeded.
-pub(super) struct SeededForces {
-    model: Model<BodyDual>,
-    /// Indices of the bodies on whose states forces depend, sorted.
-    coupled: Vec<usize>,
-}
 
 /// Number of inputs of a force for each body, besides states: the contact wrench on the body (6), mass, modulus, dissipation and friction.
 const NUMBER_COUNT: usize = 10;
@@ -23,23 +17,6 @@ const NUMBER_COUNT: usize = 10;
 /// Variables with the value 0, numbered from `first`.
 fn seeds<const COUNT: usize>(first: usize) -> SVector<BodyDual, COUNT> {
     SVector::from_fn(|i, _| BodyDual::variable(0.0, first + i))
-}
-
-impl SeededForces {
-    /// The model, or `None` if the world has no forces.
-    pub fn of(world: &dyn DynWorld<f64>) -> Option<Self> {
-        let (forces, model) = (world.real_forces(), world.model());
-        if forces.is_empty() {
-            return None;
-        }
-        let mut coupled = forces.coupling_groups(&model.bodies).concat();
-        coupled.sort_unstable();
-        coupled.dedup();
-        Some(Self {
-            model: model.lifted(),
-            coupled,
-        })
-    }
 }
 
 impl Pullback<'_> {

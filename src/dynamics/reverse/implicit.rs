@@ -5,7 +5,7 @@
 //! gradient with respect to −r, λ = J⁻ᵀū. It propagates through all other inputs of r at constant u. Later stages depend on the velocities
 //! of the earlier stages and on their wrenches (P − p̃)/τ.
 
-use super::contact::{LinearizedPair, WrenchGradient};
+use super::linearized_pair::{LinearizedPair, WrenchGradient};
 use super::pullback::{EvaluationPoint, Pullback};
 use super::{Kink, StateGradient};
 use crate::dynamics::implicit::{

@@ -18,8 +18,10 @@ mod forces;
 mod free_rotation_adjoint;
 mod gradients;
 mod implicit;
+mod linearized_pair;
 mod pullback;
 mod schedule;
+mod seeded_forces;
 mod tape;
 
 use super::dyn_world::DynWorld;

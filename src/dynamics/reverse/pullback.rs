@@ -1,5 +1,5 @@
-use super::contact::{LinearizedPair, WrenchGradient};
-use super::forces::SeededForces;
+use super::linearized_pair::{LinearizedPair, WrenchGradient};
+use super::seeded_forces::SeededForces;
 use super::{ModelGradient, StateGradient};
 use crate::dynamics::BodyState;
 use crate::dynamics::TimeSpan;

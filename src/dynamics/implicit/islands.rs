@@ -1,0 +1,86 @@
+//! Division of the dynamic bodies into islands.
+
+use super::StepContext;
+use super::island::Island;
+use crate::dynamics::sweep::Sweep;
+use crate::geometry::Aabb;
+
+impl StepContext<'_> {
+    /// Islands of bodies that stay within these boxes, in the order of their first bodies.
+    pub fn islands(&self, boxes: &[Aabb]) -> Vec<Island> {
+        let model = self.model;
+        let mut sets = Sets::new(boxes.len());
+        let mut sweep = Sweep::default();
+        let pairs = sweep.overlapping(boxes.iter().copied(), |i, j| model.ordered_pair(i, j));
+        let is_dynamic = |body: usize| model.bodies[body].inertia().is_some();
+        for &(i, j) in pairs {
+            if is_dynamic(i) && is_dynamic(j) {
+                sets.join(i, j);
+            }
+        }
+        for group in self.coupled {
+            let mut dynamic = group.iter().copied().filter(|&body| is_dynamic(body));
+            if let Some(first) = dynamic.next() {
+                dynamic.for_each(|body| sets.join(first, body));
+            }
+        }
+        let mut islands: Vec<Island> = Vec::new();
+        let mut island_of_root = vec![usize::MAX; boxes.len()];
+        for body in model.dynamic_bodies() {
+            let root = sets.root(body);
+            if island_of_root[root] == usize::MAX {
+                island_of_root[root] = islands.len();
+                islands.push(Island {
+                    dynamic: Vec::new(),
+                    neighbors: Vec::new(),
+                });
+            }
+            islands[island_of_root[root]].dynamic.push(body);
+        }
+        for &(i, j) in pairs {
+            for (dynamic, other) in [(i, j), (j, i)] {
+                if is_dynamic(dynamic) && !is_dynamic(other) {
+                    islands[island_of_root[sets.root(dynamic)]]
+                        .neighbors
+                        .push(other);
+                }
+            }
+        }
+        for group in self.coupled {
+            let first = group.iter().copied().find(|&body| is_dynamic(body));
+            let others = group.iter().copied().filter(|&body| !is_dynamic(body));
+            if let Some(first) = first {
+                islands[island_of_root[sets.root(first)]]
+                    .neighbors
+                    .extend(others);
+            }
+        }
+        for island in &mut islands {
+            island.neighbors.sort_unstable();
+            island.neighbors.dedup();
+        }
+        islands
+    }
+}
+
+/// Disjoint sets (union–find). The root of a set is its smallest member.
+struct Sets(Vec<usize>);
+
+impl Sets {
+    fn new(count: usize) -> Self {
+        Self((0..count).collect())
+    }
+
+    fn root(&mut self, mut member: usize) -> usize {
+        while self.0[member] != member {
+            self.0[member] = self.0[self.0[member]];
+            member = self.0[member];
+        }
+        member
+    }
+
+    fn join(&mut self, one: usize, other: usize) {
+        let (one, other) = (self.root(one), self.root(other));
+        self.0[one.max(other)] = one.min(other);
+    }
+}
