@@ -1,13 +1,13 @@
 //! Many rollouts at once.
 
 use crate::arrays::{Numbers, array, numbers, wrong_shape};
-use crate::by_states::ByStates;
-use crate::errors::{interrupted, not_differentiated, refused};
+use crate::errors::{gradient_error, rollout_error, value_error};
 use crate::interrupt::{Progress, Shared, run};
 use crate::jacobian::{AllStates, both};
 use crate::parameter::{Parameter, inner};
 use crate::plan::Plan;
 use crate::state::State;
+use crate::state_cotangents::StateCotangents;
 use crate::trajectory::Trajectory;
 use crate::world::{Inner, World};
 use hydroelastic::dynamics::{self, RolloutResult};
@@ -70,7 +70,7 @@ where
 fn trajectory(py: Python<'_>, recorded: RolloutResult) -> PyResult<Trajectory> {
     match recorded {
         Ok(trajectory) => Ok(trajectory.into()),
-        Err(why) => Err(interrupted(py, &why.error, why.trajectory)),
+        Err(why) => Err(rollout_error(py, &why.error, why.trajectory)),
     }
 }
 
@@ -110,7 +110,7 @@ impl Batch {
     ) -> PyResult<Vec<Bound<'py, PyAny>>> {
         let start = |state: &Bound<'py, State>| {
             let world = world.inner.clone().with_initial_state(&state.get().0);
-            world.map_err(refused)
+            world.map_err(value_error)
         };
         let worlds: Vec<Inner> = states.iter().map(start).collect::<PyResult<_>>()?;
         let found = self.results(py, worlds.len(), |batch| batch.rollouts(&worlds))?;
@@ -157,7 +157,7 @@ impl Batch {
                     worlds.push(world);
                     refusals.push(None);
                 }
-                Err(why) => refusals.push(Some(not_differentiated(&why))),
+                Err(why) => refusals.push(Some(gradient_error(&why))),
             }
         }
         let mut found = self
@@ -166,7 +166,7 @@ impl Batch {
         let results = refusals.into_iter().map(|refusal| match refusal {
             Some(error) => shown(py, PyResult::<Trajectory>::Err(error)),
             None => found.next().map_or_else(
-                || Err(refused("a rollout has no result")),
+                || Err(value_error("a rollout has no result")),
                 |recorded| shown(py, trajectory(py, recorded)),
             ),
         });
@@ -193,7 +193,7 @@ impl Batch {
         let found = self.results(py, samples.len(), job)?.into_iter();
         let results = found.map(|found| match found {
             Ok(found) => shown(py, Ok(both(py, &found, bodies)?)),
-            Err(why) => shown(py, PyResult::<Trajectory>::Err(not_differentiated(&why))),
+            Err(why) => shown(py, PyResult::<Trajectory>::Err(gradient_error(&why))),
         });
         results.collect()
     }
@@ -218,7 +218,7 @@ impl Batch {
         };
         let found = self.results(py, worlds.len(), job)?;
         let results = found.iter().zip(&worlds).map(|(found, world)| {
-            let found = found.as_ref().map_err(not_differentiated);
+            let found = found.as_ref().map_err(gradient_error);
             shown(
                 py,
                 found.and_then(|found| both(py, found, world.bodies().len())),
@@ -245,11 +245,11 @@ impl Batch {
         let mut counts = worlds.iter().map(|world| world.bodies().len());
         let bodies = counts.next().unwrap_or(0);
         if let Some(other) = counts.find(|&count| count != bodies) {
-            return Err(refused(format!(
+            return Err(value_error(format!(
                 "the worlds must have as many bodies, but have {bodies} and {other}"
             )));
         }
-        let by_states = ByStates::of(
+        let cotangents = StateCotangents::of(
             by_poses,
             by_twists,
             (&self.plan, bodies),
@@ -259,13 +259,13 @@ impl Batch {
             let items: Vec<_> = worlds.iter().enumerate().collect();
             batch.map(&items, |job, &(index, world)| {
                 let experiment = job.experiment(world);
-                experiment.vjp(&by, |trajectory| by_states.covectors(index, trajectory))
+                experiment.vjp(&by, |trajectory| cotangents.covectors(index, trajectory))
             })
         };
         let found = self.results(py, worlds.len(), job)?.into_iter();
         let results = found.map(|found| match found {
             Ok(it) => Ok(array(py, it.as_slice().to_vec(), &[it.len()])?.into_any()),
-            Err(why) => shown(py, PyResult::<Trajectory>::Err(not_differentiated(&why))),
+            Err(why) => shown(py, PyResult::<Trajectory>::Err(gradient_error(&why))),
         });
         results.collect()
     }

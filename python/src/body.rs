@@ -2,7 +2,7 @@
 
 use crate::any_shape::{self, AnyShape};
 use crate::arrays::{Floats, Numbers, array, numbers, optional_real, row, wrong_shape};
-use crate::errors::refused;
+use crate::errors::value_error;
 use crate::material::Material;
 use crate::path::Path;
 use crate::poses::{matrix, one};
@@ -41,10 +41,10 @@ fn mass_of(
                 inertia: Matrix3::from_row_slice(&values),
             }))
         }
-        (Some(mass), Some(density), ..) => Err(refused(format!(
+        (Some(mass), Some(density), ..) => Err(value_error(format!(
             "a dynamic body has a mass or a density, but both were given, mass={mass:?} kg and density={density:?} kg/m³: leave one out"
         ))),
-        _ => Err(refused(
+        _ => Err(value_error(
             "a dynamic body needs its mass, or its density, or mass, center_of_mass and inertia together",
         )),
     }
@@ -59,7 +59,7 @@ fn motion_of(
     let vector = row::<3>(argument, quantity)?;
     match vector.iter().find(|value| !value.is_finite()) {
         None => Ok(vector.into()),
-        Some(&value) => Err(refused(WorldError::Velocity {
+        Some(&value) => Err(value_error(WorldError::Velocity {
             body: body.to_owned(),
             quantity,
             value,
@@ -98,7 +98,7 @@ impl Body {
         let mass = mass_of(mass, density, center_of_mass, inertia)?;
         let shape = shape.inner();
         let mut body =
-            dynamics::Body::dynamic(name, shape, material.inner(), mass).map_err(refused)?;
+            dynamics::Body::dynamic(name, shape, material.inner(), mass).map_err(value_error)?;
         if let Some(pose) = pose {
             body = body.with_pose(one(pose, "pose")?);
         }
@@ -124,7 +124,7 @@ impl Body {
         pose: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let shape = shape.inner();
-        let mut body = dynamics::Body::fixed(name, shape, material.inner()).map_err(refused)?;
+        let mut body = dynamics::Body::fixed(name, shape, material.inner()).map_err(value_error)?;
         if let Some(pose) = pose {
             body = body.with_pose(one(pose, "pose")?);
         }
@@ -146,7 +146,7 @@ impl Body {
         let body = dynamics::Body::kinematic(name, shape, material.inner(), path.function());
         let path = Some(path.clone());
         Ok(Self {
-            inner: body.map_err(refused)?,
+            inner: body.map_err(value_error)?,
             path,
         })
     }

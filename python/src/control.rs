@@ -1,7 +1,7 @@
 //! Wrenches that are constant over intervals of time.
 
 use crate::arrays::{Floats, array, real, table};
-use crate::errors::refused;
+use crate::errors::value_error;
 use hydroelastic::dynamics;
 use hydroelastic::nalgebra::Vector6;
 use hydroelastic::spatial::Wrench;
@@ -33,7 +33,7 @@ impl Control {
         let wrenches = table::<6>(wrenches, "wrenches")?.into_iter();
         let wrenches = wrenches.map(|numbers| Wrench::from_vector(&Vector6::from(numbers)));
         let control = dynamics::Control::new(body, interval, wrenches.collect());
-        Ok(Self(control.map_err(refused)?))
+        Ok(Self(control.map_err(value_error)?))
     }
 
     /// Name of the body.

@@ -1,7 +1,7 @@
 //! Forces other than contact and gravity.
 
 use crate::arrays::{Floats, array, finite_row, real};
-use crate::errors::refused;
+use crate::errors::value_error;
 use hydroelastic::dynamics::{
     self, Body, Force, ForceContext, ForceNumber, WorldError, WrenchAccumulator,
 };
@@ -59,7 +59,7 @@ impl Number {
             Self::Value(value) if value >= 0.0 && value.is_finite() => {
                 Ok(ForceNumber::Constant(value))
             }
-            Self::Value(value) => Err(refused(WorldError::Setting {
+            Self::Value(value) => Err(value_error(WorldError::Setting {
                 quantity,
                 value,
                 expected: "not negative and finite",
@@ -119,13 +119,13 @@ fn of_class(force: &Bound<'_, PyAny>) -> PyResult<AnyForce> {
 
 /// A force as it is handed to Python.
 #[derive(IntoPyObject)]
-pub enum Shown {
+pub enum ForceObject {
     Spring(Spring),
     Drag(Drag),
     Thruster(Thruster),
 }
 
-impl From<&AnyForce> for Shown {
+impl From<&AnyForce> for ForceObject {
     fn from(force: &AnyForce) -> Self {
         match force {
             AnyForce::Spring(it) => Self::Spring(Spring(it.clone())),

@@ -1,7 +1,7 @@
 //! Half-spaces: grounds and walls without an end.
 
 use crate::arrays::optional_real;
-use crate::errors::refused;
+use crate::errors::value_error;
 use hydroelastic::contact;
 use pyo3::prelude::*;
 use std::sync::Arc;
@@ -28,7 +28,7 @@ impl HalfSpace {
     fn new(#[pyo3(from_py_with = optional_real)] thickness: Option<f64>) -> PyResult<Self> {
         let inner = match thickness {
             None => contact::HalfSpace::rigid(),
-            Some(thickness) => contact::HalfSpace::layer(thickness).map_err(refused)?,
+            Some(thickness) => contact::HalfSpace::layer(thickness).map_err(value_error)?,
         };
         Ok(Self(Arc::new(inner)))
     }

@@ -1,7 +1,7 @@
 //! Derivatives of recorded states.
 
 use crate::arrays::{Floats, array, check_kept};
-use crate::errors::refused;
+use crate::errors::value_error;
 use crate::pickle::{Reduced, loaded, reduced};
 use crate::trajectory::Trajectory;
 use hydroelastic::dynamics::{self, BodyState};
@@ -133,7 +133,7 @@ pub fn both(
         poses: array(py, poses, &[count, bodies, 4, 4, columns])?.unbind(),
         twists: array(py, twists, &[count, bodies, 6, columns])?.unbind(),
     };
-    let trajectory = dynamics::Trajectory::new(states).map_err(refused)?;
+    let trajectory = dynamics::Trajectory::new(states).map_err(value_error)?;
     Ok((trajectory.into(), jacobian))
 }
 
@@ -141,7 +141,7 @@ pub fn both(
 fn body_state(numbers: &[f64]) -> PyResult<BodyState> {
     let rotation = Matrix3::from_row_slice(&numbers[..9]);
     let vector = |first: usize| Vector3::from_column_slice(&numbers[first..first + 3]);
-    let pose = Pose::restored(rotation, vector(9)).map_err(refused)?;
+    let pose = Pose::restored(rotation, vector(9)).map_err(value_error)?;
     let (angular, linear) = (vector(12), vector(15));
     Ok(BodyState {
         pose,

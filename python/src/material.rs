@@ -1,7 +1,7 @@
 //! Materials of bodies, and the surface law of a pair.
 
 use crate::arrays::{optional_real, real};
-use crate::errors::refused;
+use crate::errors::value_error;
 use hydroelastic::{contact, dynamics};
 use pyo3::prelude::*;
 
@@ -80,7 +80,7 @@ impl Material {
         ];
         for (quantity, value, is_in_range) in is_in_range {
             if let Some(value) = value.filter(|value| !(is_in_range && value.is_finite())) {
-                return Err(refused(format!(
+                return Err(value_error(format!(
                     "the {quantity} of a material is {value}: a modulus must be positive, dissipation and friction not \
                      negative, and all finite"
                 )));
@@ -157,7 +157,7 @@ pub struct SurfaceLaw {
 impl SurfaceLaw {
     /// The law of the library with other numbers: dissipation and friction.
     pub fn inner_with(&self, [dissipation, friction]: [f64; 2]) -> PyResult<contact::SurfaceLaw> {
-        contact::SurfaceLaw::new(dissipation, friction, self.slip_tolerance).map_err(refused)
+        contact::SurfaceLaw::new(dissipation, friction, self.slip_tolerance).map_err(value_error)
     }
 
     /// Dissipation and friction.

@@ -2,7 +2,7 @@
 
 use crate::any_shape::{self, AnyShape};
 use crate::arrays::{Floats, optional_real, real};
-use crate::errors::refused;
+use crate::errors::value_error;
 use crate::material::{SurfaceLaw, modulus_repr};
 use crate::pair_inputs::Inputs;
 use crate::poses::one;
@@ -62,8 +62,8 @@ impl Pair {
         [pose_a, pose_b]: [Pose; 2],
         [modulus_a, modulus_b]: [f64; 2],
     ) -> PyResult<ContactPair<'_>> {
-        let a = self.a.at(pose_a, modulus_a).map_err(refused)?;
-        let b = self.b.partner(pose_b, modulus_b).map_err(refused)?;
+        let a = self.a.at(pose_a, modulus_a).map_err(value_error)?;
+        let b = self.b.partner(pose_b, modulus_b).map_err(value_error)?;
         Ok(ContactPair::new(a, b))
     }
 
@@ -81,11 +81,11 @@ impl Pair {
 /// Checks that B has a modulus unless it is rigid.
 fn check_modulus(b: &AnyShape, modulus: Option<f64>) -> PyResult<()> {
     match (b.inner().is_rigid(), modulus) {
-        (true, Some(modulus)) => Err(refused(format!(
+        (true, Some(modulus)) => Err(value_error(format!(
             "{} is rigid and has no modulus, but modulus_b is {modulus:?} Pa",
             b.__repr__()
         ))),
-        (false, None) => Err(refused(format!(
+        (false, None) => Err(value_error(format!(
             "{} is not rigid: modulus_b is missing",
             b.__repr__()
         ))),

@@ -1,7 +1,7 @@
 //! What a pair is evaluated at: one set of poses, twists and numbers, or n of them.
 
 use crate::arrays::{Floats, Many, array, check_finite, copied, rows};
-use crate::errors::refused;
+use crate::errors::value_error;
 use crate::pair::Pair;
 use crate::poses::{poses, twist_of};
 use hydroelastic::contact::{ContactPair, SurfaceLaw};
@@ -39,7 +39,9 @@ fn twists(argument: Option<&Bound<'_, PyAny>>, name: &str) -> PyResult<Many<[f64
         if twist.iter().all(|number| number.is_finite()) {
             return Ok(*twist);
         }
-        Err(refused(format!("a twist must be finite, but is {twist:?}")))
+        Err(value_error(format!(
+            "a twist must be finite, but is {twist:?}"
+        )))
     })
 }
 
@@ -112,7 +114,7 @@ impl Inputs {
         };
         match given.find(|&(_, count)| count != expected) {
             None => Ok(Some(expected)),
-            Some((name, found)) => Err(refused(format!(
+            Some((name, found)) => Err(value_error(format!(
                 "{first} is a batch of {expected}, but {name} one of {found}"
             ))),
         }
@@ -181,7 +183,7 @@ fn check_result(numbers: &[f64], item: Option<usize>) -> PyResult<()> {
         return Ok(());
     }
     let item = item.map_or_else(String::new, |item| format!(" {item} of the batch"));
-    Err(refused(format!(
+    Err(value_error(format!(
         "the result of contact{item} is not finite: a pose, a twist, a modulus, a number of the law or a derivative is too large"
     )))
 }

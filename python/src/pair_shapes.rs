@@ -2,7 +2,7 @@
 
 use crate::any_shape::AnyShape;
 use crate::arrays::{Floats, Whole, count, wholes};
-use crate::errors::refused;
+use crate::errors::value_error;
 use crate::pair::{BOTH, Pair, write_columns};
 use crate::pair_inputs::Inputs;
 use crate::shape_gradient::{self, ShapeGradient};
@@ -22,7 +22,7 @@ impl Pair {
     fn check_vertices(&self, vertices: [&[usize]; 2]) -> PyResult<()> {
         for (vertices, [count, _]) in vertices.into_iter().zip(self.counts()) {
             if let Some(&vertex) = vertices.iter().find(|&&vertex| vertex >= count) {
-                return Err(refused(BodyError::Vertex { vertex, count }));
+                return Err(value_error(BodyError::Vertex { vertex, count }));
             }
         }
         Ok(())

@@ -4,7 +4,7 @@ use crate::arrays::{
     Floats, Many, Numbers, array, check_finite, finite, finite_row, list, numbers, real,
     wrong_shape,
 };
-use crate::errors::refused;
+use crate::errors::value_error;
 use crate::pickle::{Reduced, loaded, reduced};
 use crate::poses::{finite_matrix, one, poses, twist_of};
 use hydroelastic::dynamics::{BodyState, KinematicPath};
@@ -252,13 +252,13 @@ fn differences(times: &[f64], poses: &[Pose]) -> Vec<Twist> {
 
 fn check_times(times: &[f64]) -> PyResult<()> {
     if times.is_empty() || times.iter().any(|time| !time.is_finite()) {
-        return Err(refused(
+        return Err(value_error(
             "a path needs at least one time, and all must be finite",
         ));
     }
     match times.windows(2).position(|pair| pair[1] <= pair[0]) {
         None => Ok(()),
-        Some(place) => Err(refused(format!(
+        Some(place) => Err(value_error(format!(
             "the times of a path must increase, but times[{place}] is {} and times[{}] is {}",
             times[place],
             place + 1,
@@ -286,7 +286,7 @@ pub fn many_twists(argument: &Bound<'_, PyAny>, count: usize) -> PyResult<Vec<Tw
         return Err(wrong_shape("twists", &format!("({count}, 6)"), &shape));
     }
     if let Some(value) = values.iter().find(|value| !value.is_finite()) {
-        return Err(refused(format!(
+        return Err(value_error(format!(
             "twists must be finite, but have the component {value}"
         )));
     }

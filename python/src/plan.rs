@@ -1,7 +1,7 @@
 //! How a world is stepped.
 
 use crate::arrays::{Whole, count, optional_real, positive_count, real, whole};
-use crate::errors::refused;
+use crate::errors::value_error;
 use hydroelastic::dynamics;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
@@ -32,7 +32,7 @@ fn integrator(argument: &Bound<'_, PyAny>) -> PyResult<Integrator> {
     };
     let mut all = Integrator::ALL.into_iter();
     all.find(|integrator| integrator.name().eq_ignore_ascii_case(&name))
-        .ok_or_else(|| refused(format!("there is no integrator {name:?}: expected {names}")))
+        .ok_or_else(|| value_error(format!("there is no integrator {name:?}: expected {names}")))
 }
 
 impl Integrator {
@@ -117,9 +117,9 @@ impl Accuracy {
         #[pyo3(from_py_with = real)] slopes: f64,
         #[pyo3(from_py_with = optional_real)] resting_speed: Option<f64>,
     ) -> PyResult<Self> {
-        let accuracy = dynamics::Accuracy::new(values, slopes).map_err(refused)?;
+        let accuracy = dynamics::Accuracy::new(values, slopes).map_err(value_error)?;
         let accuracy = match resting_speed {
-            Some(speed) => accuracy.with_resting_speed(speed).map_err(refused)?,
+            Some(speed) => accuracy.with_resting_speed(speed).map_err(value_error)?,
             None => accuracy,
         };
         Ok(Self(accuracy))
@@ -194,12 +194,12 @@ impl Plan {
         #[pyo3(from_py_with = real)] solver_tolerance: f64,
         accuracy: Option<PyRef<'_, Accuracy>>,
     ) -> PyResult<Self> {
-        let plan = dynamics::Plan::new(time_step, count(steps, "steps")?).map_err(refused)?;
+        let plan = dynamics::Plan::new(time_step, count(steps, "steps")?).map_err(value_error)?;
         let plan = plan.with_integrator(integrator.0);
         let plan = plan.recording_every(positive_count(record_every, "record_every")?);
         let plan = plan
             .with_solver_tolerance(solver_tolerance)
-            .map_err(refused)?;
+            .map_err(value_error)?;
         let plan = plan.with_accuracy(accuracy.map(|accuracy| accuracy.0).unwrap_or_default());
         Ok(Self(if check_stability {
             plan

@@ -3,7 +3,7 @@
 use crate::arrays::{
     Floats, Many, Numbers, array, check_finite, finite_row, numbers, short_matrix, wrong_shape,
 };
-use crate::errors::refused;
+use crate::errors::value_error;
 use hydroelastic::nalgebra::{Matrix3, Vector3, Vector6};
 use hydroelastic::spatial::{Pose, Twist};
 use pyo3::prelude::*;
@@ -69,14 +69,14 @@ pub fn moved_pose<'py>(
 /// A pose from the entries of its matrix, row by row.
 pub fn pose_of(entries: &[f64; ENTRIES]) -> PyResult<Pose> {
     if entries[12..] != [0.0, 0.0, 0.0, 1.0] {
-        return Err(refused(format!(
+        return Err(value_error(format!(
             "the last row of a pose must be (0, 0, 0, 1), but is {:?}",
             &entries[12..]
         )));
     }
     let rotation = Matrix3::from_fn(|row, column| entries[4 * row + column]);
     let translation = Vector3::new(entries[3], entries[7], entries[11]);
-    Pose::restored(rotation, translation).map_err(refused)
+    Pose::restored(rotation, translation).map_err(value_error)
 }
 
 /// One pose, or n of them.

@@ -3,7 +3,7 @@
 use crate::arrays::{
     Floats, array, check_finite, indices, optional_real, real, signed, table, whole_array,
 };
-use crate::errors::refused;
+use crate::errors::value_error;
 use crate::shape::{Shape, check_extension, mass_arrays, warn_of_size};
 use crate::shape_gradient::mass_gradient;
 use hydroelastic::contact;
@@ -32,7 +32,7 @@ pub struct RigidShape(pub Arc<contact::RigidShape>);
 
 impl RigidShape {
     fn of(surface: Result<TriangleSurface, SurfaceError>) -> PyResult<Self> {
-        let surface = surface.map_err(refused)?;
+        let surface = surface.map_err(value_error)?;
         Ok(Self(Arc::new(contact::RigidShape::new(surface))))
     }
 
@@ -77,7 +77,7 @@ impl RigidShape {
             )
         })?;
         let read = |path: &PathBuf| read_triangle_surface(path, unit.unwrap_or(1.0));
-        let shape = py.detach(|| Self::of(Ok(read(&path).map_err(refused)?)))?;
+        let shape = py.detach(|| Self::of(Ok(read(&path).map_err(value_error)?)))?;
         if unit.is_none() {
             let bounds = shape.surface().aabb();
             warn_of_size(py, &path, 2.0 * bounds.half_extents().amax())?;
@@ -120,7 +120,7 @@ impl RigidShape {
         #[pyo3(from_py_with = real)] density: f64,
     ) -> PyResult<(f64, Floats<'py>, Floats<'py>)> {
         let found = self.surface().mass_properties(density);
-        mass_arrays(py, &found.map_err(refused)?)
+        mass_arrays(py, &found.map_err(value_error)?)
     }
 
     /// (n, 3) float64: the derivatives by the vertices of a number that has these by the mass properties at a uniform density
@@ -136,7 +136,7 @@ impl RigidShape {
     ) -> PyResult<Floats<'py>> {
         let gradient = mass_gradient(by_mass, by_center, by_inertia)?;
         let found = self.surface().mass_gradient(density, &gradient);
-        let found = found.map_err(refused)?;
+        let found = found.map_err(value_error)?;
         let values: Vec<f64> = found.iter().flatten().copied().collect();
         check_finite(&values, "the gradient")?;
         array(py, values, &[found.len(), 3])

@@ -1,7 +1,7 @@
 //! Steps of a world, one after another.
 
 use crate::diagnostics::StepReport;
-use crate::errors::{ended, interrupted, refused};
+use crate::errors::{rollout_error, rollout_error_without_trajectory, value_error};
 use crate::interrupt::{Progress, Shared, run};
 use crate::plan::Plan;
 use crate::state::State;
@@ -54,7 +54,7 @@ impl Rollout {
         match self.0.try_lock() {
             Ok(steps) => Ok(steps),
             Err(TryLockError::Poisoned(steps)) => Ok(steps.into_inner()),
-            Err(TryLockError::WouldBlock) => Err(refused(
+            Err(TryLockError::WouldBlock) => Err(value_error(
                 "another thread is taking steps of this rollout: use one rollout for each thread",
             )),
         }
@@ -84,7 +84,7 @@ impl Steps {
         } else {
             py.detach(|| self.step())
         };
-        found.map_err(|why| ended(&why))?;
+        found.map_err(|why| rollout_error_without_trajectory(&why))?;
         Ok(State(self.steps.state().clone()))
     }
 
@@ -166,10 +166,10 @@ impl Rollout {
         let result = run(py, &shared, progress.as_ref(), || {
             steps.record(&mut states, &shared)
         })?;
-        let trajectory = dynamics::Trajectory::new(states).map_err(refused)?;
+        let trajectory = dynamics::Trajectory::new(states).map_err(value_error)?;
         match result {
             Ok(()) => Ok(trajectory.into()),
-            Err(why) => Err(interrupted(py, &why, trajectory)),
+            Err(why) => Err(rollout_error(py, &why, trajectory)),
         }
     }
 

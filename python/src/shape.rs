@@ -4,7 +4,7 @@ use crate::arrays::{
     Floats, Whole, array, check_finite, count, indices, list, optional_real, real, row, signed,
     table, whole, whole_array,
 };
-use crate::errors::refused;
+use crate::errors::value_error;
 use crate::shape_gradient::mass_gradient;
 use hydroelastic::contact::{self, BodyError, ContactBody};
 use hydroelastic::io::read_mesh;
@@ -38,7 +38,7 @@ pub struct Shape(pub Arc<contact::Shape>);
 impl Shape {
     /// From its field, if there is one.
     pub fn of(field: Result<PressureField, MeshError>) -> PyResult<Self> {
-        let field = field.map_err(refused)?;
+        let field = field.map_err(value_error)?;
         Ok(Self(Arc::new(contact::Shape::new(field))))
     }
 
@@ -56,13 +56,13 @@ impl Shape {
             let shape = Self::new(&vertices, &tets, extents.as_ref(), false);
             return shape.map_err(|error| {
                 let (path, why) = (path.display(), error.value(py));
-                refused(format!("{path} does not hold a usable mesh: {why}"))
+                value_error(format!("{path} does not hold a usable mesh: {why}"))
             });
         }
         py.detach(|| {
-            let file = read_mesh(path).map_err(refused)?;
+            let file = read_mesh(path).map_err(value_error)?;
             match extents {
-                Some(name) => Self::of(Ok(file.pressure_field(name).map_err(refused)?)),
+                Some(name) => Self::of(Ok(file.pressure_field(name).map_err(value_error)?)),
                 None => Self::of(PressureField::from_distance(&file.mesh)),
             }
         })
@@ -106,7 +106,7 @@ pub fn check_extension(
     remedy: impl Fn(std::path::Display<'_>) -> String,
 ) -> PyResult<()> {
     if is_of(path, extensions) {
-        return Err(refused(remedy(path.display())));
+        return Err(value_error(remedy(path.display())));
     }
     Ok(())
 }
@@ -136,7 +136,7 @@ impl Shape {
     ) -> PyResult<Self> {
         let vertices = table::<3>(vertices, "vertices")?;
         let vertices = vertices.into_iter().map(Into::into).collect();
-        let mesh = TetMesh::new(vertices, indices(tets, "tets")?).map_err(refused)?;
+        let mesh = TetMesh::new(vertices, indices(tets, "tets")?).map_err(value_error)?;
         let extents = extents
             .map(|extents| list(extents, "extents"))
             .transpose()?;
@@ -178,14 +178,14 @@ impl Shape {
             return Ok(shape);
         };
         if !(unit > 0.0 && unit.is_finite()) {
-            return Err(refused(format!(
+            return Err(value_error(format!(
                 "the unit of {} is {unit} m, but must be positive and finite",
                 path.display()
             )));
         }
         let (mesh, extents) = (shape.field().mesh(), shape.field().extents().to_vec());
         let vertices = mesh.vertices().iter().map(|vertex| vertex * unit).collect();
-        let mesh = TetMesh::new(vertices, mesh.tets().to_vec()).map_err(refused)?;
+        let mesh = TetMesh::new(vertices, mesh.tets().to_vec()).map_err(value_error)?;
         Self::of(PressureField::with_inert_tets(mesh, extents))
     }
 
@@ -250,7 +250,7 @@ impl Shape {
         let vertices = table::<3>(vertices, "vertices")?;
         let vertices = vertices.into_iter().map(Into::into).collect();
         let triangles = indices(triangles, "triangles")?;
-        let surface = TriangleSurface::welded(vertices, triangles).map_err(refused)?;
+        let surface = TriangleSurface::welded(vertices, triangles).map_err(value_error)?;
         Self::of(match inner_point {
             None => shapes::star_shaped(&surface),
             Some(point) => {
@@ -310,7 +310,7 @@ impl Shape {
         #[pyo3(from_py_with = real)] density: f64,
     ) -> PyResult<(f64, Floats<'py>, Floats<'py>)> {
         let found = self.field().mesh().mass_properties(density);
-        mass_arrays(py, &found.map_err(refused)?)
+        mass_arrays(py, &found.map_err(value_error)?)
     }
 
     /// (n, 3) float64: the derivatives by the vertices of a number that has these by the mass properties at a uniform density
@@ -326,7 +326,7 @@ impl Shape {
     ) -> PyResult<Floats<'py>> {
         let gradient = mass_gradient(by_mass, by_center, by_inertia)?;
         let found = self.field().mesh().mass_gradient(density, &gradient);
-        let found = found.map_err(refused)?;
+        let found = found.map_err(value_error)?;
         let values: Vec<f64> = found.iter().flatten().copied().collect();
         check_finite(&values, "the gradient")?;
         array(py, values, &[found.len(), 3])

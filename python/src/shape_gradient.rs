@@ -2,7 +2,7 @@
 
 use crate::any_shape::AnyShape;
 use crate::arrays::{Floats, check_finite, check_kept, finite, finite_row, table, wrong_shape};
-use crate::errors::refused;
+use crate::errors::value_error;
 use crate::pair_inputs::Found;
 use crate::shape_rates::ShapeRates;
 use hydroelastic::contact;
@@ -172,7 +172,7 @@ pub fn mass_gradient(
             "by_inertia must have the shape (3, 3), but has ({}, 3)",
             rows.len()
         );
-        return Err(refused(message));
+        return Err(value_error(message));
     };
     Ok(MassGradient {
         by_mass: finite(by_mass, "by_mass")?,

@@ -4,7 +4,7 @@ use crate::arrays::{
     Floats, Whole, array, check_finite, check_kept, count, indices, list, optional_real, real, row,
     signed, table, whole, whole_array, wholes,
 };
-use crate::errors::refused;
+use crate::errors::value_error;
 use crate::shape::Shape;
 use hydroelastic::mesh::{self, LinearizedDistances, PressureField, TetMesh, shapes};
 use hydroelastic::nalgebra::Vector3;
@@ -38,7 +38,7 @@ impl ShapeRates {
         py: Python<'_>,
         rates: Result<[mesh::ShapeRates; N], mesh::MeshError>,
     ) -> PyResult<Self> {
-        let rates = rates.map_err(refused)?;
+        let rates = rates.map_err(value_error)?;
         let count = rates[0].vertices.len();
         let vertices = rates.iter().flat_map(|it| it.vertices.iter().flatten());
         let extents = rates.iter().flat_map(|it| &it.extents);
@@ -184,12 +184,12 @@ impl LinearizedShape {
         let vertices = table::<3>(vertices, "vertices")?;
         let vertices = vertices.into_iter().map(Into::into).collect();
         let tets = indices(tets, "tets")?;
-        let mesh = TetMesh::new(vertices, tets).map_err(refused)?;
+        let mesh = TetMesh::new(vertices, tets).map_err(value_error)?;
         let made = match depth {
             None => PressureField::linearized_from_distance(&mesh),
             Some(depth) => PressureField::linearized_from_distance_up_to(&mesh, depth),
         };
-        let (field, distances) = made.map_err(refused)?;
+        let (field, distances) = made.map_err(value_error)?;
         let shape = Shape::of(Ok(field))?;
         Ok(Self {
             mesh,
@@ -224,7 +224,7 @@ impl LinearizedShape {
         let by_extents = list(by_extents, "by_extents")?;
         check_finite(&by_extents, "by_extents")?;
         let found = self.distances.pullback(&by_vertices, &by_extents);
-        let found = found.map_err(refused)?;
+        let found = found.map_err(value_error)?;
         let values = found.by_vertices.iter().flatten().copied().collect();
         let by_vertices = array(py, values, &[found.by_vertices.len(), 3])?;
         Ok((by_vertices, found.by_depth))
@@ -233,7 +233,7 @@ impl LinearizedShape {
     /// How the shape changes as the vertices of the mesh move at these velocities, (n, 3).
     fn rates(&self, py: Python<'_>, velocities: &Bound<'_, PyAny>) -> PyResult<ShapeRates> {
         let velocities = vectors(velocities, "velocities")?;
-        let rates = self.distances.rates(&velocities).map_err(refused)?;
+        let rates = self.distances.rates(&velocities).map_err(value_error)?;
         ShapeRates::of_one(py, &rates)
     }
 

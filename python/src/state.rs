@@ -1,7 +1,7 @@
 //! States of a world.
 
 use crate::arrays::{Floats, Many, array, real, wrong_shape};
-use crate::errors::refused;
+use crate::errors::value_error;
 use crate::path::many_twists;
 use crate::poses::{entries, poses};
 use hydroelastic::dynamics::{self, BodyState};
@@ -41,7 +41,7 @@ impl State {
         twists: &Bound<'_, PyAny>,
     ) -> PyResult<Self> {
         if !time.is_finite() {
-            return Err(refused(format!(
+            return Err(value_error(format!(
                 "the time of a state must be finite, but is {time}"
             )));
         }

@@ -1,7 +1,7 @@
 //! Recorded states.
 
 use crate::arrays::{Floats, Whole, array, whole};
-use crate::errors::refused;
+use crate::errors::value_error;
 use crate::state::{State, numbers_of};
 use hydroelastic::dynamics;
 use numpy::{PyArrayDyn, PyArrayMethods};
@@ -43,7 +43,10 @@ impl Trajectory {
                 array(py, twists, &[count, bodies, 6])?,
             ];
             for array in [&times, &poses, &twists] {
-                array.try_readwrite().map_err(refused)?.make_nonwriteable();
+                array
+                    .try_readwrite()
+                    .map_err(value_error)?
+                    .make_nonwriteable();
             }
             PyResult::Ok([times, poses, twists].map(Bound::unbind))
         })?;
@@ -57,7 +60,7 @@ impl Trajectory {
     fn new(states: Vec<Bound<'_, State>>) -> PyResult<Self> {
         let states = states.iter().map(|state| state.get().0.clone());
         let trajectory = dynamics::Trajectory::new(states.collect());
-        trajectory.map(Self::from).map_err(refused)
+        trajectory.map(Self::from).map_err(value_error)
     }
 
     /// (k,) float64: times (s).

@@ -3,8 +3,8 @@
 use crate::arrays::{Floats, array, optional_real, real, row};
 use crate::body::Body;
 use crate::control::Control;
-use crate::errors::{not_differentiated, refused};
-use crate::force::{AnyForce, Shown, forces};
+use crate::errors::{gradient_error, value_error};
+use crate::force::{AnyForce, ForceObject, forces};
 use crate::parameter::{Parameter, inner};
 use crate::path::Path;
 use crate::state::State;
@@ -55,31 +55,35 @@ struct Settings<'a, 'py> {
 impl Settings<'_, '_> {
     fn applied(self, mut world: Inner) -> PyResult<Inner> {
         if let Some(gravity) = self.gravity {
-            world = world.with_gravity(gravity).map_err(refused)?;
+            world = world.with_gravity(gravity).map_err(value_error)?;
         }
         if let Some(tolerance) = self.slip_tolerance {
-            world = world.with_slip_tolerance(tolerance).map_err(refused)?;
+            world = world.with_slip_tolerance(tolerance).map_err(value_error)?;
         }
         for (name, value) in self.force_parameters.into_iter().flatten() {
-            world = world.with_force_parameter(&name, value).map_err(refused)?;
+            world = world
+                .with_force_parameter(&name, value)
+                .map_err(value_error)?;
         }
         if let Some(forces) = self.forces {
-            world = world.with_forces(forces).map_err(refused)?;
+            world = world.with_forces(forces).map_err(value_error)?;
         }
         let mut controlled = BTreeSet::new();
         for control in self.controls.into_iter().flatten() {
             let body = control.get().0.body();
             if !controlled.insert(body.to_owned()) {
-                return Err(refused(format!(
+                return Err(value_error(format!(
                     "body {body:?} has two controls, but must have one at most"
                 )));
             }
             world = world
                 .with_control(control.get().0.clone())
-                .map_err(refused)?;
+                .map_err(value_error)?;
         }
         match self.start {
-            Some(state) => world.with_initial_state(&state.get().0).map_err(refused),
+            Some(state) => world
+                .with_initial_state(&state.get().0)
+                .map_err(value_error),
             None => Ok(world),
         }
     }
@@ -151,7 +155,7 @@ impl World {
         #[pyo3(from_py_with = optional_real)] slip_tolerance: Option<f64>,
         start: Option<&Bound<'_, State>>,
     ) -> PyResult<Self> {
-        let world = of_bodies(&bodies, &ignoring.unwrap_or_default()).map_err(refused)?;
+        let world = of_bodies(&bodies, &ignoring.unwrap_or_default()).map_err(value_error)?;
         let path = |body: &Bound<'_, Body>| {
             let body = body.get();
             Some((body.inner.name().to_owned(), body.path.clone()?))
@@ -203,7 +207,7 @@ impl World {
     ) -> PyResult<Self> {
         let changes = crate::arrays::list(changes, "changes")?;
         let changed = self.inner.perturbed(&inner(&parameters), &changes);
-        Ok(self.with_inner(changed.map_err(|why| not_differentiated(&why))?))
+        Ok(self.with_inner(changed.map_err(|why| gradient_error(&why))?))
     }
 
     /// (p,) float64: the values of the parameters. The value of an orientation is a rotation vector (rad, at most π long).
@@ -213,7 +217,7 @@ impl World {
         parameters: Vec<Bound<'_, Parameter>>,
     ) -> PyResult<Floats<'py>> {
         let values = self.inner.values(&inner(&parameters));
-        let values = values.map_err(|why| not_differentiated(&why))?;
+        let values = values.map_err(|why| gradient_error(&why))?;
         array(py, values.as_slice().to_vec(), &[values.len()])
     }
 
@@ -226,7 +230,7 @@ impl World {
     ) -> PyResult<Self> {
         let values = crate::arrays::list(values, "values")?;
         let world = self.inner.with_values(&inner(&parameters), &values);
-        Ok(self.with_inner(world.map_err(|why| not_differentiated(&why))?))
+        Ok(self.with_inner(world.map_err(|why| gradient_error(&why))?))
     }
 
     /// The bodies, as they are now: in the order of every state.
@@ -255,7 +259,7 @@ impl World {
 
     /// The place of a body in every state.
     fn index_of(&self, name: &str) -> PyResult<usize> {
-        self.inner.index_of(name).map_err(refused)
+        self.inner.index_of(name).map_err(value_error)
     }
 
     /// (3,) float64: gravity (m/s²).
@@ -272,8 +276,8 @@ impl World {
 
     /// The forces.
     #[getter]
-    fn forces(&self) -> Vec<Shown> {
-        self.inner.forces().iter().map(Shown::from).collect()
+    fn forces(&self) -> Vec<ForceObject> {
+        self.inner.forces().iter().map(ForceObject::from).collect()
     }
 
     /// The force parameters: {name: value}.

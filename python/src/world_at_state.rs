@@ -3,7 +3,7 @@
 use crate::arrays::{Floats, array, list};
 use crate::contacts::{Contact, ContactTopology};
 use crate::diagnostics::Diagnostics;
-use crate::errors::refused;
+use crate::errors::value_error;
 use crate::plan::Plan;
 use crate::rollout::Rollout;
 use crate::state::State;
@@ -17,7 +17,7 @@ impl World {
     fn rollout(&self, plan: &Plan, start: Option<&State>) -> PyResult<Rollout> {
         let rollout = self.inner.rollout(&plan.0);
         let rollout = match start {
-            Some(state) => rollout.with_state(state.0.clone()).map_err(refused)?,
+            Some(state) => rollout.with_state(state.0.clone()).map_err(value_error)?,
             None => rollout,
         };
         Ok(Rollout::of(rollout, plan.0))
@@ -32,7 +32,7 @@ impl World {
     fn report(&self, py: Python<'_>, state: &State) -> PyResult<Diagnostics> {
         let report = py
             .detach(|| self.inner.diagnostics(&state.0))
-            .map_err(refused)?;
+            .map_err(value_error)?;
         Diagnostics::of(py, &report)
     }
 
@@ -40,7 +40,7 @@ impl World {
     fn contacts(&self, py: Python<'_>, state: &State) -> PyResult<Vec<Contact>> {
         let contacts = py
             .detach(|| self.inner.contacts(&state.0))
-            .map_err(refused)?;
+            .map_err(value_error)?;
         let names = self.names_of();
         contacts
             .iter()
@@ -54,7 +54,7 @@ impl World {
     fn fully_submerged(&self, py: Python<'_>, state: &State) -> PyResult<Vec<(&str, &str)>> {
         let sunk = py
             .detach(|| self.inner.fully_submerged(&state.0))
-            .map_err(refused)?;
+            .map_err(value_error)?;
         let names = self.names_of();
         Ok(sunk.iter().map(|&[a, b]| (names[a], names[b])).collect())
     }
@@ -63,14 +63,14 @@ impl World {
     fn topology(&self, py: Python<'_>, state: &State) -> PyResult<ContactTopology> {
         py.detach(|| self.inner.topology(&state.0))
             .map(ContactTopology)
-            .map_err(refused)
+            .map_err(value_error)
     }
 
     /// The longest time step (s) with which explicit steps are stable in a state; None where nothing touches. Forces other than
     /// contact are not in it.
     fn largest_stable_step(&self, py: Python<'_>, state: &State) -> PyResult<Option<f64>> {
         py.detach(|| self.inner.largest_stable_step(&state.0))
-            .map_err(refused)
+            .map_err(value_error)
     }
 
     /// (12 d,) float64: the change that takes one state to another, 12 numbers for each of d dynamic bodies: the motion of its
@@ -82,7 +82,10 @@ impl World {
         start: &State,
         end: &State,
     ) -> PyResult<Floats<'py>> {
-        let change = self.inner.difference(&start.0, &end.0).map_err(refused)?;
+        let change = self
+            .inner
+            .difference(&start.0, &end.0)
+            .map_err(value_error)?;
         array(py, change.as_slice().to_vec(), &[change.len()])
     }
 
@@ -92,6 +95,6 @@ impl World {
         self.inner
             .integrate(&state.0, &change)
             .map(State)
-            .map_err(refused)
+            .map_err(value_error)
     }
 }

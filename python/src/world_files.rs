@@ -1,7 +1,7 @@
 //! Files of what a world did.
 
 use crate::arrays::{real, row, table};
-use crate::errors::refused;
+use crate::errors::value_error;
 use crate::trajectory::Trajectory;
 use crate::world::World;
 use hydroelastic::io::{Recording, write_trajectory};
@@ -21,7 +21,7 @@ impl World {
         trajectory: &Trajectory,
     ) -> PyResult<()> {
         py.detach(|| write_trajectory(path, &self.inner, &trajectory.inner))
-            .map_err(refused)
+            .map_err(value_error)
     }
 
     /// Writes a trajectory of this world as an animated glTF file (.glb), with contact surfaces colored by pressure and arrows
@@ -57,6 +57,6 @@ impl World {
             let [eye, point] = [row::<3>(&eye, "camera")?, row::<3>(&point, "camera")?];
             recording = recording.seen_from(eye.into(), point.into());
         }
-        py.detach(|| recording.write(path)).map_err(refused)
+        py.detach(|| recording.write(path)).map_err(value_error)
     }
 }

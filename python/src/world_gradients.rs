@@ -1,8 +1,7 @@
 //! Derivatives of rollouts.
 
 use crate::arrays::{Floats, Whole, array, count, real, whole};
-use crate::by_states::ByStates;
-use crate::errors::not_differentiated;
+use crate::errors::gradient_error;
 use crate::interrupt::{Progress, Shared, run};
 use crate::jacobian::{
     AllStates, DerivativeCheck, DifferenceCheck, RecordedPositions, TrajectoryJacobian, both,
@@ -10,6 +9,7 @@ use crate::jacobian::{
 use crate::kink::Kink;
 use crate::parameter::{Parameter, inner};
 use crate::plan::Plan;
+use crate::state_cotangents::StateCotangents;
 use crate::trajectory::Trajectory;
 use crate::world::World;
 use hydroelastic::gradient::{self, Experiment, GradientError, Mode};
@@ -35,7 +35,7 @@ impl World {
             .with_step_counter(Arc::clone(&shared.done));
         let progress = Progress::of(py, progress, experiment.step_count_for(numbers))?;
         let found = run(py, &shared, progress.as_ref(), || read(&experiment))?;
-        found.map_err(|why| not_differentiated(&why))
+        found.map_err(|why| gradient_error(&why))
     }
 }
 
@@ -104,11 +104,11 @@ impl World {
         let memory = memory.map(|it| count(whole(it)?, "memory")).transpose()?;
         let by = inner(&parameters);
         let recorded = (&plan.0, self.inner.bodies().len());
-        let by_states = ByStates::of(by_poses, by_twists, recorded, None)?;
+        let cotangents = StateCotangents::of(by_poses, by_twists, recorded, None)?;
         let found = self.experiment(py, plan, (0, None), |it| {
             let own = memory.map(|memory| it.clone().with_memory(memory));
             let it = own.as_ref().unwrap_or(it);
-            it.vjp(&by, |trajectory| by_states.covectors(0, trajectory))
+            it.vjp(&by, |trajectory| cotangents.covectors(0, trajectory))
         })?;
         array(py, found.as_slice().to_vec(), &[found.len()])
     }

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import hydroelastic as he
-from hydroelastic import _rows
+from hydroelastic import _autodiff
 
 jax = pytest.importorskip("jax")
 hj = importlib.import_module("hydroelastic.jax")
@@ -147,7 +147,7 @@ def test_a_batch_is_one_call_with_the_same_bits(ball_on_block, monkeypatch):
     pair, pose_a, pose_b = ball_on_block
     many = np.stack([he.moved_pose(pose_a, [0, 0, 0, 0, 0, -1e-4 * k]) for k in range(6)])
     expected = pair.wrench(many, pose_b)
-    calls = counted(monkeypatch, _rows.Wrench)
+    calls = counted(monkeypatch, _autodiff.Wrench)
     mapped = jax.jit(jax.vmap(lambda a: hj.wrench(pair, a, pose_b)))(many)
     assert np.array_equal(mapped, expected)
     assert calls == {"values": 1, "values_and_jacobians": 0, "pullbacks": 0}
@@ -181,7 +181,7 @@ def test_no_needless_calls(ball_on_block, start, monkeypatch, jit):
     def loss(numbers):
         return jnp.sum(wrench(numbers) ** 2)
 
-    calls = counted(monkeypatch, _rows.Wrench)
+    calls = counted(monkeypatch, _autodiff.Wrench)
 
     def calls_of(function, *arguments):
         calls.update(values=0, values_and_jacobians=0)
@@ -287,7 +287,7 @@ def test_rows_that_are_refused_are_nan_with_a_reason(ball_on_block, caplog, monk
     def broken(self, rows):
         raise RuntimeError("out of order")
 
-    monkeypatch.setattr(_rows.Wrench, "values", broken)
+    monkeypatch.setattr(_autodiff.Wrench, "values", broken)
     caplog.clear()
     assert np.isnan(jax.jit(wrench)(pose_a)).all()
     assert "out of order" in caplog.text
@@ -467,7 +467,7 @@ def test_gradients_by_many_numbers_are_swept_back(driven, monkeypatch):
     factors = np.random.default_rng(1).uniform(-1.0, 1.0, run(at).shape)
     twists = np.asarray(driven.initial_state.twists)
     by_numbers, by_twists = jax.jacfwd(run, (0, 1))(at, twists)
-    calls = counted(monkeypatch, _rows.Rollout)
+    calls = counted(monkeypatch, _autodiff.Rollout)
     for jit in (jax.jit, lambda function: function):
         calls.update(values=0, values_and_jacobians=0, pullbacks=0)
         value, found = jit(jax.value_and_grad(lambda *x: factors @ run(*x), (0, 1)))(at, twists)
@@ -485,7 +485,7 @@ def test_gradients_by_many_numbers_are_swept_back(driven, monkeypatch):
 
 def test_jacobians_of_many_outputs_are_found_forwards(driven, monkeypatch):
     run, _, at = by_many(driven)
-    calls = counted(monkeypatch, _rows.Rollout)
+    calls = counted(monkeypatch, _autodiff.Rollout)
     forward = np.asarray(jax.jit(jax.jacfwd(run))(at))
     # One of its Jacobians is that of all columns, and of all rows.
     assert calls["values_and_jacobians"] == 1
@@ -643,7 +643,7 @@ def test_value_of_a_rollout_takes_no_derivatives(bounce, monkeypatch):
     def loss(change):
         return jnp.sum(hj.final_state(world, plan, by, change).poses ** 2)
 
-    calls = counted(monkeypatch, _rows.Rollout)
+    calls = counted(monkeypatch, _autodiff.Rollout)
     jax.block_until_ready(jax.jit(loss)(np.zeros(3)))
     assert calls == {"values": 1, "values_and_jacobians": 0, "pullbacks": 0}
     jax.block_until_ready(jax.jit(jax.value_and_grad(loss))(np.zeros(3)))

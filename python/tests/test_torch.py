@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import hydroelastic as he
-from hydroelastic import _rows
+from hydroelastic import _autodiff
 
 torch = pytest.importorskip("torch")
 ht = importlib.import_module("hydroelastic.torch")
@@ -156,7 +156,7 @@ def test_a_batch_is_one_call_with_the_same_bits(ball_on_block, monkeypatch):
     pair, pose_a, pose_b = ball_on_block
     many = np.stack([he.moved_pose(pose_a, [0, 0, 0, 0, 0, -1e-4 * k]) for k in range(6)])
     expected = pair.wrench(many, pose_b)
-    calls = counted(monkeypatch, _rows.Wrench)
+    calls = counted(monkeypatch, _autodiff.Wrench)
     assert np.array_equal(ht.wrench(pair, many.reshape(2, 3, 4, 4), pose_b), expected.reshape(2, 3, 12))
     assert calls == {"values": 1, "values_and_jacobians": 0, "pullbacks": 0}
 
@@ -179,7 +179,7 @@ def test_a_batch_is_one_call_with_the_same_bits(ball_on_block, monkeypatch):
 
 def test_no_needless_calls(ball_on_block, start, monkeypatch):
     wrench, at = at_rest(ball_on_block[0]), start[REST]
-    calls = counted(monkeypatch, _rows.Wrench)
+    calls = counted(monkeypatch, _autodiff.Wrench)
 
     def calls_of(function):
         calls.update(values=0, values_and_jacobians=0)
@@ -393,7 +393,7 @@ def test_gradients_by_many_numbers_are_swept_back(driven, monkeypatch):
 
     at = torch.zeros(14, dtype=torch.float64)
     factors = torch.from_numpy(np.random.default_rng(1).uniform(-1.0, 1.0, run(at).shape))
-    calls = counted(monkeypatch, _rows.Rollout)
+    calls = counted(monkeypatch, _autodiff.Rollout)
     forward = torch.func.jacfwd(run)(at).numpy()
     calls.update(values=0, values_and_jacobians=0, pullbacks=0)
     numbers = variable(at)

@@ -57,7 +57,7 @@ try:
 except ImportError:
     _buffer_callback = None  # type: ignore[assignment, unused-ignore]
 
-from . import _rows
+from . import _autodiff
 from ._core import HydroelasticError, Pair, Parameter, Plan, World
 
 __all__ = ["State", "final_state", "initial_state", "moved_pose", "pose", "rollout", "step", "wrench"]
@@ -141,7 +141,7 @@ def wrench(
     -------
     (12,): torque (N m) and force (N) on A, about A's origin, then those on B, about B's.
     """
-    found: Array = _rows.wrench(_Arrays(), pair, (pose_a, pose_b), (twist_a, twist_b), moduli, law)
+    found: Array = _autodiff.wrench(_Arrays(), pair, (pose_a, pose_b), (twist_a, twist_b), moduli, law)
     return found
 
 
@@ -210,7 +210,7 @@ def step(
     """The state one time step of the plan after another one: arguments as those of rollout. For controls, take
     Parameter.control of the interval that the step is in.
     """
-    return _states(world, _rows.one_step(plan), parameters, changes, state, start_step, only_last=True)
+    return _states(world, _autodiff.one_step(plan), parameters, changes, state, start_step, only_last=True)
 
 
 def _states(
@@ -223,13 +223,13 @@ def _states(
     *,
     only_last: bool,
 ) -> State:
-    function = _rows.Rollout(world, plan, parameters, from_state=start is not None, only_last=only_last)
+    function = _autodiff.Rollout(world, plan, parameters, from_state=start is not None, only_last=only_last)
     given = None if start is None else (start.poses, start.twists)
-    return State(*_rows.states(_Arrays(), function, changes, given, start_step))
+    return State(*_autodiff.states(_Arrays(), function, changes, given, start_step))
 
 
 class _Arrays:
-    """What JAX brings to _rows.wrench and _rows.states."""
+    """What JAX brings to _autodiff.wrench and _autodiff.states."""
 
     def floats(self, value: _Array, name: str, shape: tuple[int, ...]) -> Array:
         return _floats(value, name, shape)
@@ -237,7 +237,7 @@ class _Arrays:
     def count(self, value: _Array | int) -> Array:
         return _count(value)
 
-    def evaluated(self, function: _rows.Function, ranks: Sequence[int], parts: Sequence[Array]) -> Array:
+    def evaluated(self, function: _autodiff.Function, ranks: Sequence[int], parts: Sequence[Array]) -> Array:
         return _evaluated(function, ranks, parts)
 
 
@@ -262,7 +262,7 @@ def _check_precision_of_threads() -> None:
         )
 
 
-def _rows_of(function: _rows.Function, numbers: Any) -> _rows.Floats:
+def _rows_of(function: _autodiff.Function, numbers: Any) -> _autodiff.Floats:
     """Numbers with any axes in front as rows."""
     count = math.prod(numbers.shape[:-1])
     return np.asarray(numbers).reshape(count, function.numbers)
@@ -305,7 +305,7 @@ def _count(start_step: _Array | int) -> Array:
     return array.astype(jnp.float64)
 
 
-def _evaluated(function: _rows.Function, ranks: Sequence[int], parts: Sequence[Array]) -> Array:
+def _evaluated(function: _autodiff.Function, ranks: Sequence[int], parts: Sequence[Array]) -> Array:
     """A function of the numbers of some arrays, each with so many axes of its own, of which those of the poses come first."""
     numbers = _joined(tuple(ranks), parts)
     if isinstance(numbers, jax.core.Tracer):
@@ -314,19 +314,19 @@ def _evaluated(function: _rows.Function, ranks: Sequence[int], parts: Sequence[A
     rows = _rows_of(function, numbers)
     values, errors = function.values(rows)
     if errors:
-        raise _rows.first_error(errors, len(rows))
+        raise _autodiff.first_error(errors, len(rows))
     return jnp.asarray(values.reshape(*numbers.shape[:-1], function.outputs))
 
 
 @functools.partial(jax.custom_jvp, nondiff_argnums=(0,))
-def _values(function: _rows.Function, numbers: Array) -> Array:
+def _values(function: _autodiff.Function, numbers: Array) -> Array:
     lead = numbers.shape[:-1]
     (values,) = _called_back(function, function.values, [(*lead, function.outputs)], numbers)
     return values
 
 
 @_values.defjvp
-def _values_jvp(function: _rows.Function, primals: tuple[Array], tangents: tuple[Array]) -> tuple[Array, Array]:
+def _values_jvp(function: _autodiff.Function, primals: tuple[Array], tangents: tuple[Array]) -> tuple[Array, Array]:
     (numbers,), (tangent,) = primals, tangents
     if function.sweeps_back:
         return _values(function, numbers), _pushforward(function, numbers, _local(function.poses, numbers, tangent))
@@ -336,7 +336,7 @@ def _values_jvp(function: _rows.Function, primals: tuple[Array], tangents: tuple
 
 
 @functools.partial(jax.custom_jvp, nondiff_argnums=(0,))
-def _values_and_jacobian(function: _rows.Function, numbers: Array) -> tuple[Array, Array]:
+def _values_and_jacobian(function: _autodiff.Function, numbers: Array) -> tuple[Array, Array]:
     shape = (*numbers.shape[:-1], function.outputs)
     shapes = [shape, (*shape, function.columns)]
     values, jacobian = _called_back(function, function.values_and_jacobians, shapes, numbers)
@@ -344,11 +344,11 @@ def _values_and_jacobian(function: _rows.Function, numbers: Array) -> tuple[Arra
 
 
 @_values_and_jacobian.defjvp
-def _no_second_derivatives(function: _rows.Function, primals: tuple[Array], tangents: tuple[Array]) -> NoReturn:
+def _no_second_derivatives(function: _autodiff.Function, primals: tuple[Array], tangents: tuple[Array]) -> NoReturn:
     raise _second_derivative(function)
 
 
-def _second_derivative(function: _rows.Function) -> NotImplementedError:
+def _second_derivative(function: _autodiff.Function) -> NotImplementedError:
     return NotImplementedError(
         f"the {function.name} of hydroelastic has first derivatives only, and a second one was asked for (by jax.hessian, "
         "or grad or jvp of grad): for least squares, J.T @ J of jax.jacobian takes its place"
@@ -365,7 +365,7 @@ def _along(poses: int, jacobian: Array, numbers: Array, tangent: Array) -> Array
 def _local(poses: int, numbers: Array, tangent: Array) -> Array:
     """A tangent of numbers that start with so many poses, by the columns of a Jacobian: those of poses as twists."""
     if poses:
-        lead, entries = numbers.shape[:-1], poses * _rows.POSE
+        lead, entries = numbers.shape[:-1], poses * _autodiff.POSE
         at, moved = (it[..., :entries].reshape(*lead, poses, 4, 4) for it in (numbers, tangent))
         turn = jnp.einsum("...ik,...jk->...ij", moved[..., :3, :3], at[..., :3, :3])
         skew = 0.5 * (turn - jnp.swapaxes(turn, -1, -2))
@@ -381,37 +381,37 @@ _pushforward_p = Primitive("hydroelastic_pushforward")
 _pullback_p = Primitive("hydroelastic_pullback")
 
 
-def _pushforward(function: _rows.Function, numbers: Array, tangents: Array) -> Array:
+def _pushforward(function: _autodiff.Function, numbers: Array, tangents: Array) -> Array:
     """The Jacobian times vectors."""
     found: Array = _pushforward_p.bind(numbers, tangents, function=function)
     return found
 
 
-def _pushed(numbers: Array, tangents: Array, *, function: _rows.Function) -> Array:
+def _pushed(numbers: Array, tangents: Array, *, function: _autodiff.Function) -> Array:
     return _product_called_back(function, function.pushforwards, function.outputs, numbers, tangents)
 
 
-def _pulled(numbers: Array, cotangents: Array, *, function: _rows.Function) -> Array:
+def _pulled(numbers: Array, cotangents: Array, *, function: _autodiff.Function) -> Array:
     return _product_called_back(function, function.pullbacks, function.columns, numbers, cotangents)
 
 
 def _make_linear(primitive: Any, transposed: Any, evaluated: Callable[..., Array], width: Callable[..., int]) -> None:
     """Tells JAX what a product is, how it is differentiated and transposed, and how batches of it are made."""
 
-    def shape(_numbers: Any, vectors: Any, *, function: _rows.Function) -> Any:
+    def shape(_numbers: Any, vectors: Any, *, function: _autodiff.Function) -> Any:
         return jax.core.ShapedArray((*vectors.shape[:-1], width(function)), vectors.dtype)
 
-    def tangent(primals: Sequence[Any], tangents: Sequence[Any], *, function: _rows.Function) -> tuple[Any, Any]:
+    def tangent(primals: Sequence[Any], tangents: Sequence[Any], *, function: _autodiff.Function) -> tuple[Any, Any]:
         numbers, vectors = primals
         if type(tangents[0]) is not ad.Zero:
             raise _second_derivative(function)
         return tuple(primitive.bind(numbers, it, function=function) for it in (vectors, tangents[1]))
 
-    def cotangent(given: Any, numbers: Any, _vectors: Any, *, function: _rows.Function) -> list[Any]:
+    def cotangent(given: Any, numbers: Any, _vectors: Any, *, function: _autodiff.Function) -> list[Any]:
         nothing = type(given) is ad.Zero
         return [None, None if nothing else transposed.bind(numbers, given, function=function)]
 
-    def batch(args: Sequence[Any], dims: Sequence[int | None], *, function: _rows.Function) -> tuple[Any, int]:
+    def batch(args: Sequence[Any], dims: Sequence[int | None], *, function: _autodiff.Function) -> tuple[Any, int]:
         size = next(arg.shape[dim] for arg, dim in zip(args, dims) if dim is not None)
         numbers, vectors = (arg[None] if dim is None else jnp.moveaxis(arg, dim, 0) for arg, dim in zip(args, dims))
         vectors = jnp.broadcast_to(vectors, (size, *vectors.shape[1:]))
@@ -430,17 +430,17 @@ _make_linear(_pullback_p, _pushforward_p, _pulled, lambda function: function.col
 
 
 def _product_called_back(
-    function: _rows.Function,
-    call: Callable[[_rows.Floats, _rows.Floats], tuple[_rows.Floats, _rows.Errors]],
+    function: _autodiff.Function,
+    call: Callable[[_autodiff.Floats, _autodiff.Floats], tuple[_autodiff.Floats, _autodiff.Errors]],
     width: int,
     numbers: Array,
     vectors: Array,
 ) -> Array:
     """What a call of the library gives for rows of numbers and the vectors of each, when the program runs."""
 
-    def host(numbers: Any, vectors: Any) -> tuple[_rows.Floats, ...]:
+    def host(numbers: Any, vectors: Any) -> tuple[_autodiff.Floats, ...]:
         numbers, vectors = np.asarray(numbers), np.asarray(vectors)
-        rows, of_rows, restored = _rows.paired(numbers, vectors)
+        rows, of_rows, restored = _autodiff.paired(numbers, vectors)
         found = _checked(function, lambda: call(rows, of_rows), len(rows))
         return (np.full((*vectors.shape[:-1], width), np.nan) if found is None else restored(found[0]),)
 
@@ -448,7 +448,7 @@ def _product_called_back(
     return found
 
 
-def _checked(function: _rows.Function, call: Callable[[], tuple[Any, ...]], count: int) -> list[Any] | None:
+def _checked(function: _autodiff.Function, call: Callable[[], tuple[Any, ...]], count: int) -> list[Any] | None:
     """The results of a call for so many rows; what is refused is logged. None if the call failed."""
     try:
         *found, errors = call()
@@ -457,21 +457,21 @@ def _checked(function: _rows.Function, call: Callable[[], tuple[Any, ...]], coun
         _log.exception("%s: NaN, since the call failed", function.name)
         return None
     if errors:
-        why = _rows.first_error(errors, count)
+        why = _autodiff.first_error(errors, count)
         _log.warning("%s: NaN in %d of %d rows: %s", function.name, len(errors), count, why)
     return found
 
 
 def _called_back(
-    function: _rows.Function,
-    call: Callable[[_rows.Floats], tuple[Any, ...]],
+    function: _autodiff.Function,
+    call: Callable[[_autodiff.Floats], tuple[Any, ...]],
     shapes: Sequence[tuple[int, ...]],
     numbers: Array,
 ) -> tuple[Array, ...]:
     """The arrays that a call of the library gives for rows of numbers, when the program runs."""
     lead = numbers.ndim - 1
 
-    def host(numbers: Any) -> tuple[_rows.Floats, ...]:
+    def host(numbers: Any) -> tuple[_autodiff.Floats, ...]:
         numbers = np.asarray(numbers)
         front = numbers.shape[:-1]
         rows = _rows_of(function, numbers)
@@ -485,7 +485,7 @@ def _called_back(
 
 
 def _on_host(
-    host: Callable[..., tuple[_rows.Floats, ...]], shapes: Sequence[tuple[int, ...]], *arrays: Array
+    host: Callable[..., tuple[_autodiff.Floats, ...]], shapes: Sequence[tuple[int, ...]], *arrays: Array
 ) -> tuple[Array, ...]:
     """The results, of such shapes, of a function of arrays, when the program runs."""
 

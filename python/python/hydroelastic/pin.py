@@ -31,6 +31,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from ._autodiff import moduli_of
 from ._core import HydroelasticError, Pair, RolloutError, SurfaceLaw
 
 try:
@@ -40,7 +41,6 @@ except ImportError as _missing:
 
 from ._pin_checks import check_count, check_time_step, checked, checked_pose, finite
 from ._pin_contacts import Contact
-from ._rows import moduli_of
 from ._stability import Forces, Rates, TimeStepError, Watch, resistance
 
 __all__ = [

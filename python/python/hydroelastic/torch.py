@@ -45,7 +45,7 @@ except ImportError as error:
 
 from torch.autograd import forward_ad
 
-from . import _rows
+from . import _autodiff
 from ._core import HydroelasticError, Pair, Parameter, Plan, World
 
 __all__ = ["State", "final_state", "initial_state", "moved_pose", "pose", "rollout", "step", "wrench"]
@@ -128,7 +128,7 @@ def wrench(
     -------
     (12,): torque (N m) and force (N) on A, about A's origin, then those on B, about B's.
     """
-    found: Tensor = _rows.wrench(_Arrays(), pair, (pose_a, pose_b), (twist_a, twist_b), moduli, law)
+    found: Tensor = _autodiff.wrench(_Arrays(), pair, (pose_a, pose_b), (twist_a, twist_b), moduli, law)
     return found
 
 
@@ -196,7 +196,7 @@ def step(
     """The state one time step of the plan after another one: arguments as those of rollout. For controls, take
     Parameter.control of the interval that the step is in.
     """
-    return _states(world, _rows.one_step(plan), parameters, changes, state, start_step, only_last=True)
+    return _states(world, _autodiff.one_step(plan), parameters, changes, state, start_step, only_last=True)
 
 
 def _states(
@@ -209,13 +209,13 @@ def _states(
     *,
     only_last: bool,
 ) -> State:
-    function = _rows.Rollout(world, plan, parameters, from_state=start is not None, only_last=only_last)
+    function = _autodiff.Rollout(world, plan, parameters, from_state=start is not None, only_last=only_last)
     given = None if start is None else (start.poses, start.twists)
-    return State(*_rows.states(_Arrays(), function, changes, given, start_step))
+    return State(*_autodiff.states(_Arrays(), function, changes, given, start_step))
 
 
 class _Arrays:
-    """What PyTorch brings to _rows.wrench and _rows.states."""
+    """What PyTorch brings to _autodiff.wrench and _autodiff.states."""
 
     def floats(self, value: _Tensor, name: str, shape: tuple[int, ...]) -> Tensor:
         return _floats(value, name, shape)
@@ -223,7 +223,7 @@ class _Arrays:
     def count(self, value: Tensor | int) -> Tensor:
         return _count(value)
 
-    def evaluated(self, function: _rows.Function, ranks: Sequence[int], parts: Sequence[Tensor]) -> Tensor:
+    def evaluated(self, function: _autodiff.Function, ranks: Sequence[int], parts: Sequence[Tensor]) -> Tensor:
         return _evaluated(function, ranks, parts)
 
 
@@ -271,7 +271,7 @@ def _count(start_step: Tensor | int) -> Tensor:
     return found
 
 
-def _evaluated(function: _rows.Function, ranks: Sequence[int], parts: Sequence[Tensor]) -> Tensor:
+def _evaluated(function: _autodiff.Function, ranks: Sequence[int], parts: Sequence[Tensor]) -> Tensor:
     """A function of the numbers of some tensors, with so many axes of their own; those of the poses come first."""
     lead = _broadcast(*(part.shape[: part.ndim - rank] for part, rank in zip(parts, ranks)))
     flat = [part.expand(*lead, *part.shape[part.ndim - rank :]).flatten(len(lead)) for part, rank in zip(parts, ranks)]
@@ -285,7 +285,7 @@ def _broadcast(*shapes: Sequence[int]) -> Sequence[int]:
 
 
 @torch.compiler.disable  # type: ignore[untyped-decorator, unused-ignore]
-def _called(function: _rows.Function, numbers: Tensor) -> Tensor:
+def _called(function: _autodiff.Function, numbers: Tensor) -> Tensor:
     values: Tensor = _Values.apply(numbers, function, _is_differentiated(numbers))[0]
     return values
 
@@ -311,7 +311,7 @@ class _Values(torch.autograd.Function):
     """
 
     @staticmethod
-    def forward(numbers: Tensor, function: _rows.Function, differentiated: bool) -> tuple[Tensor, Tensor]:
+    def forward(numbers: Tensor, function: _autodiff.Function, differentiated: bool) -> tuple[Tensor, Tensor]:
         lead = numbers.shape[:-1]
         rows = numbers.detach().reshape(math.prod(lead), function.numbers).numpy()
         jacobians = np.empty(0)
@@ -321,7 +321,7 @@ class _Values(torch.autograd.Function):
         else:
             values, errors = function.values(rows)
         if errors:
-            raise _rows.first_error(errors, len(rows))
+            raise _autodiff.first_error(errors, len(rows))
         return torch.from_numpy(values.reshape(*lead, function.outputs)), torch.from_numpy(jacobians)
 
     @staticmethod
@@ -351,7 +351,7 @@ class _Values(torch.autograd.Function):
 
     @staticmethod
     def vmap(
-        info: Any, in_dims: tuple[int | None, ...], numbers: Tensor, function: _rows.Function, differentiated: bool
+        info: Any, in_dims: tuple[int | None, ...], numbers: Tensor, function: _autodiff.Function, differentiated: bool
     ) -> tuple[tuple[Tensor, Tensor], tuple[int, int | None]]:
         numbers = numbers.movedim(in_dims[0] or 0, 0)
         has_jacobian = differentiated and not function.sweeps_back
@@ -364,11 +364,11 @@ class _Product(torch.autograd.Function):
     """
 
     @staticmethod
-    def forward(numbers: Tensor, vectors: Tensor, function: _rows.Function, transposed: bool) -> Tensor:
-        rows, of_rows, restored = _rows.paired(numbers.detach().numpy(), vectors.detach().numpy())
+    def forward(numbers: Tensor, vectors: Tensor, function: _autodiff.Function, transposed: bool) -> Tensor:
+        rows, of_rows, restored = _autodiff.paired(numbers.detach().numpy(), vectors.detach().numpy())
         found, errors = (function.pullbacks if transposed else function.pushforwards)(rows, of_rows)
         if errors:
-            raise _rows.first_error(errors, len(rows))
+            raise _autodiff.first_error(errors, len(rows))
         return torch.from_numpy(np.ascontiguousarray(restored(found)))
 
     @staticmethod
@@ -389,7 +389,7 @@ class _Product(torch.autograd.Function):
         in_dims: tuple[int | None, ...],
         numbers: Tensor,
         vectors: Tensor,
-        function: _rows.Function,
+        function: _autodiff.Function,
         transposed: bool,
     ) -> tuple[Tensor, int]:
         numbers, vectors = (
@@ -432,12 +432,12 @@ def _local(poses: int, numbers: Tensor, tangent: Tensor) -> Tensor:
     """A tangent of numbers that start with so many poses, by the columns of a Jacobian: those of poses as twists."""
     if not poses:
         return tangent
-    lead, entries = numbers.shape[:-1], poses * _rows.POSE
+    lead, entries = numbers.shape[:-1], poses * _autodiff.POSE
     at, moved = (it[..., :entries].reshape(*lead, poses, 4, 4) for it in (numbers, tangent))
     turn = moved[..., :3, :3] @ at[..., :3, :3].mT
     skew = 0.5 * (turn - turn.mT)
     angular = torch.stack([skew[..., 2, 1], skew[..., 0, 2], skew[..., 1, 0]], -1)
-    twists = torch.cat([angular, moved[..., :3, 3]], -1).reshape(*lead, poses * _rows.TWIST)
+    twists = torch.cat([angular, moved[..., :3, 3]], -1).reshape(*lead, poses * _autodiff.TWIST)
     return torch.cat([twists, tangent[..., entries:]], -1)
 
 
@@ -445,13 +445,13 @@ def _cotangent(poses: int, numbers: Tensor, local: Tensor) -> Tensor:
     """The transpose of _local."""
     if not poses:
         return local
-    lead, columns = local.shape[:-1], poses * _rows.TWIST
-    at = numbers[..., : poses * _rows.POSE].reshape(*numbers.shape[:-1], poses, 4, 4)
-    by_twists = local[..., :columns].reshape(*lead, poses, _rows.TWIST)
+    lead, columns = local.shape[:-1], poses * _autodiff.TWIST
+    at = numbers[..., : poses * _autodiff.POSE].reshape(*numbers.shape[:-1], poses, 4, 4)
+    by_twists = local[..., :columns].reshape(*lead, poses, _autodiff.TWIST)
     rotation = 0.5 * _cross(by_twists[..., :3]) @ at[..., :3, :3]
     top = torch.cat([rotation, by_twists[..., 3:].unsqueeze(-1)], -1)
     whole = torch.cat([top, torch.zeros_like(top[..., :1, :])], -2)
-    return torch.cat([whole.reshape(*lead, poses * _rows.POSE), local[..., columns:]], -1)
+    return torch.cat([whole.reshape(*lead, poses * _autodiff.POSE), local[..., columns:]], -1)
 
 
 def _cross(vector: Tensor) -> Tensor:
