@@ -1,4 +1,4 @@
-//! Many rollouts at once.
+//! Batches of independent rollouts.
 
 use crate::arrays::{Numbers, array, numbers, wrong_shape};
 use crate::errors::{gradient_error, rollout_error, value_error};
@@ -17,18 +17,20 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
-/// Many independent rollouts by one plan, over all cores, without the GIL. Results come in the order of what they belong to, with
-/// the bits of rollouts one by one. In the place of the result of one that fails is its exception, and the others go on.
+/// Batch of independent rollouts with one plan, on all cores and without the GIL.
+///
+/// Every method returns a list with the results in the order of its inputs. Each result has the same bits as that of a single
+/// rollout. If a rollout fails, its result is the exception, and the other rollouts continue.
+///
+/// Ctrl-C ends a batch: running rollouts end before their next step, or during an implicit step. The environment variable
+/// RAYON_NUM_THREADS=1 limits a batch to one core. A batch can be pickled if its progress function can be pickled.
 ///
 /// Parameters
 /// ----------
-/// plan : of each rollout.
-/// progress : True for a progress bar of tqdm, if that is installed; or a function of (done, total) rollouts.
-///
-/// A batch can be pickled if its progress function can.
-///
-/// Ctrl-C ends a batch: running rollouts end before their next step, or during an implicit step. RAYON_NUM_THREADS=1 in the
-/// environment limits a batch to one core.
+/// plan : Plan
+///     Plan of each rollout.
+/// progress : bool or callable, optional
+///     True for a progress bar of tqdm if tqdm is installed, or a function of (done, total) rollouts.
 #[pyclass(frozen, module = "hydroelastic")]
 pub struct Batch {
     plan: dynamics::Plan,
@@ -36,7 +38,7 @@ pub struct Batch {
 }
 
 impl Batch {
-    /// The results of a job on the batch of the library, which tells how many rollouts have ended.
+    /// Runs a job on the batch of the library. Reports how many of `total` rollouts have ended.
     fn results<O: Send>(
         &self,
         py: Python<'_>,
@@ -56,7 +58,7 @@ impl Batch {
     }
 }
 
-/// A result or its exception.
+/// Converts a result to a Python object. An error becomes an exception object, which is not raised.
 fn shown<'py, T>(py: Python<'py>, result: PyResult<T>) -> PyResult<Bound<'py, PyAny>>
 where
     T: IntoPyObject<'py, Output = Bound<'py, <T as IntoPyObject<'py>>::Target>, Error = PyErr>,
@@ -74,7 +76,7 @@ fn trajectory(py: Python<'_>, recorded: RolloutResult) -> PyResult<Trajectory> {
     }
 }
 
-/// Rows of changes: n of p numbers.
+/// Reads n rows of p changes.
 fn samples_of(argument: &Bound<'_, PyAny>) -> PyResult<Vec<Vec<f64>>> {
     let Numbers { values, shape } = numbers(argument, "samples")?;
     match shape[..] {
@@ -95,13 +97,30 @@ impl Batch {
         }
     }
 
-    /// The plan.
+    /// Plan of each rollout.
     #[getter]
     fn plan(&self) -> Plan {
         Plan(self.plan)
     }
 
-    /// Trajectories of a world from each of a list of states.
+    /// Runs a rollout of one world from each of several states.
+    ///
+    /// Parameters
+    /// ----------
+    /// world : World
+    ///     World of all rollouts.
+    /// states : list of State
+    ///     Initial state of each rollout.
+    ///
+    /// Returns
+    /// -------
+    /// list of Trajectory or RolloutError
+    ///     Result of each rollout.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If a state does not fit the world.
     fn rollouts_from<'py>(
         &self,
         py: Python<'py>,
@@ -120,7 +139,17 @@ impl Batch {
             .collect()
     }
 
-    /// Trajectories of a list of worlds, each from its initial state.
+    /// Runs a rollout of each of several worlds from its initial state.
+    ///
+    /// Parameters
+    /// ----------
+    /// worlds : list of World
+    ///     World of each rollout.
+    ///
+    /// Returns
+    /// -------
+    /// list of Trajectory or RolloutError
+    ///     Result of each rollout.
     fn rollouts<'py>(
         &self,
         py: Python<'py>,
@@ -138,7 +167,28 @@ impl Batch {
             .collect()
     }
 
-    /// Trajectories of a world after each of n changes of its parameters: samples (n, p) float64, as in World.perturbed.
+    /// Runs a rollout of one world at each of n perturbations of its parameters.
+    ///
+    /// Parameters
+    /// ----------
+    /// world : World
+    ///     World before the perturbation.
+    /// parameters : list of Parameter
+    ///     Parameters to perturb, p numbers together.
+    /// samples : (n, p) array_like
+    ///     Changes that are added to the parameters, as in World.perturbed.
+    ///
+    /// Returns
+    /// -------
+    /// list of Trajectory or HydroelasticError
+    ///     Result of each rollout.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If samples does not have two axes.
+    /// TypeError
+    ///     If samples is not an array of numbers.
     fn rollouts_perturbed<'py>(
         &self,
         py: Python<'py>,
@@ -173,8 +223,28 @@ impl Batch {
         results.collect()
     }
 
-    /// World.jacobian of a world after each of n changes of its parameters: samples (n, p) float64, as in World.perturbed. Each
-    /// result is a Trajectory and its TrajectoryJacobian, or an exception.
+    /// Runs World.jacobian for one world at each of n perturbations of its parameters.
+    ///
+    /// Parameters
+    /// ----------
+    /// world : World
+    ///     World before the perturbation.
+    /// parameters : list of Parameter
+    ///     Parameters to perturb and to differentiate with respect to, p numbers together.
+    /// samples : (n, p) array_like
+    ///     Changes that are added to the parameters, as in World.perturbed.
+    ///
+    /// Returns
+    /// -------
+    /// list of (Trajectory, TrajectoryJacobian) or HydroelasticError
+    ///     Result of each rollout.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If samples does not have two axes.
+    /// TypeError
+    ///     If samples is not an array of numbers.
     fn jacobians_perturbed<'py>(
         &self,
         py: Python<'py>,
@@ -198,8 +268,19 @@ impl Batch {
         results.collect()
     }
 
-    /// World.jacobian of each of a list of worlds, from its initial state. Each result is a Trajectory and its
-    /// TrajectoryJacobian, or an exception.
+    /// Runs World.jacobian for each of several worlds from its initial state.
+    ///
+    /// Parameters
+    /// ----------
+    /// worlds : list of World
+    ///     World of each rollout.
+    /// parameters : list of Parameter
+    ///     Parameters to differentiate with respect to.
+    ///
+    /// Returns
+    /// -------
+    /// list of (Trajectory, TrajectoryJacobian) or HydroelasticError
+    ///     Result of each rollout.
     fn jacobians<'py>(
         &self,
         py: Python<'py>,
@@ -227,8 +308,28 @@ impl Batch {
         results.collect()
     }
 
-    /// World.vjp of each of m worlds with n bodies each, from its initial state: by_poses (m, k, n, 4, 4) and by_twists
-    /// (m, k, n, 6). Each result is an array (p,) or an exception.
+    /// Runs World.vjp for each of m worlds from its initial state.
+    ///
+    /// Parameters
+    /// ----------
+    /// worlds : list of World
+    ///     World of each rollout. All worlds must have the same number n of bodies.
+    /// parameters : list of Parameter
+    ///     Parameters to differentiate with respect to, p numbers together.
+    /// by_poses : (m, k, n, 4, 4) array_like
+    ///     Derivatives of each loss with respect to the poses of the k recorded states.
+    /// by_twists : (m, k, n, 6) array_like
+    ///     Derivatives of each loss with respect to the twists of the k recorded states.
+    ///
+    /// Returns
+    /// -------
+    /// list of (p,) ndarray or HydroelasticError
+    ///     Gradient of each loss.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If the worlds have different numbers of bodies, or an array has an unexpected shape.
     fn vjps<'py>(
         &self,
         py: Python<'py>,
