@@ -1,4 +1,4 @@
-//! Worlds and bodies that travel.
+//! Pickling of worlds and bodies.
 
 use crate::body::Body;
 use crate::errors::value_error;
@@ -27,7 +27,7 @@ impl World {
 
 #[pymethods]
 impl Body {
-    /// As the world of this body alone, at the time of its initial state.
+    /// Pickles a world that has only this body, at the time of its initial state.
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
         let alone = dynamics::World::new(vec![self.inner.clone()]);
         let start = State {
@@ -49,7 +49,7 @@ impl Body {
     }
 }
 
-/// A body from what pickle has kept.
+/// Restores a body from a pickle.
 #[pyfunction]
 pub fn _load_body(saved: &[u8]) -> PyResult<Body> {
     let world = world_of(saved)?;
@@ -57,7 +57,7 @@ pub fn _load_body(saved: &[u8]) -> PyResult<Body> {
     body.ok_or_else(|| value_error("there is no body in what was saved"))
 }
 
-/// A world from what pickle has kept.
+/// Restores a world from a pickle.
 #[pyfunction]
 pub fn _load_world(saved: &[u8]) -> PyResult<World> {
     world_of(saved)
