@@ -178,6 +178,8 @@ impl Shape {
     ///     If the file is damaged, has no tetrahedra of first order, or has other solid elements.
     /// ImportError
     ///     If the file is a VTK file and meshio is not installed.
+    /// OSError
+    ///     If a VTK file cannot be opened.
     #[staticmethod]
     #[pyo3(signature = (path, extents=None, unit=None))]
     fn read(

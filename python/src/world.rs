@@ -37,7 +37,7 @@ pub type Inner = dynamics::World<f64, Vec<AnyForce>>;
 ///     Names of pairs of bodies that pass through each other. Two bodies that are each a RigidShape or a HalfSpace have no contact, so
 ///     such a pair must be in this list if one of the bodies is dynamic.
 /// slip_tolerance : float, optional
-///     Slip tolerance (m/s) of friction in all contacts. Default: that of the library.
+///     Slip tolerance (m/s) of friction in all contacts. Default: 1e-3.
 /// start : State, optional
 ///     Initial state of rollouts, with its time. Default: the initial states of the bodies, at time 0.
 ///
