@@ -28,8 +28,8 @@ WRENCHES = 12
 class Function:
     """Function of rows, (m, numbers), with its Jacobian. The module describes the columns.
 
-    If the library raises an exception for a row, the results of the row are NaN. The exceptions are returned by the index of
-    the row.
+    If the library raises an exception for a row, the results of the row are NaN. The exceptions are returned by the
+    index of the row.
     """
 
     name: str
@@ -54,12 +54,14 @@ class Function:
         raise NotImplementedError
 
     def pushforwards(self, rows: Floats, tangents: Floats) -> tuple[Floats, Errors]:
-        """Returns the products of the Jacobian of each row with c tangents, (m, c, columns): (m, c, outputs) float64."""
+        """Returns the products of the Jacobian of each row with c tangents, (m, c, columns): (m, c, outputs) float64.
+        """
         _, jacobians, errors = self.values_and_jacobians(rows)
         return tangents @ jacobians.swapaxes(-1, -2), errors
 
     def pullbacks(self, rows: Floats, cotangents: Floats) -> tuple[Floats, Errors]:
-        """Returns the products of c cotangents, (m, c, outputs), with the Jacobian of each row: (m, c, columns) float64."""
+        """Returns the products of c cotangents, (m, c, outputs), with the Jacobian of each row: (m, c, columns)
+        float64."""
         _, jacobians, errors = self.values_and_jacobians(rows)
         return cotangents @ jacobians, errors
 
@@ -71,8 +73,8 @@ def moduli_of(pair: Pair) -> Floats:
 
 
 class Wrench(Function):
-    """Both wrenches of a pair. A row has two poses and two moduli. In motion, a row has two poses, two twists, two moduli, the
-    dissipation and the friction coefficient.
+    """Both wrenches of a pair. A row has two poses and two moduli. In motion, a row has two poses, two twists, two
+    moduli, the dissipation and the friction coefficient.
     """
 
     def __init__(self, pair: Pair, in_motion: bool) -> None:
@@ -95,7 +97,8 @@ class Wrench(Function):
     def _results(
         self, rows: Floats, call: Callable[..., tuple[Floats, ...]], shapes: Sequence[tuple[int, ...]]
     ) -> tuple[list[Floats], Errors]:
-        """Calls a method of the pair with all rows as a batch, or with one row at a time if a row raises an exception."""
+        """Calls a method of the pair with all rows as a batch, or with one row at a time if a row raises an exception.
+        """
         count = len(rows)
         if count > 1:
             try:
@@ -123,8 +126,8 @@ class Wrench(Function):
 class Rollout(Function):
     """Recorded states of a world: all poses, then all twists.
 
-    A row has the changes of parameters. With an initial state, a row has its n poses and n twists, the changes, and the number
-    of steps before the start.
+    A row has the changes of parameters. With an initial state, a row has its n poses and n twists, the changes, and the
+    number of steps before the start.
     """
 
     def __init__(
@@ -184,7 +187,8 @@ class Rollout(Function):
             return gradients, errors
         # Index of the row, and index of the cotangent.
         indices = [(row, cotangent) for row in worlds for cotangent in range(count)]
-        by_poses, by_twists = self._by_states(np.array([cotangents[pair] for pair in indices]).reshape(-1, self.outputs))
+        of_pairs = np.array([cotangents[pair] for pair in indices]).reshape(-1, self.outputs)
+        by_poses, by_twists = self._by_states(of_pairs)
         results = Batch(self._plan).vjps([worlds[row] for row, _ in indices], by, by_poses, by_twists)
         for pair, result in zip(indices, results):
             if isinstance(result, HydroelasticError):
@@ -194,7 +198,8 @@ class Rollout(Function):
         return gradients, errors
 
     def _by_states(self, cotangents: Floats) -> tuple[Floats, Floats]:
-        """Returns the cotangents of all recorded poses and twists. They are zero for states that are not among the outputs."""
+        """Returns the cotangents of all recorded poses and twists. They are zero for states that are not among the
+        outputs."""
         count, recorded = len(cotangents), recorded_count(self._plan)
         by_poses = np.zeros((count, recorded, self.bodies, 4, 4))
         by_twists = np.zeros((count, recorded, self.bodies, TWIST))
@@ -218,7 +223,8 @@ class Rollout(Function):
         return world.perturbed(self._parameters, changes)
 
     def _initial_parameters(self) -> list[Parameter]:
-        """Returns the parameters of the initial states of all dynamic bodies: poses, then twists, angular parts first."""
+        """Returns the parameters of the initial states of all dynamic bodies: poses, then twists, angular parts first.
+        """
         if not self._from_state:
             return []
         names = [self._world.names[index] for index in self._dynamic]
@@ -248,8 +254,8 @@ class Rollout(Function):
 
 
 class Arrays(Protocol):
-    """Operations of an array framework that ``wrench`` and ``states`` need: checks of arguments, and the evaluation of a
-    function."""
+    """Operations of an array framework that ``wrench`` and ``states`` need: checks of arguments, and the evaluation of
+    a function."""
 
     def floats(self, value: Any, name: str, shape: tuple[int, ...]) -> Any:
         """Converts an argument to an array of float64 whose last axes have a shape."""
@@ -258,8 +264,8 @@ class Arrays(Protocol):
         """Converts an integer or an array of integers to float64."""
 
     def evaluated(self, function: Function, ranks: Sequence[int], parts: Sequence[Any]) -> Any:
-        """Evaluates a function whose numbers are the concatenated parts. The rank is the number of axes of a part without
-        additional leading axes."""
+        """Evaluates a function whose numbers are the concatenated parts. The rank is the number of axes of a part
+        without additional leading axes."""
 
 
 def wrench(
@@ -272,8 +278,8 @@ def wrench(
 ) -> Any:
     """Computes both wrenches of a pair, (12,) with any leading axes.
 
-    The bodies are in motion if a twist is given. A twist that is None is zero, and moduli or a law that are None are those of
-    the pair.
+    The bodies are in motion if a twist is given. A twist that is None is zero, and moduli or a law that are None are
+    those of the pair.
     """
     in_motion = any(twist is not None for twist in twists)
     parts = [arrays.floats(pose, name, (4, 4)) for pose, name in zip(poses, ("pose_a", "pose_b"))]
@@ -296,8 +302,8 @@ def states(
     start: tuple[Any, Any] | None,
     start_step: Any,
 ) -> tuple[Any, Any]:
-    """Computes the poses and twists of a rollout. The recorded states are the first axis, unless the function returns only the
-    last state."""
+    """Computes the poses and twists of a rollout. The recorded states are the first axis, unless the function returns
+    only the last state."""
     count = function.bodies
     numbers = arrays.floats(np.zeros(function.width) if changes is None else changes, "changes", (function.width,))
     if start is None:
@@ -319,9 +325,9 @@ def states(
 def paired(numbers: Floats, vectors: Floats) -> tuple[Floats, Floats, Callable[[Floats], Floats]]:
     """Groups vectors by the numbers that they belong to.
 
-    Numbers and vectors have the same number of leading axes. A leading axis of numbers may have the length 1 instead of the
-    length of the vectors. Returns the numbers as rows, (m, numbers), the c vectors of each row, (m, c, entries), and a function
-    that restores the leading axes of results, (m, c, results).
+    Numbers and vectors have the same number of leading axes. A leading axis of numbers may have the length 1 instead of
+    the length of the vectors. Returns the numbers as rows, (m, numbers), the c vectors of each row, (m, c, entries),
+    and a function that restores the leading axes of results, (m, c, results).
     """
     front = vectors.shape[:-1]
     shared = [axis for axis, length in enumerate(front) if numbers.shape[axis] == length]
@@ -349,7 +355,8 @@ def one_step(plan: Plan) -> Plan:
 
 
 def first_error(errors: Errors, count: int) -> HydroelasticError:
-    """Returns the exception of the first invalid row. If there are several rows, its message has the index of the row."""
+    """Returns the exception of the first invalid row. If there are several rows, its message has the index of the row.
+    """
     index, error = min(errors.items())
     return error if count == 1 else type(error)(f"row {index} of {count}: {error}")
 
@@ -367,7 +374,8 @@ def _recording(plan: Plan, every: int, steps: int | None = None) -> Plan:
 
 
 def _each(function: Callable[[Floats], _T], rows: Floats, errors: Errors) -> dict[int, _T]:
-    """Returns the results of all rows that raise no exception, by the index of the row. Adds the exceptions to ``errors``."""
+    """Returns the results of all rows that raise no exception, by the index of the row. Adds the exceptions to
+    ``errors``."""
     results: dict[int, _T] = {}
     for index, row in enumerate(rows):
         try:

@@ -68,7 +68,8 @@ def check_time_step(time_step: float) -> None:
 
 
 def finite(values: Floats, name: str = "the acceleration") -> Floats:
-    # One sum is cheaper than a test of each number. If the sum of finite numbers overflows, the motion has diverged too.
+    # One sum is cheaper than a test of each number. If the sum of finite numbers overflows, the motion has diverged
+    # too.
     if not math.isfinite(values.sum()):
         raise HydroelasticError(f"{name} is not finite: q, v, tau or the time step is too large, or the motion has diverged")
     return values

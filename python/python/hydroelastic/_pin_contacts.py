@@ -40,14 +40,16 @@ class Mount:
         self.part = slice(6 * side, 6 * side + 6)
         self.turn = slice(6 * side, 6 * side + 3)
         self.jacobian = motion[self.part, :nv]
-        # Blocks of three rows: angular, then linear. Blocks of Pinocchio have the linear part first, so the views are reversed.
+        # Blocks of three rows: angular, then linear. Blocks of Pinocchio have the linear part first, so the views are
+        # reversed.
         of_pose, of_twist = motion[:12].reshape(2, 2, 3, -1)[side], motion[12:24].reshape(2, 2, 3, -1)[side]
         self.pose_by_q = of_pose[::-1, :, :nv]
         self.twist_by_q = of_twist[::-1, :, :nv]
         self.twist_by_v = of_twist[::-1, :, nv : 2 * nv]
         self.velocity_by_q = of_twist[1, :, :nv]
 
-    # For matrices of this size, the call costs more than the product, and a call of ``dot`` takes half the time of ``@``.
+    # For matrices of this size, the call costs more than the product, and a call of ``dot`` takes half the time of
+    # ``@``.
 
     def move(self, model: Any, data: Any, v: Floats) -> tuple[Any, Floats]:
         """Returns the placement and the twist. Writes the derivatives of both to the buffer."""
@@ -59,9 +61,9 @@ class Mount:
         self.pose_by_q[...] = blocks
         self.twist_by_v[...] = blocks
         self.twist_by_q[...] = twist_by_q.reshape(blocks.shape)
-        # The linear part of this derivative is that of the velocity at a fixed point of the world. The origin of the shape
-        # moves, so its velocity has the additional term ω × ∂p/∂q. Pinocchio's derivative of the velocity of a point has
-        # both terms.
+        # The linear part of this derivative is that of the velocity at a fixed point of the world. The origin of the
+        # shape moves, so its velocity has the additional term ω × ∂p/∂q. Pinocchio's derivative of the velocity of a
+        # point has both terms.
         self.velocity_by_q[...], _ = pinocchio.getPointVelocityDerivatives(
             model, data, self.joint, self.placement, WORLD_AXES
         )
@@ -77,7 +79,8 @@ class Contact:
         self.name = f"frame {contact.frame_a!r} and frame {contact.frame_b!r}"
         self.poses: list[Floats] = []
         self.twists = [np.zeros(6), np.zeros(6)]
-        # Rows: the columns of Pair.linearized. Columns: those of ``Robot``, which are q, v and the materials of all contacts.
+        # Rows: the columns of Pair.linearized. Columns: those of ``Robot``, which are q, v and the materials of all
+        # contacts.
         self.motion = np.zeros((28, width))
         self.motion[24:, column : column + 4] = np.eye(4)
         self.both_jacobians = self.motion[:12, :nv]
@@ -96,7 +99,7 @@ class Contact:
                 f"frames {contact.frame_a!r} and {contact.frame_b!r} are fixed to each other: expected two that move"
             )
 
-    def place(self, data: Any) -> None:
+    def update_poses(self, data: Any) -> None:
         """Updates the poses from the data."""
         for mount in self.moving:
             self.poses[mount.side] = (data.oMi[mount.joint] * mount.placement).homogeneous
@@ -117,8 +120,8 @@ class Contact:
         return total
 
     def move(self, model: Any, data: Any, v: Floats) -> list[Any]:
-        """Updates the motion from the data after ``computeForwardKinematicsDerivatives``. Returns the placements of the moving
-        shapes."""
+        """Updates the motion from the data after ``computeForwardKinematicsDerivatives``. Returns the placements of the
+        moving shapes."""
         placements = []
         for mount in self.moving:
             placement, self.twists[mount.side] = mount.move(model, data, v)
@@ -152,8 +155,8 @@ class Contact:
     ) -> tuple[Floats, Floats] | tuple[None, None]:
         """Adds the wrenches to the forces on the joints, in the axes of the joints.
 
-        Returns Jᵀ w and its derivatives with respect to q, v and the materials, without the contribution of constant joint
-        forces. Returns a pair of None without contact.
+        Returns Jᵀ w and its derivatives with respect to q, v and the materials, without the contribution of constant
+        joint forces. Returns a pair of None without contact.
         """
         self.move(model, data, v)
         wrenches, jacobian = self.linearized(material)

@@ -98,8 +98,8 @@ def _numbers(path: str | os.PathLike[str], data: dict[str, Any], name: str, coun
 
 
 def write_surface(path: str | os.PathLike[str], surface: Surface) -> None:
-    """Writes a contact surface as VTK PolyData, in a .vtp file or a legacy .vtk file. The write is atomic: an existing file is
-    replaced after the new file is complete.
+    """Writes a contact surface as VTK PolyData, in a .vtp file or a legacy .vtk file. The write is atomic: an existing
+    file is replaced after the new file is complete.
     """
     path = Path(path)
     writers = {".vtp": _xml, ".vtk": _legacy}

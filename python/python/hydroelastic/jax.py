@@ -7,30 +7,30 @@
         return hj.wrench(pair, hj.pose(jax.numpy.array([0.0, 0.0, 1.0]) * height), hj.pose())[5]
     force, slope = jax.jit(jax.value_and_grad(lift))(0.195)  # N, N/m
 
-The library computes the contact on the CPU, with its own Jacobians. JAX does not trace it. If no derivative is taken, only the
-value is computed. Otherwise, one call computes the value and the Jacobian, and the value may differ by round-off. Gradients
-of rollouts with respect to many numbers use reverse mode instead, whose cost does not depend on how many numbers there are.
-See ``rollout``.
+The library computes the contact on the CPU, with its own Jacobians. JAX does not trace it. If no derivative is taken,
+only the value is computed. Otherwise, one call computes the value and the Jacobian, and the value may differ by
+round-off. Gradients of rollouts with respect to many numbers use reverse mode instead, whose cost does not depend on
+how many numbers there are. See ``rollout``.
 
-Arrays are of float64. Arrays of integers are converted. ``jax_enable_x64`` must be on, because contact in float32 has no
-accurate digits. Arguments may have additional leading axes, which are broadcast against each other and which the result then
-has too. ``jax.vmap`` creates such a batch too. All cores compute a batch.
+Arrays are of float64. Arrays of integers are converted. ``jax_enable_x64`` must be on, because contact in float32 has
+no accurate digits. Arguments may have additional leading axes, which are broadcast against each other and which the
+result then has too. ``jax.vmap`` creates such a batch too. All cores compute a batch.
 
-Derivatives with respect to poses. Poses are (4, 4). A tangent dT of a pose counts as the twist (ω, v) in world axes that
-moves the pose: [ω]× is the skew part of dR Rᵀ, and v is the last column of dT. The symmetric part of dR Rᵀ would leave the
-rotations, so it has no effect. The last row of dT has no effect either. The cotangent of a pose is the transpose. Let g be the
-derivative with respect to the angular part of that twist, and f the derivative with respect to the linear part. The cotangent
-has the rotation block ½ [g]× R and the last column f. So derivatives are right by the chain rule through any function that
-makes rotations (``pose``, ``moved_pose``, quaternions, kinematics). A step along a cotangent itself leaves the rotations:
-optimize over vectors, and compute poses from them.
+Derivatives with respect to poses. Poses are (4, 4). A tangent dT of a pose counts as the twist (ω, v) in world axes
+that moves the pose: [ω]× is the skew part of dR Rᵀ, and v is the last column of dT. The symmetric part of dR Rᵀ would
+leave the rotations, so it has no effect. The last row of dT has no effect either. The cotangent of a pose is the
+transpose. Let g be the derivative with respect to the angular part of that twist, and f the derivative with respect to
+the linear part. The cotangent has the rotation block ½ [g]× R and the last column f. So derivatives are right by the
+chain rule through any function that makes rotations (``pose``, ``moved_pose``, quaternions, kinematics). A step along a
+cotangent itself leaves the rotations: optimize over vectors, and compute poses from them.
 
-Errors (a pose that is not rigid, a number that is not finite, a rollout that ends early) raise HydroelasticError in a call
-without a transformation. Inside ``jit``, ``vmap``, ``grad`` and similar transformations, an exception would be undefined
-behavior of JAX. There, the result of an invalid row is NaN, the other rows are right, and the logger ``hydroelastic.jax``
-writes a warning with the reason.
+Errors (a pose that is not rigid, a number that is not finite, a rollout that ends early) raise HydroelasticError in a
+call without a transformation. Inside ``jit``, ``vmap``, ``grad`` and similar transformations, an exception would be
+undefined behavior of JAX. There, the result of an invalid row is NaN, the other rows are right, and the logger
+``hydroelastic.jax`` writes a warning with the reason.
 
-Second derivatives are not available. ``jax.hessian`` and ``grad`` of ``grad`` raise NotImplementedError. For least squares,
-use JᵀJ of ``jax.jacobian`` instead.
+Second derivatives are not available. ``jax.hessian`` and ``grad`` of ``grad`` raise NotImplementedError. For least
+squares, use JᵀJ of ``jax.jacobian`` instead.
 """
 
 from __future__ import annotations
@@ -164,8 +164,8 @@ def wrench(
     pose_a, pose_b : (4, 4) array_like
         Poses of A and B in the world.
     twist_a, twist_b : (6,) array_like, optional
-        Angular velocity (rad/s), then velocity (m/s) of the origin of the body frame, in world axes. If one is given, the
-        other is zero by default.
+        Angular velocity (rad/s), then velocity (m/s) of the origin of the body frame, in world axes. If one is given,
+        the other is zero by default.
     moduli : (2,) array_like, optional
         Moduli (Pa) of A and B, in place of those of the pair. If B is rigid, the second has no effect.
     law : (2,) array_like, optional
@@ -174,7 +174,8 @@ def wrench(
     Returns
     -------
     (12,) jax.Array of float64
-        Torque (N m) and force (N) on A about the origin of its frame, then on B about the origin of its frame, in world axes.
+        Torque (N m) and force (N) on A about the origin of its frame, then on B about the origin of its frame, in world
+        axes.
 
     Raises
     ------
@@ -217,8 +218,8 @@ def rollout(
     """Runs a rollout and returns the recorded states, as a function of its initial state and of changes of parameters.
 
     Gradients with respect to more than 12 numbers (more than 96 numbers if steps are implicit)
-    use reverse mode, whose time does not depend on p. With ``start``, each dynamic body adds 12 numbers. Otherwise, and in
-    forward mode, the Jacobian is computed, whose time grows with the number of numbers.
+    use reverse mode, whose time does not depend on p. With ``start``, each dynamic body adds 12 numbers. Otherwise, and
+    in forward mode, the Jacobian is computed, whose time grows with the number of numbers.
 
     Parameters
     ----------
@@ -231,12 +232,12 @@ def rollout(
     changes : (p,) array_like, optional
         Changes that are added to the parameters, as in ``World.perturbed``. Default: zeros.
     start : State, optional
-        Initial state. Default: the initial state of the world, which has no derivative except with respect to parameters.
-        The default is faster if there are few parameters. Fixed and kinematic bodies keep their state of the world, so their
-        part of ``start`` has no effect.
+        Initial state. Default: the initial state of the world, which has no derivative except with respect to
+        parameters. The default is faster if there are few parameters. Fixed and kinematic bodies keep their state of
+        the world, so their part of ``start`` has no effect.
     start_step : int or array of int
-        Number of time steps between the initial time of the world and the start. It needs ``start``, and matters for worlds
-        with controls and paths. An integer has no derivatives.
+        Number of time steps between the initial time of the world and the start. It needs ``start``, and matters for
+        worlds with controls and paths. An integer has no derivatives.
 
     Returns
     -------
@@ -359,8 +360,8 @@ def _check_precision() -> None:
 
 
 def _check_precision_of_threads() -> None:
-    """Checks the precision in other threads. JAX runs callbacks in its own threads, whose arrays are float32 if jax_enable_x64
-    is on in this thread only."""
+    """Checks the precision in other threads. JAX runs callbacks in its own threads, whose arrays are float32 if
+    jax_enable_x64 is on in this thread only."""
     settings: list[bool] = []
     thread = threading.Thread(target=lambda: settings.append(getattr(jax.config, "jax_enable_x64")))
     thread.start()
@@ -402,7 +403,8 @@ def _array(value: _Array | int, name: str) -> Array:
 
 
 def _finite(array: Array, name: str) -> Array:
-    """Returns the array. Raises an error if a number is not finite. Inside transformations, the number propagates instead."""
+    """Returns the array. Raises an error if a number is not finite. Inside transformations, the number propagates
+    instead."""
     if not isinstance(array, jax.core.Tracer) and not np.isfinite(np.asarray(array)).all():
         raise HydroelasticError(f"{name} must be finite, but is {np.asarray(array).tolist()}")
     return array
@@ -416,8 +418,8 @@ def _count(start_step: _Array | int) -> Array:
 
 
 def _evaluated(function: _autodiff.Function, ranks: Sequence[int], parts: Sequence[Array]) -> Array:
-    """Evaluates a function of the concatenated numbers of arrays, poses first. The rank is the number of axes of an array
-    without additional leading axes."""
+    """Evaluates a function of the concatenated numbers of arrays, poses first. The rank is the number of axes of an
+    array without additional leading axes."""
     numbers = _joined(tuple(ranks), parts)
     if isinstance(numbers, jax.core.Tracer):
         return _values(function, numbers)
@@ -474,8 +476,8 @@ def _along(poses: int, jacobian: Array, numbers: Array, tangent: Array) -> Array
 
 @functools.partial(jax.jit, static_argnums=0)
 def _local(poses: int, numbers: Array, tangent: Array) -> Array:
-    """Converts a tangent of numbers, whose first ``poses`` items are poses, to the columns of a Jacobian: the tangents of poses
-    become twists."""
+    """Converts a tangent of numbers, whose first ``poses`` items are poses, to the columns of a Jacobian: the tangents
+    of poses become twists."""
     if poses:
         lead, entries = numbers.shape[:-1], poses * _autodiff.POSE
         at, moved = (array[..., :entries].reshape(*lead, poses, 4, 4) for array in (numbers, tangent))
@@ -487,8 +489,9 @@ def _local(poses: int, numbers: Array, tangent: Array) -> Array:
     return tangent
 
 
-# Products of a Jacobian with vectors, computed without the Jacobian. They are linear in the vectors, and each is the transpose
-# of the other. Numbers and vectors have the same number of leading axes. A leading axis of the numbers may have the length 1.
+# Products of a Jacobian with vectors, computed without the Jacobian. They are linear in the vectors, and each is the
+# transpose of the other. Numbers and vectors have the same number of leading axes. A leading axis of the numbers may
+# have the length 1.
 _pushforward_p = Primitive("hydroelastic_pushforward")
 _pullback_p = Primitive("hydroelastic_pullback")
 
@@ -618,8 +621,8 @@ def _on_host(
 
 @functools.partial(jax.jit, static_argnums=0)
 def _joined(ranks: tuple[int, ...], parts: Sequence[Array]) -> Array:
-    """Concatenates arrays to numbers with the common leading axes. The rank is the number of axes of an array without leading
-    axes."""
+    """Concatenates arrays to numbers with the common leading axes. The rank is the number of axes of an array without
+    leading axes."""
     flat = [part.reshape(*part.shape[: part.ndim - rank], -1) for part, rank in zip(parts, ranks)]
     lead = jnp.broadcast_shapes(*(part.shape[:-1] for part in flat))
     return jnp.concatenate([jnp.broadcast_to(part, lead + part.shape[-1:]) for part in flat], -1)

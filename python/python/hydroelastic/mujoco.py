@@ -1,36 +1,38 @@
 """Contacts of this library in a MuJoCo model, as passive forces for simulation.
 
-``PassiveContacts`` takes a model and its contacts. In its context, each evaluation of MuJoCo's passive forces adds Jᵀ w of
-every contact to ``qfrc_passive``. This happens after the kinematics, so that the wrenches are those of the current state:
+``PassiveContacts`` takes a model and its contacts. In its context, each evaluation of MuJoCo's passive forces adds Jᵀ w
+of every contact to ``qfrc_passive``. This happens after the kinematics, so that the wrenches are those of the current
+state:
 
     with PassiveContacts(model, [ContactPair(pair, geom("ball"), geom("block"))]):
         mujoco.mj_step(model, data)
 
-Wrenches are (torque, force) in world axes: on A about the origin of the shape of A, then on B about the origin of the shape
-of B. MuJoCo's ``xfrc_applied`` has the force first.
+Wrenches are (torque, force) in world axes: on A about the origin of the shape of A, then on B about the origin of the
+shape of B. MuJoCo's ``xfrc_applied`` has the force first.
 
 MuJoCo's own contact between the same bodies must be disabled. ``exclude`` adds the exclusions to a ``mujoco.MjSpec``.
 ``PassiveContacts`` raises an error for a model in which both contacts would act.
 
 Limits:
 
-- The callback of MuJoCo is global to the process. Contexts of several models may be open at the same time, in any order. A
-  model without a context is not affected. A copy of a model is another model and needs its own context. A Python callback
-  that was set before is called first, and is restored after the last context.
-- MuJoCo's integrators ignore the derivative of a callback. ``implicit`` and ``implicitfast`` treat the contacts explicitly,
-  as ``Euler`` does, so the time step must resolve the stiffness and damping of the contacts. ``RK4`` evaluates the contacts
-  four times in each step.
-- A time step that is too long for the contacts raises ``TimeStepError`` from the second step on. The check treats bodies
-  as free: MuJoCo's own constraints do not raise the limit, and its springs and actuators do not lower it.
-- Sticking friction has the shortest limit. Above it, friction chatters but does not grow without bound. The check allows up
-  to 2.5 times this limit. There, bodies chatter at about 2.3 slip tolerances and creep 2.5 times as fast.
-  ``hydroelastic.pin`` allows no chatter, because derivatives grow in it. ``World.largest_stable_step`` allows none either.
+- The callback of MuJoCo is global to the process. Contexts of several models may be open at the same time, in any
+  order. A model without a context is not affected. A copy of a model is another model and needs its own context. A
+  Python callback that was set before is called first, and is restored after the last context.
+- MuJoCo's integrators ignore the derivative of a callback. ``implicit`` and ``implicitfast`` treat the contacts
+  explicitly, as ``Euler`` does, so the time step must resolve the stiffness and damping of the contacts. ``RK4``
+  evaluates the contacts four times in each step.
+- A time step that is too long for the contacts raises ``TimeStepError`` from the second step on. The check treats
+  bodies as free: MuJoCo's own constraints do not raise the limit, and its springs and actuators do not lower it.
+- Sticking friction has the shortest limit. Above it, friction chatters but does not grow without bound. The check
+  allows up to 2.5 times this limit. There, bodies chatter at about 2.3 slip tolerances and creep 2.5 times as fast.
+  ``hydroelastic.pin`` allows no chatter, because derivatives grow in it. ``World.largest_stable_step`` allows none
+  either.
 - If MuJoCo resets a state that is not finite, the check raises ``RolloutError``.
 - ``mjd_transitionFD`` differentiates through the callback by finite differences. ``hydroelastic.pin`` has exact
   derivatives.
 - The callback takes the GIL, so threads wait for each other in it, including the threads of ``mujoco.rollout``. Use
-  processes instead. An error in a thread of ``mujoco.rollout`` is raised at the end of the context, because MuJoCo would end
-  the process.
+  processes instead. An error in a thread of ``mujoco.rollout`` is raised at the end of the context, because MuJoCo
+  would end the process.
 - MuJoCo does not call the callback if ``disableflags`` disables both springs and dampers. ``PassiveContacts`` raises an
   error for such a model.
 - Contacts do not wake sleeping bodies.
@@ -73,7 +75,8 @@ _RK4 = int(mujoco.mjtIntegrator.mjINT_RK4)
 _DIVERGED = (mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL, mujoco.mjtWarning.mjWARN_BADQACC)
 # Round-off of the time, relative to the time step.
 _CLOCK = 1e-3
-# Steps of x times the limit of sticking friction make bodies chatter at √(x² − 1) slip tolerances. The check allows x up to this.
+# Steps of x times the limit of sticking friction make bodies chatter at √(x² − 1) slip tolerances. The check allows x
+# up to this.
 _CHATTER = 2.5
 # Maximum number of MjData instances whose histories are kept.
 _MOST_HISTORIES = 4096
@@ -112,8 +115,8 @@ class Attachment:
 def geom(name: str, pose: _Floats | None = None) -> Attachment:
     """Attaches a shape to a geom.
 
-    MuJoCo moves the frame of a mesh geom to the center of mass and principal axes of the mesh. For a shape from the same file,
-    use ``body`` instead, or the pose from ``model.mesh_pos`` and ``model.mesh_quat``.
+    MuJoCo moves the frame of a mesh geom to the center of mass and principal axes of the mesh. For a shape from the
+    same file, use ``body`` instead, or the pose from ``model.mesh_pos`` and ``model.mesh_quat``.
 
     Parameters
     ----------
@@ -315,8 +318,8 @@ class _Side:
 class PassiveContacts:
     """Contacts of a MuJoCo model. In the context of this object, they act in every step of the model.
 
-    In the context, ``mj_step`` raises TimeStepError if the time step is too long, and RolloutError if the state or a wrench is
-    not finite.
+    In the context, ``mj_step`` raises TimeStepError if the time step is too long, and RolloutError if the state or a
+    wrench is not finite.
 
     Parameters
     ----------
@@ -330,8 +333,8 @@ class PassiveContacts:
     Raises
     ------
     HydroelasticError
-        If a geom, body or site does not exist, both shapes of a contact are fixed to each other, a pose is not rigid, MuJoCo's
-        own contact between the bodies is not excluded, or the model has no passive forces.
+        If a geom, body or site does not exist, both shapes of a contact are fixed to each other, a pose is not rigid,
+        MuJoCo's own contact between the bodies is not excluded, or the model has no passive forces.
     """
 
     def __init__(self, model: Any, contacts: Sequence[ContactPair], *, check_stability: bool = True) -> None:
@@ -395,7 +398,8 @@ class PassiveContacts:
         Returns
         -------
         (contacts, 12) ndarray of float64
-            Torque (N m) and force (N) on A about the origin of its shape, then on B about the origin of its shape, in world axes.
+            Torque (N m) and force (N) on A about the origin of its shape, then on B about the origin of its shape, in
+            world axes.
 
         Raises
         ------
@@ -423,7 +427,8 @@ class PassiveContacts:
         )
 
     def add_to(self, data: Any) -> None:
-        """Adds Jᵀ w of all contacts to ``data.qfrc_passive``, as the context does. Use it in your own passive-force callback.
+        """Adds Jᵀ w of all contacts to ``data.qfrc_passive``, as the context does. Use it in your own passive-force
+        callback.
 
         Parameters
         ----------
@@ -437,7 +442,8 @@ class PassiveContacts:
         RolloutError
             If the state or a wrench is not finite.
         """
-        # This method must not call MuJoCo. In versions before 4, an error after such a call in the callback ends the process.
+        # This method must not call MuJoCo. In versions before 4, an error after such a call in the callback ends the
+        # process.
         try:
             forces = [self._joint_forces(number, data) for number in range(len(self._sides))]
             if self._checks_stability:
@@ -500,7 +506,8 @@ class PassiveContacts:
     def _check(self, data: Any, forces: Forces) -> None:
         """Compares the evaluation with the evaluation a time step earlier, if there is one.
 
-        Evaluations within a step are skipped. Other evaluations, for example of a state that was set, only start a new history.
+        Evaluations within a step are skipped. Other evaluations, for example of a state that was set, only start a new
+        history.
         """
         time, time_step = float(data.time), float(self._model.opt.timestep)
         history = self._histories.get(data._address)

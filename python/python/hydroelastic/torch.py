@@ -1,4 +1,5 @@
-"""Wrenches, steps and rollouts as differentiable functions of PyTorch, for ``backward``, forward mode and ``torch.func``.
+"""Wrenches, steps and rollouts as differentiable functions of PyTorch, for ``backward``, forward mode and
+``torch.func``.
 
     import torch, hydroelastic as he, hydroelastic.torch as ht
     pair = he.Pair(he.Shape.icosphere(0.1, 3), he.Shape.cuboid([0.4, 0.4, 0.2]), 1e5, 1e6)
@@ -8,24 +9,25 @@
     print(height.grad)  # N/m
 
 The library computes the contact on the CPU, with its own Jacobians. Autograd does not trace it. If no derivative can be
-requested, only the value is computed. Otherwise, one call computes the value and the Jacobian, and the value may differ by
-round-off. Gradients of rollouts with respect to many numbers use reverse mode instead. One gradient then costs about the same
-for any number of numbers. See ``rollout``.
+requested, only the value is computed. Otherwise, one call computes the value and the Jacobian, and the value may differ
+by round-off. Gradients of rollouts with respect to many numbers use reverse mode instead. One gradient then costs about
+the same for any number of numbers. See ``rollout``.
 
-Tensors are of float64 and on the CPU. Tensors of integers are converted. Other types and devices raise TypeError, because
-contact in float32 has no accurate digits. Arguments may have additional leading axes, which are broadcast against each other
-and which the result then has too. ``torch.func.vmap`` creates such a batch too. All cores compute a batch.
+Tensors are of float64 and on the CPU. Tensors of integers are converted. Other types and devices raise TypeError,
+because contact in float32 has no accurate digits. Arguments may have additional leading axes, which are broadcast
+against each other and which the result then has too. ``torch.func.vmap`` creates such a batch too. All cores compute a
+batch.
 
-Derivatives with respect to poses. Poses are (4, 4). A tangent dT of a pose counts as the twist (ω, v) in world axes that
-moves the pose: [ω]× is the skew part of dR Rᵀ, and v is the last column of dT. The symmetric part of dR Rᵀ would leave the
-rotations, so it has no effect. The last row of dT has no effect either. The gradient of a pose is the transpose. Let g be the
-derivative with respect to the angular part of that twist, and f the derivative with respect to the linear part. The gradient
-has the rotation block ½ [g]× R and the last column f. So derivatives are right by the chain rule through any function that
-makes rotations (``pose``, ``moved_pose``, quaternions, kinematics). A step along a gradient itself leaves the rotations:
-optimize over vectors, and compute poses from them.
+Derivatives with respect to poses. Poses are (4, 4). A tangent dT of a pose counts as the twist (ω, v) in world axes
+that moves the pose: [ω]× is the skew part of dR Rᵀ, and v is the last column of dT. The symmetric part of dR Rᵀ would
+leave the rotations, so it has no effect. The last row of dT has no effect either. The gradient of a pose is the
+transpose. Let g be the derivative with respect to the angular part of that twist, and f the derivative with respect to
+the linear part. The gradient has the rotation block ½ [g]× R and the last column f. So derivatives are right by the
+chain rule through any function that makes rotations (``pose``, ``moved_pose``, quaternions, kinematics). A step along a
+gradient itself leaves the rotations: optimize over vectors, and compute poses from them.
 
-Errors (a pose that is not rigid, a number that is not finite, a rollout that ends early) raise HydroelasticError. In a batch,
-the message has the index of the first invalid row.
+Errors (a pose that is not rigid, a number that is not finite, a rollout that ends early) raise HydroelasticError. In a
+batch, the message has the index of the first invalid row.
 
 Second derivatives are not available. A backward pass through ``create_graph=True`` and ``torch.func.hessian`` raise
 NotImplementedError. For least squares, use JᵀJ of ``torch.func.jacrev`` instead.
@@ -151,8 +153,8 @@ def wrench(
     pose_a, pose_b : (4, 4) array_like
         Poses of A and B in the world.
     twist_a, twist_b : (6,) array_like, optional
-        Angular velocity (rad/s), then velocity (m/s) of the origin of the body frame, in world axes. If one is given, the
-        other is zero by default.
+        Angular velocity (rad/s), then velocity (m/s) of the origin of the body frame, in world axes. If one is given,
+        the other is zero by default.
     moduli : (2,) array_like, optional
         Moduli (Pa) of A and B, in place of those of the pair. If B is rigid, the second has no effect.
     law : (2,) array_like, optional
@@ -161,7 +163,8 @@ def wrench(
     Returns
     -------
     (12,) torch.Tensor of float64
-        Torque (N m) and force (N) on A about the origin of its frame, then on B about the origin of its frame, in world axes.
+        Torque (N m) and force (N) on A about the origin of its frame, then on B about the origin of its frame, in world
+        axes.
 
     Raises
     ------
@@ -203,8 +206,8 @@ def rollout(
     """Runs a rollout and returns the recorded states, as a function of its initial state and of changes of parameters.
 
     Backward passes with respect to more than 12 numbers (more than 96 numbers if steps are implicit)
-    use reverse mode, whose time does not depend on p. With ``start``, each dynamic body adds 12 numbers. Otherwise, and in
-    forward mode, the Jacobian is computed, whose time grows with the number of numbers.
+    use reverse mode, whose time does not depend on p. With ``start``, each dynamic body adds 12 numbers. Otherwise, and
+    in forward mode, the Jacobian is computed, whose time grows with the number of numbers.
 
     Parameters
     ----------
@@ -217,12 +220,12 @@ def rollout(
     changes : (p,) array_like, optional
         Changes that are added to the parameters, as in ``World.perturbed``. Default: zeros.
     start : State, optional
-        Initial state. Default: the initial state of the world, which has no derivative except with respect to parameters.
-        The default is faster if there are few parameters. Fixed and kinematic bodies keep their state of the world, so their
-        part of ``start`` has no effect.
+        Initial state. Default: the initial state of the world, which has no derivative except with respect to
+        parameters. The default is faster if there are few parameters. Fixed and kinematic bodies keep their state of
+        the world, so their part of ``start`` has no effect.
     start_step : int or array of int
-        Number of time steps between the initial time of the world and the start. It needs ``start``, and matters for worlds
-        with controls and paths. An integer has no derivatives.
+        Number of time steps between the initial time of the world and the start. It needs ``start``, and matters for
+        worlds with controls and paths. An integer has no derivatives.
 
     Returns
     -------
@@ -361,8 +364,8 @@ def _floats(value: _Tensor, name: str, shape: tuple[int, ...]) -> Tensor:
 
 
 def _finite(value: Tensor, name: str) -> Tensor:
-    """Returns the tensor. Raises an error if a number is not finite. Inside transformations and compiled functions, the number
-    propagates instead."""
+    """Returns the tensor. Raises an error if a number is not finite. Inside transformations and compiled functions, the
+    number propagates instead."""
     is_traced = torch.compiler.is_compiling() or torch._C._functorch.is_functorch_wrapped_tensor(value)
     if not is_traced and not bool(torch.isfinite(value.detach()).all()):
         raise HydroelasticError(f"{name} must be finite, but is {value.tolist()}")
@@ -381,8 +384,8 @@ def _count(start_step: Tensor | int) -> Tensor:
 
 
 def _evaluated(function: _autodiff.Function, ranks: Sequence[int], parts: Sequence[Tensor]) -> Tensor:
-    """Evaluates a function of the concatenated numbers of tensors, poses first. The rank is the number of axes of a tensor
-    without additional leading axes."""
+    """Evaluates a function of the concatenated numbers of tensors, poses first. The rank is the number of axes of a
+    tensor without additional leading axes."""
     lead = _broadcast(*(part.shape[: part.ndim - rank] for part, rank in zip(parts, ranks)))
     flat = [part.expand(*lead, *part.shape[part.ndim - rank :]).flatten(len(lead)) for part, rank in zip(parts, ranks)]
     outputs: Tensor = _called(function, torch.cat(flat, -1))
@@ -416,8 +419,8 @@ def _is_differentiated(numbers: Tensor) -> bool:
 
 
 class _Values(torch.autograd.Function):
-    """Outputs and Jacobian of a function for numbers with any leading axes. The Jacobian is empty if it is not needed, or if
-    products with vectors replace it.
+    """Outputs and Jacobian of a function for numbers with any leading axes. The Jacobian is empty if it is not needed,
+    or if products with vectors replace it.
     """
 
     @staticmethod
@@ -504,7 +507,8 @@ class _Product(torch.autograd.Function):
         transposed: bool,
     ) -> tuple[Tensor, int]:
         numbers, vectors = (
-            array.unsqueeze(0) if dim is None else array.movedim(dim, 0) for array, dim in zip((numbers, vectors), in_dims)
+            array.unsqueeze(0) if dim is None else array.movedim(dim, 0)
+            for array, dim in zip((numbers, vectors), in_dims)
         )
         vectors = vectors.expand(info.batch_size, *vectors.shape[1:])
         return _Product.apply(numbers, vectors, function, transposed), 0
@@ -540,8 +544,8 @@ def _no_second_derivatives(name: str) -> NotImplementedError:
 
 
 def _local(poses: int, numbers: Tensor, tangent: Tensor) -> Tensor:
-    """Converts a tangent of numbers, whose first ``poses`` items are poses, to the columns of a Jacobian: the tangents of poses
-    become twists."""
+    """Converts a tangent of numbers, whose first ``poses`` items are poses, to the columns of a Jacobian: the tangents
+    of poses become twists."""
     if not poses:
         return tangent
     lead, entries = numbers.shape[:-1], poses * _autodiff.POSE
