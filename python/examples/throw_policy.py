@@ -100,6 +100,7 @@ after = float(compiled_loss(weights, *unseen))
 count = sum(array.size for array in jax.tree.leaves(weights))
 heights = hj.rollout(world, flight, start=thrown(weights, *unseen)).poses[:, :, 0, 2, 3]
 bounced = int(np.sum((heights[:, 0] > 0.1) & (heights.min(1) < 0.1)))
-print(f"{count} weights; root mean square miss of test throws: {1e3 * before**0.5:.0f} mm before, {1e3 * after**0.5:.0f} mm after")
+print(f"{count} weights; root mean square miss of test throws:", end=" ")
+print(f"{1e3 * before**0.5:.0f} mm before, {1e3 * after**0.5:.0f} mm after")
 print(f"{bounced} of {len(heights)} balls are in the air at their release, and bounce")
 assert after < before / 50 and bounced > 0.9 * len(heights)

@@ -72,7 +72,7 @@ impl Inputs {
         })
     }
 
-    /// Sets the pairs in motion even if no twist is given, because derivatives by twists depend on the law.
+    /// Sets the pairs in motion even if no twist is given, because derivatives with respect to twists depend on the law.
     pub fn moving(self) -> Self {
         Self {
             is_moving: true,

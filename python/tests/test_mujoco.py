@@ -215,7 +215,8 @@ def test_carriers_are_where_mujoco_has_them():
     model, _ = drop()
     pair = ball_pair()
     attachments = [soft.geom("ball"), soft.body("ball"), soft.site("inside"), soft.body("ball", he.pose([0.1, 0.2, 0.3]))]
-    contacts = soft.PassiveContacts(model, [soft.ContactPair(pair, attachment, soft.body("world")) for attachment in attachments])
+    pairs = [soft.ContactPair(pair, attachment, soft.body("world")) for attachment in attachments]
+    contacts = soft.PassiveContacts(model, pairs)
     data = mujoco.MjData(model)
     data.qpos[3:] = [0.5, 0.5, 0.5, 0.5]
     mujoco.mj_forward(model, data)

@@ -325,7 +325,8 @@ def callables_of_the_stub():
 
     def add(name, function):
         arguments = [*function.args.args, *function.args.kwonlyargs]
-        numeric = {argument.arg for argument in arguments if argument.annotation is not None and takes_numbers(argument.annotation)}
+        annotated = [argument for argument in arguments if argument.annotation is not None]
+        numeric = {argument.arg for argument in annotated if takes_numbers(argument.annotation)}
         if numeric:
             numeric_of[name] = numeric
 

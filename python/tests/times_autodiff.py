@@ -80,7 +80,8 @@ def jax_times():
 
 
 def times_by_controls():
-    """Times 1,000 steps of a ball that is pushed over a half-space, and the gradient by its 6,000 control numbers."""
+    """Times 1,000 steps of a ball that is pushed over a half-space, and the gradient with respect to its 6,000 control
+    numbers."""
     import jax
     import jax.numpy as jnp
 
@@ -101,7 +102,7 @@ def times_by_controls():
     plain = least(lambda: world.rollout(plan).run(), 10)
     gradient = jax.jit(jax.value_and_grad(effort_and_miss))
     both = least(lambda: jax.block_until_ready(gradient(at)), 10)
-    print(f"1,000 steps of contact: {1e-3 * plain:.1f} ms, value and gradient by 6,000 numbers {1e-3 * both:.1f} ms")
+    print(f"1,000 steps of contact: {1e-3 * plain:.1f} ms, value and gradient (6,000 numbers) {1e-3 * both:.1f} ms")
 
 
 def torch_times():
