@@ -17,54 +17,139 @@ pub struct Parameter(pub gradient::Parameter);
 #[pymethods]
 impl Parameter {
     /// Initial position (m) of the origin of a body in the world: 3 numbers.
+    ///
+    /// Parameters
+    /// ----------
+    /// body : str
+    ///     Name of the body.
+    ///
+    /// Returns
+    /// -------
+    /// Parameter
+    ///     Initial position.
     #[staticmethod]
     fn initial_position(body: &str) -> Self {
         Self(gradient::Parameter::initial_position(body))
     }
 
     /// Initial orientation of a body: 3 numbers. They are a rotation vector (rad) in world axes, which turns the body about its origin.
+    ///
+    /// Parameters
+    /// ----------
+    /// body : str
+    ///     Name of the body.
+    ///
+    /// Returns
+    /// -------
+    /// Parameter
+    ///     Initial orientation.
     #[staticmethod]
     fn initial_orientation(body: &str) -> Self {
         Self(gradient::Parameter::initial_orientation(body))
     }
 
     /// Initial velocity (m/s) of the center of mass of a body, in world axes: 3 numbers.
+    ///
+    /// Parameters
+    /// ----------
+    /// body : str
+    ///     Name of the body.
+    ///
+    /// Returns
+    /// -------
+    /// Parameter
+    ///     Initial velocity.
     #[staticmethod]
     fn initial_velocity(body: &str) -> Self {
         Self(gradient::Parameter::initial_velocity(body))
     }
 
     /// Initial angular velocity (rad/s) of a body, in world axes: 3 numbers.
+    ///
+    /// Parameters
+    /// ----------
+    /// body : str
+    ///     Name of the body.
+    ///
+    /// Returns
+    /// -------
+    /// Parameter
+    ///     Initial angular velocity.
     #[staticmethod]
     fn initial_angular_velocity(body: &str) -> Self {
         Self(gradient::Parameter::initial_angular_velocity(body))
     }
 
     /// Hydroelastic modulus (Pa) of a body that is not rigid: 1 number.
+    ///
+    /// Parameters
+    /// ----------
+    /// body : str
+    ///     Name of the body.
+    ///
+    /// Returns
+    /// -------
+    /// Parameter
+    ///     Modulus.
     #[staticmethod]
     fn modulus(body: &str) -> Self {
         Self(gradient::Parameter::modulus(body))
     }
 
     /// Dissipation (s/m) of a body: 1 number.
+    ///
+    /// Parameters
+    /// ----------
+    /// body : str
+    ///     Name of the body.
+    ///
+    /// Returns
+    /// -------
+    /// Parameter
+    ///     Dissipation.
     #[staticmethod]
     fn dissipation(body: &str) -> Self {
         Self(gradient::Parameter::dissipation(body))
     }
 
     /// Friction coefficient of a body: 1 number.
+    ///
+    /// Parameters
+    /// ----------
+    /// body : str
+    ///     Name of the body.
+    ///
+    /// Returns
+    /// -------
+    /// Parameter
+    ///     Friction coefficient.
     #[staticmethod]
     fn friction(body: &str) -> Self {
         Self(gradient::Parameter::friction(body))
     }
 
     /// Mass (kg) of a body, which scales the inertia of the body: 1 number.
+    ///
+    /// Parameters
+    /// ----------
+    /// body : str
+    ///     Name of the body.
+    ///
+    /// Returns
+    /// -------
+    /// Parameter
+    ///     Mass.
     #[staticmethod]
     fn mass(body: &str) -> Self {
         Self(gradient::Parameter::mass(body))
     }
 
     /// Gravity (m/s²) in world axes: 3 numbers.
+    ///
+    /// Returns
+    /// -------
+    /// Parameter
+    ///     Gravity.
     #[staticmethod]
     fn gravity() -> Self {
         Self(gradient::Parameter::Gravity)
@@ -135,6 +220,16 @@ impl Parameter {
     }
 
     /// Force parameter of the world with a name: 1 number. See World.
+    ///
+    /// Parameters
+    /// ----------
+    /// name : str
+    ///     Name of the force parameter.
+    ///
+    /// Returns
+    /// -------
+    /// Parameter
+    ///     Value of the force parameter.
     #[staticmethod]
     fn force_parameter(name: &str) -> Self {
         Self(gradient::Parameter::force_parameter(name))

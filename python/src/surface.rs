@@ -12,6 +12,11 @@ type Whole = Py<PyArrayDyn<i64>>;
 ///
 /// Polygon i has the corners offsets[i] to offsets[i + 1] - 1, counter-clockwise about its normal. The normal points out of B into A. The
 /// parameters of the constructor are the attributes.
+///
+/// Raises
+/// ------
+/// HydroelasticError
+///     If an array has an unexpected shape, or a number is not finite.
 #[pyclass(frozen, get_all, module = "hydroelastic")]
 pub struct Surface {
     /// Positions (m) of the corners, (k, 3) float64.
