@@ -72,7 +72,7 @@ impl ShapeGradient {
     ///
     /// Returns
     /// -------
-    /// float or (k,), (n,) or (n, k) ndarray of float64
+    /// (), (k,), (n,) or (n, k) ndarray of float64
     ///     Derivatives of the loss with respect to the numbers.
     ///
     /// Raises
