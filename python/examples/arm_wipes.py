@@ -1,9 +1,11 @@
-"""How deep must a wiping arm aim below a table to press with 5 N? Newton's method, by the derivative through the motion.
+"""How deep must a wiping arm aim below a table to press with 5 N? Newton's method uses the derivative through the
+motion.
 
     pip install "hydroelastic[pin]"; python arm_wipes.py
 
-An arm of five hinges lowers a soft fingertip onto a table and wipes to and fro, held on its path by a joint controller. The
-path is aimed below the table by a depth; the mean normal force while wiping is a function of that depth, and of the materials.
+An arm with five hinges lowers a soft fingertip onto a table and wipes to and fro. A joint controller holds it on its
+path, which lies below the table by a depth. The mean normal force while wiping is a function of this depth and of the
+materials.
 """
 
 import numpy as np
@@ -21,18 +23,20 @@ TARGET = 5.0  # N
 
 
 def arm():
-    model, joint, place = pinocchio.Model(), 0, pinocchio.SE3.Identity()
+    """The model of the arm."""
+    model, joint, placement = pinocchio.Model(), 0, pinocchio.SE3.Identity()
     for number, (axis, length) in enumerate(LINKS):
-        joint = model.addJoint(joint, getattr(pinocchio, f"JointModel{axis}")(), place, f"hinge {number}")
-        place = pinocchio.SE3(np.eye(3), np.array([0.0, 0.0, length]))
+        joint = model.addJoint(joint, getattr(pinocchio, f"JointModel{axis}")(), placement, f"hinge {number}")
+        placement = pinocchio.SE3(np.eye(3), np.array([0.0, 0.0, length]))
         middle = pinocchio.SE3(np.eye(3), np.array([0.0, 0.0, length / 2]))
         model.appendBodyToJoint(joint, pinocchio.Inertia.FromCylinder(5.0 * length, 0.03, length), middle)
-    model.addFrame(pinocchio.Frame("fingertip", joint, place, pinocchio.FrameType.OP_FRAME))
+    model.addFrame(pinocchio.Frame("fingertip", joint, placement, pinocchio.FrameType.OP_FRAME))
     return model
 
 
 def scene():
-    """The robot, whose fingertip starts 5 mm above the table, and the joint velocities per linear velocity of the fingertip."""
+    """The robot, whose fingertip starts 5 mm above the table, and the joint velocities per linear velocity of the tip.
+    """
     model = arm()
     data, tip = model.createData(), model.getFrameId("fingertip")
     jacobian = pinocchio.computeFrameJacobian(model, data, START, tip, pinocchio.LOCAL_WORLD_ALIGNED)[:3]
@@ -45,7 +49,8 @@ def scene():
 
 
 def controller(model, per_velocity, depth):
-    """Holds the joints on the path: down by 5 mm and the depth within 0.2 s, then to and fro by 4 cm."""
+    """A controller that holds the joints on the path: down by 5 mm and the depth within 0.2 s, then to and fro by 4 cm.
+    """
     weight = pinocchio.computeGeneralizedGravity(model, model.createData(), START)
     by_q, by_v = -np.diag(STIFFNESS), -np.diag(DAMPING)
 
@@ -60,19 +65,20 @@ def controller(model, per_velocity, depth):
 
 
 def mean_force(robot, per_velocity, depth):
-    """The mean normal force (N) while wiping, its derivatives by the depth (N/m) and by the material, and the friction (N)."""
+    """The mean normal force (N) while wiping, its derivatives with respect to depth (N/m) and material, and the
+    friction (N)."""
     nv = robot.model.nv
     feedback = controller(robot.model, per_velocity, depth)
     motion, jacobian = robot.linearized_rollout(START, np.zeros(nv), feedback, TIME_STEP, STEPS, record_every=EVERY)
     records = np.flatnonzero(motion.times > SETTLED)
     force, by_depth, by_material, friction = 0.0, 0.0, np.zeros(4), 0.0
     for k in records:
-        found = robot.linearized_wrenches(motion.q[k], motion.v[k])
-        by_state = np.r_[found.by_q[0, 5], found.by_v[0, 5]]  # row 5: the force on the fingertip along z
-        force += found.wrenches[0, 5] / len(records)
+        contact = robot.linearized_wrenches(motion.q[k], motion.v[k])
+        by_state = np.r_[contact.by_q[0, 5], contact.by_v[0, 5]]  # row 5: the force on the fingertip along z
+        force += contact.wrenches[0, 5] / len(records)
         by_depth += by_state @ jacobian.by_parameters[k, :, 0] / len(records)
-        by_material += (found.by_material[0, 5] + by_state @ jacobian.by_material[k, :, 0]) / len(records)
-        friction += np.linalg.norm(found.wrenches[0, 3:5]) / len(records)
+        by_material += (contact.by_material[0, 5] + by_state @ jacobian.by_material[k, :, 0]) / len(records)
+        friction += np.linalg.norm(contact.wrenches[0, 3:5]) / len(records)
     return force, by_depth, by_material, friction
 
 
@@ -89,7 +95,7 @@ if __name__ == "__main__":
     step = 1e-6
     ends = [mean_force(robot, per_velocity, depth + sign * step)[0] for sign in (1, -1)]
     differences = (ends[0] - ends[1]) / (2 * step)
-    print(f"by central differences {differences:.3f} N/m: they deviate by {abs(differences / by_depth - 1):.1e}")
+    print(f"central differences: {differences:.3f} N/m, a relative deviation of {abs(differences / by_depth - 1):.1e}")
     assert abs(differences / by_depth - 1) < 1e-7
-    print(f"1 % of the fingertip's modulus counts for {0.01 * 2e5 * by_material[0]:.4f} N of the force,")
-    print(f"0.01 of friction for {0.01 * by_material[3]:.4f} N")
+    print(f"1 % more modulus of the fingertip changes the force by {0.01 * 2e5 * by_material[0]:.4f} N,")
+    print(f"0.01 more friction changes it by {0.01 * by_material[3]:.4f} N")

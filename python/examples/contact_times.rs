@@ -1,4 +1,4 @@
-//! Least times (µs) of one contact in Rust alone, to be held against those of `tests/times.py`.
+//! Minimum times (µs) of one contact in Rust, for comparison with `tests/times.py`.
 
 use hydroelastic::contact::{ContactBody, ContactPair, Shape, SurfaceLaw};
 use hydroelastic::mesh::shapes;

@@ -1,9 +1,9 @@
-"""How hard must two soft fingers squeeze to lift a cube? MuJoCo moves them; the contact of fingers and cube is ours.
+"""How hard must two soft fingers squeeze to lift a cube? MuJoCo moves them, and this library computes their contact.
 
     pip install "hydroelastic[mujoco]"; python gripper_lifts.py
 
-Friction carries the cube while 2 μ F exceeds its weight. A hand that squeezes with less goes up without it. The table and the
-cube touch by MuJoCo's own contact.
+Friction carries the cube if 2 μ F exceeds its weight. If a hand squeezes with less force, it rises without the cube.
+MuJoCo computes the contact between the table and the cube.
 """
 
 import mujoco
@@ -36,11 +36,11 @@ XML = """
 """
 FRICTION, WEIGHT = 0.6, 0.5 * 9.81
 CLOSE, LIFT, HOLD = 0.15, 0.4, 0.25  # duration of each phase (s)
-HEIGHT = 0.1  # of the lift (m)
+HEIGHT = 0.1  # height of the lift (m)
 
 
 def scene():
-    """The model, and its soft contacts: two finger pads and the cube."""
+    """The model and its soft contacts between two finger pads and the cube."""
     pad, cube = he.Shape.cuboid([0.04, 0.02, 0.04]), he.Shape.cuboid([0.06, 0.06, 0.06])
     pair = he.Pair(pad, cube, 2e5, 1e7, he.SurfaceLaw(dissipation=0.5, friction=FRICTION, slip_tolerance=3e-3))
     contacts = [soft.ContactPair(pair, soft.body(finger), soft.geom("cube")) for finger in ("left", "right")]
@@ -51,25 +51,25 @@ def scene():
 
 
 def lift(squeeze):
-    """Squeezes (N), lifts and holds. How far the cube rose (m), and how far it slipped in the fingers on the way (m)."""
+    """Squeezes with a force (N), lifts and holds. Returns the rise of the cube (m), and its slip in the fingers (m)."""
     model, contacts = scene()
     data = mujoco.MjData(model)
     weight_of_hand = 0.9 * 9.81
-    gripped_at = None
+    grip_height = None
     with contacts:
         while data.time < CLOSE + LIFT + HOLD:
-            # A smooth ramp: 0 at the end of closing, 1 at the end of the lift.
+            # A smooth ramp is 0 at the end of closing and 1 at the end of the lift.
             part = np.clip((data.time - CLOSE) / LIFT, 0.0, 1.0)
             rise = HEIGHT * part**2 * (3.0 - 2.0 * part)
             data.ctrl[:] = [rise + weight_of_hand / 5000.0, squeeze, squeeze]
             mujoco.mj_step(model, data)
-            if gripped_at is None and data.time >= CLOSE:
-                gripped_at = data.body("cube").xpos[2] - data.body("hand").xpos[2]
+            if grip_height is None and data.time >= CLOSE:
+                grip_height = data.body("cube").xpos[2] - data.body("hand").xpos[2]
         forces = contacts.wrenches(data)[:, 3:6]
     height = data.body("cube").xpos[2]
     rise = height - 0.03
     print(f"squeezed with {squeeze:.1f} N: cube rose by {rise:.4f} m, normal forces {np.abs(forces[:, 1]).round(2)} N")
-    return rise, gripped_at - (height - data.body("hand").xpos[2])
+    return rise, grip_height - (height - data.body("hand").xpos[2])
 
 
 if __name__ == "__main__":

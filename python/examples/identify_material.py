@@ -1,11 +1,11 @@
-"""How well do a modulus and a friction coefficient follow from the recorded motion of a ball?
+"""How accurately does the recorded motion of a ball determine its modulus and friction coefficient?
 
     pip install hydroelastic
     python identify_material.py
 
-A ball falls on a floor, sliding and spinning. Its position and spin are recorded 200 times in 0.5 s, with noise as of a
-camera and a gyroscope. Gauss-Newton with the Jacobian of the rollout finds the modulus and the friction of the ball's
-skin from a guess that is wrong by a factor of two, and the standard deviations of both.
+A ball falls on a floor while it slides and spins. Its position and angular velocity are recorded 200 times in 0.5 s,
+with the noise of a camera and a gyroscope. The Gauss-Newton method uses the Jacobian of the rollout. It finds the
+modulus and the friction coefficient from a guess that is wrong by a factor of two, and the standard deviations of both.
 """
 
 import numpy as np
@@ -17,7 +17,7 @@ NOISE = np.array([2e-4] * 3 + [2e-2] * 3)  # m, rad/s
 
 
 def thrown(modulus, friction):
-    """A ball of such a skin above a floor."""
+    """A world with a ball of a modulus and a friction coefficient above a floor."""
     skin = he.Material(modulus, dissipation=0.2, friction=friction)
     ball = he.Body.dynamic(
         "ball",
@@ -37,12 +37,13 @@ by = [he.Parameter.modulus("ball"), he.Parameter.friction("ball")]
 
 
 def measured(trajectory):
-    """(200, 6): positions and spins of the ball, without the initial ones."""
+    """Positions and angular velocities of the ball without the initial state, (200, 6)."""
     return np.concatenate([trajectory.poses[1:, 0, :3, 3], trajectory.twists[1:, 0, :3]], 1)
 
 
 def residuals(numbers, record):
-    """In standard deviations of the noise, and their Jacobian by the logarithms of the numbers."""
+    """Residuals in standard deviations of the noise, and their Jacobian with respect to the logarithms of the numbers.
+    """
     trajectory, jacobian = thrown(*numbers).jacobian(plan, by)
     slopes = np.concatenate([jacobian.poses[1:, 0, :3, 3], jacobian.twists[1:, 0, :3]], 1)
     deviations = (measured(trajectory) - record) / NOISE
@@ -57,7 +58,7 @@ numbers = np.array([6e4, 0.5])
 for iteration in range(30):
     deviations, slopes = residuals(numbers, record)
     change = np.linalg.lstsq(slopes, -deviations)[0]
-    # No more than a factor of 1.5 at once: far from the solution, the first order does not hold.
+    # A step is limited to a factor of 1.5, because the linearization is inaccurate far from the solution.
     numbers = numbers * np.exp(np.clip(change, -0.4, 0.4))
     if np.abs(change).max() < 1e-8:
         break
@@ -70,6 +71,6 @@ print(f"{iteration + 1} iterations; the residuals are {np.std(deviations):.3f} o
 for name, number, error, deviation in zip(TRUTH, numbers, errors, relative):
     print(f"{name}: {number:.6g}, off by {100 * error:.3f} %, standard deviation {100 * deviation:.3f} %")
 assert np.abs(change).max() < 1e-8, "Gauss-Newton has converged"
-assert (relative < 5e-3).all(), "the record tells both numbers to half a percent"
-assert (errors < 4 * relative).all(), "and they are what they were"
-assert abs(np.std(deviations) - 1) < 0.1, "and what is left is the noise"
+assert (relative < 5e-3).all(), "the record determines both numbers to half a percent"
+assert (errors < 4 * relative).all(), "the true numbers are within four standard deviations"
+assert abs(np.std(deviations) - 1) < 0.1, "the residuals are the noise"

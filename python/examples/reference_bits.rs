@@ -1,4 +1,4 @@
-//! Prints what the library gives for the scenes of `tests/test_bits.py`, as the bits of every number in hexadecimal:
+//! Prints the results of the library for the scenes of `tests/test_bits.py`, with the bits of every number in hexadecimal:
 //!
 //! ```sh
 //! cargo run --release -p hydroelastic-examples --example reference_bits > tests/data/reference_bits.json
@@ -111,7 +111,7 @@ fn contact(found: &mut Found) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// The same ball on half-spaces, rigid and with a layer, and on the rigid block.
+/// Contacts of the same ball with a rigid half-space, a half-space with a layer and a rigid block.
 fn partners(found: &mut Found) -> Result<(), Box<dyn Error>> {
     let ball = Shape::new(shapes::icosphere(0.1, 3)?);
     let ball = ContactBody::new(&ball, ball_pose(), 1e5)?;
@@ -149,7 +149,7 @@ fn rigid_block() -> Result<RigidShape, Box<dyn Error>> {
     Ok(RigidShape::new(TriangleSurface::around(field.mesh())?))
 }
 
-/// A ball that rolls over a half-space, pushed by a rigid block.
+/// Records a ball that rolls over a half-space and is pushed by a rigid block.
 fn rigid_world(found: &mut Found) -> Result<(), Box<dyn Error>> {
     let skin = Material::elastic(1e5)
         .with_dissipation(0.2)
@@ -172,7 +172,7 @@ fn rigid_world(found: &mut Found) -> Result<(), Box<dyn Error>> {
     recorded(found, "rigid world", &world, &plan)
 }
 
-/// A ball and a brick above a floor.
+/// Creates a world with a ball and a brick above a floor.
 fn scene() -> Result<World, Box<dyn Error>> {
     let skin = Material::elastic(1e5)
         .with_dissipation(0.2)
@@ -279,7 +279,7 @@ fn worlds(found: &mut Found) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// The derivatives of a number by two recorded states: by the last one of the ball.
+/// Derivatives of a loss with respect to two recorded states. Only those with respect to the last state of the ball are not zero.
 fn by_last_state(trajectory: &Trajectory) -> Vec<Vec<StateGradient>> {
     let bodies = trajectory.last().bodies.len();
     let mut by_states = vec![vec![StateGradient::zero(); bodies]; 2];

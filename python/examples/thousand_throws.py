@@ -1,11 +1,12 @@
-"""Do the Jacobians of a thousand random throws agree with the throws themselves? On a cluster of Ray.
+"""Do the Jacobians of a thousand random throws agree with the throws themselves? The throws run on a Ray cluster.
 
-    python examples/thousand_throws.py                          # on the cores of this machine
+    python examples/thousand_throws.py                          # on the cores of the local machine
     RAY_ADDRESS=head:6379 python examples/thousand_throws.py    # on a cluster: docs/python/cluster.md
 
-A ball is thrown onto a floor, with a velocity and a friction coefficient that are normally distributed. By Stein's lemma the mean
-of the Jacobians of where it is in the end is the slope of the linear regression of where it is by the numbers that were drawn:
-the first comes from derivatives alone, the second from end points alone.
+A ball is thrown onto a floor. Its velocity and friction coefficient are normally distributed. By Stein's lemma, two
+results then have the same expected value: the mean Jacobian of the final position, and the slope of the linear
+regression of the final position on the drawn numbers. The mean Jacobian needs only derivatives, and the slope needs
+only final positions.
 """
 
 import time
@@ -17,7 +18,7 @@ import hydroelastic as he
 THROWS = 1000
 # Standard deviations of the velocity (m/s) and of the friction coefficient.
 SPREAD = np.array([0.3, 0.3, 0.1, 0.01])
-# How many standard errors each of the twelve slopes may be off: by chance they are once in some 10,000 times.
+# Tolerance of each of the twelve slopes in standard errors. Chance exceeds it in about 1 of 10,000 runs.
 ERRORS = 4.5
 
 
@@ -40,26 +41,26 @@ def main() -> None:
     results = Batch(plan, progress=True).jacobians_perturbed(world, by, drawn)
     print(f"{THROWS} throws with Jacobians in {time.perf_counter() - began:.1f} s")
     assert len(results) == THROWS and not any(isinstance(result, Exception) for result in results)
-    # The same bits as here.
+    # The local batch gives the same bits.
     local = he.Batch(plan).jacobians_perturbed(world, by, drawn[:3])
     for (trajectory, jacobian), (same, exact) in zip(results, local):
         assert (trajectory.poses == same.poses).all() and (jacobian.poses == exact.poses).all()
 
     ends = np.stack([trajectory.poses[-1, 0, :3, 3] for trajectory, _ in results])
     jacobians = np.stack([jacobian.poses[-1, 0, :3, 3] for _, jacobian in results])
-    print("ends at", ends.mean(axis=0).round(4), "m on average, give or take", ends.std(axis=0).round(4))
+    print("mean final position", ends.mean(axis=0).round(4), "m, standard deviation", ends.std(axis=0).round(4), "m")
 
     mean = jacobians.mean(axis=0)
     columns = np.column_stack([np.ones(THROWS), drawn])
     slope = np.linalg.lstsq(columns, ends, rcond=None)[0][1:].T
-    # What is left of the end points beyond the line, and how the Jacobians scatter, give the errors of both.
-    left = ends - columns @ np.linalg.lstsq(columns, ends, rcond=None)[0]
-    error = np.hypot(left.std(axis=0)[:, None] / SPREAD, jacobians.std(axis=0)) / np.sqrt(THROWS)
-    print("mean Jacobian by velocity and friction\n", mean.round(4), "\nslope of the end points\n", slope.round(4))
-    off = np.abs(mean - slope) / error
-    print(f"they differ by {off.max():.1f} standard errors at most")
-    assert off.max() < ERRORS
-    # And the agreement says something: the slopes are many times their errors.
+    # The residuals of the regression and the scatter of the Jacobians give the standard errors.
+    residuals = ends - columns @ np.linalg.lstsq(columns, ends, rcond=None)[0]
+    error = np.hypot(residuals.std(axis=0)[:, None] / SPREAD, jacobians.std(axis=0)) / np.sqrt(THROWS)
+    print("mean Jacobian\n", mean.round(4), "\nslope of the regression\n", slope.round(4))
+    deviation = np.abs(mean - slope) / error
+    print(f"they differ by at most {deviation.max():.1f} standard errors")
+    assert deviation.max() < ERRORS
+    # The agreement is significant, because the slopes are many times their errors.
     assert mean[0, 0] > 20.0 * error[0, 0] and mean[0, 3] < -5.0 * error[0, 3]
 
 

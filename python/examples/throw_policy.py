@@ -1,11 +1,12 @@
-"""Can a network learn to throw a rolling ball so that it is at its target in time, after a bounce?
+"""Can a neural network learn to throw a rolling ball so that the ball hits a target after a bounce?
 
     pip install "hydroelastic[jax]"
     python throw_policy.py
 
-A ball rolls over the ground, each time in another way. For 0.2 s a network of 1,027 weights sees its state and the target
-every 10 ms and pushes it; then it flies for 0.7 s, and bounces and rubs on its way. Adam follows the gradient of the mean
-squared miss through 20 looks of the network and all 1,800 steps, contacts included, which are taken back from the end.
+A ball rolls over the ground with a random velocity. For 0.2 s, a network with 1,027 weights reads its state and the
+target every 10 ms and pushes it. Then the ball flies for 0.7 s, and bounces with friction. Adam minimizes the mean
+squared miss. Reverse mode computes the gradient through 20 evaluations of the network and all 1,800 steps, contacts
+included.
 """
 
 import jax
@@ -17,7 +18,7 @@ import hydroelastic.jax as hj
 
 jax.config.update("jax_enable_x64", True)
 
-LOOKS, STEP, BATCH, ITERATIONS, RATE = 20, 5e-4, 8, 300, 0.01
+INTERVALS, STEP, BATCH, ITERATIONS, RATE = 20, 5e-4, 8, 300, 0.01
 
 skin = he.Material(modulus=1e5, dissipation=0.1, friction=0.5)
 ball = he.Body.dynamic("ball", he.Shape.icosphere(0.1, 1), skin, mass=1.0, pose=he.pose([0.0, 0.0, 0.1]))
@@ -29,7 +30,7 @@ pushed, flight = he.Plan(STEP, round(1e-2 / STEP)), he.Plan(STEP, 1400, record_e
 
 
 def episodes(random, count):
-    """Rolling balls and targets: states of both bodies, (count, 3)."""
+    """Random rolling balls and targets: the states of both bodies, and the targets (m), (count, 3)."""
     velocity = random.uniform([-0.5, -0.5, 0.0], [0.5, 0.5, 0.0], (count, 3))
     spin = np.cross([0.0, 0.0, 1.0], velocity) / 0.1
     twists = np.zeros((count, 2, 6))
@@ -39,12 +40,13 @@ def episodes(random, count):
 
 
 def network(random):
+    """Random initial weights and biases of each layer."""
     sizes = [13, 32, 16, 3]
     return [(random.normal(size=(m, n)) / np.sqrt(m), np.zeros(n)) for m, n in zip(sizes, sizes[1:])]
 
 
 def policy(weights, state, target, time):
-    """The force (N) on the ball."""
+    """Force (N) on the ball."""
     twist, position = state.twists[:, 0], state.poses[:, 0, :3, 3]
     times = jnp.broadcast_to(time, (len(target), 1))
     layer = jnp.concatenate([position, 0.1 * twist[:, :3], twist[:, 3:], target, times], 1)
@@ -55,25 +57,25 @@ def policy(weights, state, target, time):
 
 
 def thrown(weights, start, target):
-    """The states in which the balls are let go."""
+    """States of the balls at their release."""
 
-    def look(state, time):
+    def push_for_interval(state, time):
         force = policy(weights, state, target, time)
         wrench = jnp.concatenate([jnp.zeros_like(force), force], 1)
         return hj.final_state(world, pushed, by, wrench, start=state), None
 
-    return jax.lax.scan(look, start, jnp.linspace(-1.0, 1.0, LOOKS))[0]
+    return jax.lax.scan(push_for_interval, start, jnp.linspace(-1.0, 1.0, INTERVALS))[0]
 
 
 def loss(weights, start, target):
-    """The mean squared miss (m²)."""
+    """Mean squared miss (m²)."""
     last = hj.final_state(world, flight, start=thrown(weights, start, target))
     return jnp.mean(jnp.sum((last.poses[:, 0, :3, 3] - target) ** 2, 1))
 
 
 @jax.jit
 def improved(weights, moments, iteration, start, target):
-    """A step of Adam."""
+    """Loss, and weights and moments after a step of Adam."""
     value, slopes = jax.value_and_grad(loss)(weights, start, target)
     means, squares = moments
     means = jax.tree.map(lambda m, g: 0.9 * m + 0.1 * g, means, slopes)
@@ -88,16 +90,17 @@ random = np.random.default_rng(1)
 weights = jax.tree.map(jnp.asarray, network(random))
 moments = (jax.tree.map(jnp.zeros_like, weights),) * 2
 unseen = episodes(np.random.default_rng(2), 32)
-judged = jax.jit(loss)
-before = float(judged(weights, *unseen))
+compiled_loss = jax.jit(loss)
+before = float(compiled_loss(weights, *unseen))
 for iteration in range(1, ITERATIONS + 1):
     value, weights, moments = improved(weights, moments, float(iteration), *episodes(random, BATCH))
     if iteration % 50 == 0:
         print(f"iteration {iteration}: misses by {1e3 * float(value) ** 0.5:.0f} mm")
-after = float(judged(weights, *unseen))
-count = sum(it.size for it in jax.tree.leaves(weights))
+after = float(compiled_loss(weights, *unseen))
+count = sum(array.size for array in jax.tree.leaves(weights))
 heights = hj.rollout(world, flight, start=thrown(weights, *unseen)).poses[:, :, 0, 2, 3]
 bounced = int(np.sum((heights[:, 0] > 0.1) & (heights.min(1) < 0.1)))
-print(f"{count} weights; throws not seen before miss by {1e3 * before**0.5:.0f} mm before, {1e3 * after**0.5:.0f} mm after")
-print(f"{bounced} of {len(heights)} are in the air when they are let go, and bounce")
+print(f"{count} weights; root mean square miss of test throws:", end=" ")
+print(f"{1e3 * before**0.5:.0f} mm before, {1e3 * after**0.5:.0f} mm after")
+print(f"{bounced} of {len(heights)} balls are in the air at their release, and bounce")
 assert after < before / 50 and bounced > 0.9 * len(heights)

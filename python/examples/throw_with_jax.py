@@ -1,11 +1,12 @@
-"""With which velocity must a ball be thrown to be at a target after a bounce? JAX differentiates, L-BFGS searches.
+"""With which velocity does a thrown ball hit a target after a bounce? JAX differentiates, and L-BFGS searches.
 
     pip install "hydroelastic[jax]"
     python throw_with_jax.py
 
-The loss, the square of the miss at the end, is written in JAX. Its gradient goes through 5,000 steps, with a bounce
-with dissipation and friction. At steps of 0.25 ms it has waves, by where in a step the ball meets the floor, of which
-the search may find a trough; at 0.1 ms it finds the target from wherever it starts near.
+The loss is the squared miss at the end, written in JAX. Its gradient goes through 5,000 steps and a bounce with
+dissipation and friction. With steps of 0.25 ms, the loss has waves, because it depends on where in a step the ball
+meets the floor. The search may end in a local minimum. With steps of 0.1 ms, the search finds the target from any start
+nearby.
 """
 
 import jax
@@ -30,22 +31,23 @@ target = jnp.array([0.9, 0.3, 0.45])  # m, after 0.5 s
 
 
 def miss(change):
-    """From the target (m)."""
+    """Distance from the target (m)."""
     return jnp.linalg.norm(hj.final_state(world, plan, by, change).poses[0, :3, 3] - target)
 
 
 def loss(change):
+    """Squared distance from the target (m²)."""
     return miss(change) ** 2
 
 
-# L-BFGS asks for the value and the gradient together: one rollout with its Jacobian, and none without.
+# L-BFGS needs the value and the gradient together, which one rollout with its Jacobian computes.
 value_and_gradient = jax.jit(jax.value_and_grad(loss))
-found = minimize(value_and_gradient, np.zeros(3), jac=True, method="L-BFGS-B", options={"gtol": 1e-8, "ftol": 1e-16})
+result = minimize(value_and_gradient, np.zeros(3), jac=True, method="L-BFGS-B", options={"gtol": 1e-8, "ftol": 1e-16})
 
-heights = hj.rollout(world, plan, by, found.x).poses[:, 0, 2, 3]
-velocity = np.array([1.0, 0.0, -2.0]) + found.x
-before, after = float(miss(np.zeros(3))), float(miss(found.x))
-print(f"missed by {1e3 * before:.0f} mm at first, by {1e3 * after:.1e} mm after {found.nfev} rollouts with gradients")
+heights = hj.rollout(world, plan, by, result.x).poses[:, 0, 2, 3]
+velocity = np.array([1.0, 0.0, -2.0]) + result.x
+before, after = float(miss(np.zeros(3))), float(miss(result.x))
+print(f"missed by {1e3 * before:.0f} mm at first, by {1e3 * after:.1e} mm after {result.nfev} rollouts with gradients")
 print(f"velocity {velocity.round(4)} m/s, lowest recorded height of the center {1e3 * float(heights.min()):.1f} mm")
 assert before > 0.1 and after < 1e-4
-assert 0.15 < float(heights.min()) < 0.2 and float(heights[-1]) > 0.4, "it bounced"
+assert 0.15 < float(heights.min()) < 0.2 and float(heights[-1]) > 0.4, "the ball has bounced"

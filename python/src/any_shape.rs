@@ -1,6 +1,6 @@
-//! Shapes of all kinds, as arguments and as what is given back.
+//! Conversion of shapes of all kinds: of Python arguments, and of results.
 
-use crate::errors::refused;
+use crate::errors::value_error;
 use crate::half_space::HalfSpace;
 use crate::rigid_shape::RigidShape;
 use crate::shape::Shape;
@@ -11,7 +11,7 @@ use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use std::sync::Arc;
 
-/// A shape of one of the kinds.
+/// Shape of any kind.
 #[derive(Clone, IntoPyObject)]
 pub enum AnyShape {
     Compliant(Shape),
@@ -37,19 +37,19 @@ pub fn shape(argument: &Bound<'_, PyAny>) -> PyResult<AnyShape> {
 }
 
 impl AnyShape {
-    /// The shape of a body.
+    /// Converts the shape of a body of the library.
     pub fn of(shape: &BodyShape) -> PyResult<Self> {
         match shape {
             BodyShape::Compliant(it) => Ok(Self::Compliant(Shape(Arc::clone(it)))),
             BodyShape::Rigid(it) => Ok(Self::Rigid(RigidShape(Arc::clone(it)))),
             BodyShape::HalfSpace(it) => Ok(Self::HalfSpace(HalfSpace(Arc::clone(it)))),
-            other => Err(refused(format!(
+            other => Err(value_error(format!(
                 "there is no class for the shape {other:?}"
             ))),
         }
     }
 
-    /// The shape for a body.
+    /// Converts to the shape of a body of the library.
     pub fn inner(&self) -> BodyShape {
         match self {
             Self::Compliant(it) => BodyShape::Compliant(Arc::clone(&it.0)),
@@ -58,7 +58,7 @@ impl AnyShape {
         }
     }
 
-    /// The partner of a compliant body at a pose, with a modulus (Pa), which a rigid one ignores.
+    /// Creates the partner of a compliant body, at a pose and with a modulus (Pa). Rigid shapes ignore the modulus.
     pub fn partner(&self, pose: Pose, modulus: f64) -> Result<Partner<'_>, BodyError> {
         match self {
             Self::Compliant(it) => Ok(it.at(pose, modulus)?.into()),

@@ -1,6 +1,6 @@
-//! Conversion of Python arguments to numbers, with checks, and of results to NumPy arrays.
+//! Checked conversion of Python arguments to numbers, and conversion of results to NumPy arrays.
 
-use crate::errors::refused;
+use crate::errors::value_error;
 use numpy::ndarray::{Array, Array2, ArrayView2, IxDyn};
 use numpy::{
     IntoPyArray, PyArray1, PyArray2, PyArrayDescrMethods, PyArrayDyn, PyArrayMethods,
@@ -11,20 +11,21 @@ use pyo3::prelude::*;
 use pyo3::types::{PyList, PyTuple};
 use std::collections::BTreeMap;
 
-/// An array that is handed to Python.
+/// Array of `float64` that is returned to Python.
 pub type Floats<'py> = Bound<'py, PyArrayDyn<f64>>;
 
-/// The numbers of an argument in C order, and its shape. `name` is that of the argument.
+/// Numbers of an argument in C order, and the shape of the argument.
 pub struct Numbers {
     pub values: Vec<f64>,
     pub shape: Vec<usize>,
 }
 
-/// The numbers of an array of floats of up to 64 bits or of integers, or of a list or tuple, which may be nested.
+/// Reads the numbers of an argument: an array of integers or of floats of up to 64 bits, or a list or tuple, which may be nested.
+/// `name` is the name of the argument in error messages.
 pub fn numbers(argument: &Bound<'_, PyAny>, name: &str) -> PyResult<Numbers> {
     if let Ok(array) = argument.cast::<PyArrayDyn<f64>>() {
         let shape = array.shape().to_vec();
-        let view = array.try_readonly().map_err(refused)?;
+        let view = array.try_readonly().map_err(value_error)?;
         let values = match view.as_slice() {
             Ok(slice) => slice.to_vec(),
             Err(_) => view.as_array().iter().copied().collect(),
@@ -51,7 +52,7 @@ pub fn numbers(argument: &Bound<'_, PyAny>, name: &str) -> PyResult<Numbers> {
     }
 }
 
-/// The exception for an argument that cannot be converted to `float64` without a loss.
+/// Creates the exception for an argument that cannot be converted to `float64` without a loss.
 fn not_numbers(argument: &Bound<'_, PyAny>, name: &str) -> PyErr {
     let found = match argument.cast::<PyUntypedArray>() {
         Ok(array) => format!("an array of {}", array.dtype()),
@@ -67,7 +68,7 @@ fn not_numbers(argument: &Bound<'_, PyAny>, name: &str) -> PyErr {
 pub fn check_finite(values: &[f64], name: &str) -> PyResult<()> {
     match values.iter().position(|value| !value.is_finite()) {
         None => Ok(()),
-        Some(index) => Err(refused(format!(
+        Some(index) => Err(value_error(format!(
             "{name} must be finite, but number {index}, counted from 0, is {}",
             values[index]
         ))),
@@ -79,7 +80,9 @@ pub fn finite(value: f64, name: &str) -> PyResult<f64> {
     if value.is_finite() {
         return Ok(value);
     }
-    Err(refused(format!("{name} must be finite, but is {value}")))
+    Err(value_error(format!(
+        "{name} must be finite, but is {value}"
+    )))
 }
 
 /// Converts an argument to a number. Booleans and integers beyond float64 are errors.
@@ -116,7 +119,7 @@ where
     }
     argument.extract().map_err(|error: PyErr| {
         if error.is_instance_of::<PyOverflowError>(argument.py()) {
-            return refused("an integer argument is too large");
+            return value_error("an integer argument is too large");
         }
         error
     })
@@ -129,7 +132,7 @@ pub type Whole = i128;
 pub fn count(value: Whole, name: &str) -> PyResult<usize> {
     match usize::try_from(value) {
         Ok(count) if isize::try_from(count).is_ok() => Ok(count),
-        _ => Err(refused(format!(
+        _ => Err(value_error(format!(
             "{name} must be from 0 to {}, but is {value}",
             isize::MAX
         ))),
@@ -139,13 +142,13 @@ pub fn count(value: Whole, name: &str) -> PyResult<usize> {
 /// Returns an integer, or an error if it is below 1 or too large.
 pub fn positive_count(value: Whole, name: &str) -> PyResult<usize> {
     match count(value, name)? {
-        0 => Err(refused(format!("{name} must be at least 1, but is 0"))),
+        0 => Err(value_error(format!("{name} must be at least 1, but is 0"))),
         count => Ok(count),
     }
 }
 
-/// An array that a class stores, the name of its argument, and its axes. An axis is a size or a letter, and equal letters stand for
-/// equal sizes. A first axis with a question mark is optional.
+/// Array that a class stores, the name of its argument, and its axes. An axis is a size or a letter. Equal letters stand for equal
+/// sizes. A first axis with a question mark is optional.
 pub type Kept<'a> = (&'a Py<PyArrayDyn<f64>>, &'a str, &'static [&'static str]);
 
 /// Checks that the arrays that a class stores are finite, and that their shapes match.
@@ -179,24 +182,24 @@ pub fn check_kept(py: Python<'_>, arrays: &[Kept<'_>]) -> PyResult<()> {
     Ok(())
 }
 
-/// The exception for an array of another shape.
+/// Creates the exception for an array of an unexpected shape.
 pub fn wrong_shape(name: &str, expected: &str, shape: &[usize]) -> PyErr {
     let found: Vec<String> = shape.iter().map(usize::to_string).collect();
     let comma = if found.len() == 1 { "," } else { "" };
-    refused(format!(
+    value_error(format!(
         "{name} must have the shape {expected}, but has ({}{comma})",
         found.join(", ")
     ))
 }
 
-/// One value, or one for each item of a batch.
+/// One value for all items, or one value for each item of a batch.
 pub enum Many<T> {
     One(T),
     Each(Vec<T>),
 }
 
 impl<T> Many<T> {
-    /// The value of an item.
+    /// Value of an item.
     pub fn at(&self, item: usize) -> &T {
         match self {
             Self::One(value) => value,
@@ -204,7 +207,7 @@ impl<T> Many<T> {
         }
     }
 
-    /// How many items there are, if it is a batch.
+    /// Number of items of a batch; `None` if all items share one value.
     pub fn count(&self) -> Option<usize> {
         match self {
             Self::One(_) => None,
@@ -212,14 +215,15 @@ impl<T> Many<T> {
         }
     }
 
-    /// Each value turned into another, with the place in the message where one is refused.
+    /// Converts each value. The error of a value in a batch names the index of the value.
     pub fn mapped<U>(&self, name: &str, value: impl Fn(&T) -> PyResult<U>) -> PyResult<Many<U>> {
         match self {
             Self::One(one) => Ok(Many::One(value(one)?)),
             Self::Each(values) => {
                 let place = |(item, it): (usize, &T)| {
-                    value(it)
-                        .map_err(|error| refused(format!("{name}[{item}]: {}", message(&error))))
+                    value(it).map_err(|error| {
+                        value_error(format!("{name}[{item}]: {}", message(&error)))
+                    })
                 };
                 values
                     .iter()
@@ -236,7 +240,7 @@ fn message(error: &PyErr) -> String {
     Python::attach(|py| error.value(py).to_string())
 }
 
-/// So many numbers of an array of one dimension that has as many: the short way for what is called most.
+/// Reads a one-dimensional `float64` array of `N` numbers. This is a fast path for the most frequent arguments.
 fn short_row<const N: usize>(argument: &Bound<'_, PyAny>) -> Option<[f64; N]> {
     let array = argument.cast::<PyArray1<f64>>().ok()?;
     let mut values = [0.0; N];
@@ -249,7 +253,7 @@ fn short_row<const N: usize>(argument: &Bound<'_, PyAny>) -> Option<[f64; N]> {
     Some(values)
 }
 
-/// The entries, row by row, of a 4×4 array.
+/// Reads the entries of a 4×4 `float64` array, row by row.
 pub fn short_matrix(argument: &Bound<'_, PyAny>) -> Option<[f64; 16]> {
     let array = argument.cast::<PyArray2<f64>>().ok()?;
     let mut values = [0.0; 16];
@@ -262,7 +266,7 @@ pub fn short_matrix(argument: &Bound<'_, PyAny>) -> Option<[f64; 16]> {
     Some(values)
 }
 
-/// Rows of so many numbers: one, or n of them.
+/// Reads one row of `N` numbers, or n rows.
 pub fn rows<const N: usize>(argument: &Bound<'_, PyAny>, name: &str) -> PyResult<Many<[f64; N]>> {
     if let Some(row) = short_row(argument) {
         return Ok(Many::One(row));
@@ -275,7 +279,7 @@ pub fn rows<const N: usize>(argument: &Bound<'_, PyAny>, name: &str) -> PyResult
     }
 }
 
-/// A list of rows of so many numbers.
+/// Reads an array of n rows of `N` numbers.
 pub fn table<const N: usize>(argument: &Bound<'_, PyAny>, name: &str) -> PyResult<Vec<[f64; N]>> {
     let Numbers { values, shape } = numbers(argument, name)?;
     match shape[..] {
@@ -284,7 +288,7 @@ pub fn table<const N: usize>(argument: &Bound<'_, PyAny>, name: &str) -> PyResul
     }
 }
 
-/// So many numbers.
+/// Reads a row of `N` numbers.
 pub fn row<const N: usize>(argument: &Bound<'_, PyAny>, name: &str) -> PyResult<[f64; N]> {
     let Numbers { values, shape } = numbers(argument, name)?;
     match shape[..] {
@@ -300,7 +304,7 @@ pub fn finite_row<const N: usize>(argument: &Bound<'_, PyAny>, name: &str) -> Py
     Ok(values)
 }
 
-/// A list of numbers.
+/// Reads a one-dimensional array.
 pub fn list(argument: &Bound<'_, PyAny>, name: &str) -> PyResult<Vec<f64>> {
     let Numbers { values, shape } = numbers(argument, name)?;
     match shape.len() {
@@ -309,7 +313,7 @@ pub fn list(argument: &Bound<'_, PyAny>, name: &str) -> PyResult<Vec<f64>> {
     }
 }
 
-/// Rows of whole numbers from 0, of any integer type.
+/// Reads n rows of `N` indices, of any integer type. Indices start at 0.
 pub fn indices<const N: usize>(
     argument: &Bound<'_, PyAny>,
     name: &str,
@@ -341,7 +345,7 @@ pub fn indices<const N: usize>(
     }
     let whole = |&index: &i64| {
         usize::try_from(index).map_err(|_| {
-            refused(format!(
+            value_error(format!(
                 "{name} has the index {index}, but indices count from 0"
             ))
         })
@@ -358,33 +362,33 @@ pub fn indices<const N: usize>(
         .collect())
 }
 
-/// The first numbers of a slice, which has as many.
+/// Copies the first `N` numbers of a slice, which has at least `N`.
 fn chunk<const N: usize>(values: &[f64]) -> [f64; N] {
     std::array::from_fn(|place| values[place])
 }
 
-/// Numbers as an array of a shape.
+/// Creates an array of a shape.
 pub fn array<'py>(py: Python<'py>, values: Vec<f64>, shape: &[usize]) -> PyResult<Floats<'py>> {
     match *shape {
         [length] if length == values.len() => {
             Ok(PyArray1::from_slice(py, &values).to_dyn().clone())
         }
         [rows, columns] => {
-            let array = Array2::from_shape_vec((rows, columns), values).map_err(refused)?;
+            let array = Array2::from_shape_vec((rows, columns), values).map_err(value_error)?;
             Ok(array.into_pyarray(py).to_dyn().clone())
         }
         _ => {
-            let array = Array::from_shape_vec(IxDyn(shape), values).map_err(refused)?;
+            let array = Array::from_shape_vec(IxDyn(shape), values).map_err(value_error)?;
             Ok(array.into_pyarray(py))
         }
     }
 }
 
-/// A few numbers as an array of a shape, in one piece of memory of numpy's.
+/// Creates an array of a shape with a single NumPy allocation. This is faster than [`array`] for a few numbers.
 pub fn copied<'py>(py: Python<'py>, values: &[f64], shape: &[usize]) -> PyResult<Floats<'py>> {
     match *shape {
         [rows, columns] => {
-            let view = ArrayView2::from_shape((rows, columns), values).map_err(refused)?;
+            let view = ArrayView2::from_shape((rows, columns), values).map_err(value_error)?;
             Ok(view.to_pyarray(py).to_dyn().clone())
         }
         [_] => Ok(PyArray1::from_slice(py, values).to_dyn().clone()),
@@ -392,17 +396,17 @@ pub fn copied<'py>(py: Python<'py>, values: &[f64], shape: &[usize]) -> PyResult
     }
 }
 
-/// Whole numbers as an array of a shape.
+/// Creates an array of integers of a shape.
 pub fn whole_array<'py>(
     py: Python<'py>,
     values: Vec<i64>,
     shape: &[usize],
 ) -> PyResult<Bound<'py, PyArrayDyn<i64>>> {
-    let array = Array::from_shape_vec(IxDyn(shape), values).map_err(refused)?;
+    let array = Array::from_shape_vec(IxDyn(shape), values).map_err(value_error)?;
     Ok(array.into_pyarray(py))
 }
 
-/// Whole numbers of the library, which are below 2⁶³, as those of numpy.
+/// Converts indices and counts of the library, which are below 2⁶³, to signed integers for NumPy.
 pub fn signed(values: impl IntoIterator<Item = usize>) -> Vec<i64> {
     values
         .into_iter()

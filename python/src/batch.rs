@@ -1,13 +1,13 @@
-//! Many rollouts at once.
+//! Batches of independent rollouts.
 
 use crate::arrays::{Numbers, array, numbers, wrong_shape};
-use crate::by_states::ByStates;
-use crate::errors::{interrupted, not_differentiated, refused};
+use crate::errors::{gradient_error, rollout_error, value_error};
 use crate::interrupt::{Progress, Shared, run};
 use crate::jacobian::{AllStates, both};
 use crate::parameter::{Parameter, inner};
 use crate::plan::Plan;
 use crate::state::State;
+use crate::state_cotangents::StateCotangents;
 use crate::trajectory::Trajectory;
 use crate::world::{Inner, World};
 use hydroelastic::dynamics::{self, RolloutResult};
@@ -17,18 +17,20 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
-/// Many independent rollouts by one plan, over all cores, without the GIL. Results come in the order of what they belong to, with
-/// the bits of rollouts one by one. In the place of the result of one that fails is its exception, and the others go on.
+/// Batch of independent rollouts with one plan, on all cores and without the GIL.
+///
+/// Every method returns a list with the results in the order of its inputs. Each result has the same bits as that of a single
+/// rollout. If a rollout fails, its result is the exception, and the other rollouts continue.
+///
+/// Ctrl-C ends a batch: running rollouts end before their next step, or during an implicit step. The environment variable
+/// RAYON_NUM_THREADS=1 limits a batch to one core. A batch can be pickled if its progress function can be pickled.
 ///
 /// Parameters
 /// ----------
-/// plan : of each rollout.
-/// progress : True for a progress bar of tqdm, if that is installed; or a function of (done, total) rollouts.
-///
-/// A batch can be pickled if its progress function can.
-///
-/// Ctrl-C ends a batch: running rollouts end before their next step, or during an implicit step. RAYON_NUM_THREADS=1 in the
-/// environment limits a batch to one core.
+/// plan : Plan
+///     Plan of each rollout.
+/// progress : bool or callable, optional
+///     True for a progress bar of tqdm if tqdm is installed, or a function of (done, total) rollouts.
 #[pyclass(frozen, module = "hydroelastic")]
 pub struct Batch {
     plan: dynamics::Plan,
@@ -36,7 +38,7 @@ pub struct Batch {
 }
 
 impl Batch {
-    /// The results of a job on the batch of the library, which tells how many rollouts have ended.
+    /// Runs a job on the batch of the library. Reports how many of `total` rollouts have ended.
     fn results<O: Send>(
         &self,
         py: Python<'_>,
@@ -56,7 +58,7 @@ impl Batch {
     }
 }
 
-/// A result or its exception.
+/// Converts a result to a Python object. An error becomes an exception object, which is not raised.
 fn shown<'py, T>(py: Python<'py>, result: PyResult<T>) -> PyResult<Bound<'py, PyAny>>
 where
     T: IntoPyObject<'py, Output = Bound<'py, <T as IntoPyObject<'py>>::Target>, Error = PyErr>,
@@ -70,11 +72,11 @@ where
 fn trajectory(py: Python<'_>, recorded: RolloutResult) -> PyResult<Trajectory> {
     match recorded {
         Ok(trajectory) => Ok(trajectory.into()),
-        Err(why) => Err(interrupted(py, &why.error, why.trajectory)),
+        Err(why) => Err(rollout_error(py, &why.error, why.trajectory)),
     }
 }
 
-/// Rows of changes: n of p numbers.
+/// Reads n rows of p changes.
 fn samples_of(argument: &Bound<'_, PyAny>) -> PyResult<Vec<Vec<f64>>> {
     let Numbers { values, shape } = numbers(argument, "samples")?;
     match shape[..] {
@@ -95,13 +97,30 @@ impl Batch {
         }
     }
 
-    /// The plan.
+    /// Plan of each rollout.
     #[getter]
     fn plan(&self) -> Plan {
         Plan(self.plan)
     }
 
-    /// Trajectories of a world from each of a list of states.
+    /// Runs a rollout of one world from each of several states.
+    ///
+    /// Parameters
+    /// ----------
+    /// world : World
+    ///     World of all rollouts.
+    /// states : list of State
+    ///     Initial state of each rollout.
+    ///
+    /// Returns
+    /// -------
+    /// list of Trajectory or RolloutError
+    ///     Result of each rollout.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If a state does not fit the world.
     fn rollouts_from<'py>(
         &self,
         py: Python<'py>,
@@ -110,7 +129,7 @@ impl Batch {
     ) -> PyResult<Vec<Bound<'py, PyAny>>> {
         let start = |state: &Bound<'py, State>| {
             let world = world.inner.clone().with_initial_state(&state.get().0);
-            world.map_err(refused)
+            world.map_err(value_error)
         };
         let worlds: Vec<Inner> = states.iter().map(start).collect::<PyResult<_>>()?;
         let found = self.results(py, worlds.len(), |batch| batch.rollouts(&worlds))?;
@@ -120,7 +139,17 @@ impl Batch {
             .collect()
     }
 
-    /// Trajectories of a list of worlds, each from its initial state.
+    /// Runs a rollout of each of several worlds from its initial state.
+    ///
+    /// Parameters
+    /// ----------
+    /// worlds : list of World
+    ///     World of each rollout.
+    ///
+    /// Returns
+    /// -------
+    /// list of Trajectory or RolloutError
+    ///     Result of each rollout.
     fn rollouts<'py>(
         &self,
         py: Python<'py>,
@@ -138,7 +167,28 @@ impl Batch {
             .collect()
     }
 
-    /// Trajectories of a world after each of n changes of its parameters: samples (n, p) float64, as in World.perturbed.
+    /// Runs a rollout of one world at each of n perturbations of its parameters.
+    ///
+    /// Parameters
+    /// ----------
+    /// world : World
+    ///     World before the perturbation.
+    /// parameters : list of Parameter
+    ///     Parameters to perturb, p numbers together.
+    /// samples : (n, p) array_like
+    ///     Changes that are added to the parameters, as in World.perturbed.
+    ///
+    /// Returns
+    /// -------
+    /// list of Trajectory or HydroelasticError
+    ///     Result of each rollout.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If samples does not have two axes.
+    /// TypeError
+    ///     If samples is not an array of numbers.
     fn rollouts_perturbed<'py>(
         &self,
         py: Python<'py>,
@@ -157,7 +207,7 @@ impl Batch {
                     worlds.push(world);
                     refusals.push(None);
                 }
-                Err(why) => refusals.push(Some(not_differentiated(&why))),
+                Err(why) => refusals.push(Some(gradient_error(&why))),
             }
         }
         let mut found = self
@@ -166,15 +216,35 @@ impl Batch {
         let results = refusals.into_iter().map(|refusal| match refusal {
             Some(error) => shown(py, PyResult::<Trajectory>::Err(error)),
             None => found.next().map_or_else(
-                || Err(refused("a rollout has no result")),
+                || Err(value_error("a rollout has no result")),
                 |recorded| shown(py, trajectory(py, recorded)),
             ),
         });
         results.collect()
     }
 
-    /// World.jacobian of a world after each of n changes of its parameters: samples (n, p) float64, as in World.perturbed. Each
-    /// result is a Trajectory and its TrajectoryJacobian, or an exception.
+    /// Runs World.jacobian for one world at each of n perturbations of its parameters.
+    ///
+    /// Parameters
+    /// ----------
+    /// world : World
+    ///     World before the perturbation.
+    /// parameters : list of Parameter
+    ///     Parameters to perturb and to differentiate with respect to, p numbers together.
+    /// samples : (n, p) array_like
+    ///     Changes that are added to the parameters, as in World.perturbed.
+    ///
+    /// Returns
+    /// -------
+    /// list of (Trajectory, TrajectoryJacobian) or HydroelasticError
+    ///     Result of each rollout.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If samples does not have two axes.
+    /// TypeError
+    ///     If samples is not an array of numbers.
     fn jacobians_perturbed<'py>(
         &self,
         py: Python<'py>,
@@ -193,13 +263,24 @@ impl Batch {
         let found = self.results(py, samples.len(), job)?.into_iter();
         let results = found.map(|found| match found {
             Ok(found) => shown(py, Ok(both(py, &found, bodies)?)),
-            Err(why) => shown(py, PyResult::<Trajectory>::Err(not_differentiated(&why))),
+            Err(why) => shown(py, PyResult::<Trajectory>::Err(gradient_error(&why))),
         });
         results.collect()
     }
 
-    /// World.jacobian of each of a list of worlds, from its initial state. Each result is a Trajectory and its
-    /// TrajectoryJacobian, or an exception.
+    /// Runs World.jacobian for each of several worlds from its initial state.
+    ///
+    /// Parameters
+    /// ----------
+    /// worlds : list of World
+    ///     World of each rollout.
+    /// parameters : list of Parameter
+    ///     Parameters to differentiate with respect to.
+    ///
+    /// Returns
+    /// -------
+    /// list of (Trajectory, TrajectoryJacobian) or HydroelasticError
+    ///     Result of each rollout.
     fn jacobians<'py>(
         &self,
         py: Python<'py>,
@@ -218,7 +299,7 @@ impl Batch {
         };
         let found = self.results(py, worlds.len(), job)?;
         let results = found.iter().zip(&worlds).map(|(found, world)| {
-            let found = found.as_ref().map_err(not_differentiated);
+            let found = found.as_ref().map_err(gradient_error);
             shown(
                 py,
                 found.and_then(|found| both(py, found, world.bodies().len())),
@@ -227,8 +308,28 @@ impl Batch {
         results.collect()
     }
 
-    /// World.vjp of each of m worlds with n bodies each, from its initial state: by_poses (m, k, n, 4, 4) and by_twists
-    /// (m, k, n, 6). Each result is an array (p,) or an exception.
+    /// Runs World.vjp for each of m worlds from its initial state.
+    ///
+    /// Parameters
+    /// ----------
+    /// worlds : list of World
+    ///     World of each rollout. All worlds must have the same number n of bodies.
+    /// parameters : list of Parameter
+    ///     Parameters to differentiate with respect to, p numbers together.
+    /// by_poses : (m, k, n, 4, 4) array_like
+    ///     Derivatives of each loss with respect to the poses of the k recorded states.
+    /// by_twists : (m, k, n, 6) array_like
+    ///     Derivatives of each loss with respect to the twists of the k recorded states.
+    ///
+    /// Returns
+    /// -------
+    /// list of (p,) ndarray or HydroelasticError
+    ///     Gradient of each loss.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If the worlds have different numbers of bodies, or an array has an unexpected shape.
     fn vjps<'py>(
         &self,
         py: Python<'py>,
@@ -245,11 +346,11 @@ impl Batch {
         let mut counts = worlds.iter().map(|world| world.bodies().len());
         let bodies = counts.next().unwrap_or(0);
         if let Some(other) = counts.find(|&count| count != bodies) {
-            return Err(refused(format!(
+            return Err(value_error(format!(
                 "the worlds must have as many bodies, but have {bodies} and {other}"
             )));
         }
-        let by_states = ByStates::of(
+        let cotangents = StateCotangents::of(
             by_poses,
             by_twists,
             (&self.plan, bodies),
@@ -259,13 +360,13 @@ impl Batch {
             let items: Vec<_> = worlds.iter().enumerate().collect();
             batch.map(&items, |job, &(index, world)| {
                 let experiment = job.experiment(world);
-                experiment.vjp(&by, |trajectory| by_states.covectors(index, trajectory))
+                experiment.vjp(&by, |trajectory| cotangents.covectors(index, trajectory))
             })
         };
         let found = self.results(py, worlds.len(), job)?.into_iter();
         let results = found.map(|found| match found {
             Ok(it) => Ok(array(py, it.as_slice().to_vec(), &[it.len()])?.into_any()),
-            Err(why) => shown(py, PyResult::<Trajectory>::Err(not_differentiated(&why))),
+            Err(why) => shown(py, PyResult::<Trajectory>::Err(gradient_error(&why))),
         });
         results.collect()
     }

@@ -2,7 +2,7 @@
 
 use crate::any_shape::{self, AnyShape};
 use crate::arrays::{Floats, Numbers, array, numbers, optional_real, row, wrong_shape};
-use crate::errors::refused;
+use crate::errors::value_error;
 use crate::material::Material;
 use crate::path::Path;
 use crate::poses::{matrix, one};
@@ -11,16 +11,18 @@ use hydroelastic::nalgebra::{Matrix3, Vector3};
 use hydroelastic::spatial::MassProperties;
 use pyo3::prelude::*;
 
-/// A shape with a name, a material, a motion and a place to start. Made by Body.dynamic, Body.fixed or Body.prescribed.
+/// Body of a world: a shape with a name, a material, a kind of motion and an initial state.
+///
+/// Create bodies with Body.dynamic, Body.fixed or Body.kinematic.
 #[pyclass(frozen, module = "hydroelastic")]
 #[derive(Clone)]
 pub struct Body {
     pub inner: dynamics::Body,
-    /// Of a prescribed one.
+    /// Path of a kinematic body.
     pub path: Option<Path>,
 }
 
-/// The mass of a body from the arguments that tell it.
+/// Reads the mass of a body from the arguments of `Body.dynamic`.
 fn mass_of(
     mass: Option<f64>,
     density: Option<f64>,
@@ -41,16 +43,16 @@ fn mass_of(
                 inertia: Matrix3::from_row_slice(&values),
             }))
         }
-        (Some(mass), Some(density), ..) => Err(refused(format!(
+        (Some(mass), Some(density), ..) => Err(value_error(format!(
             "a dynamic body has a mass or a density, but both were given, mass={mass:?} kg and density={density:?} kg/m³: leave one out"
         ))),
-        _ => Err(refused(
+        _ => Err(value_error(
             "a dynamic body needs its mass, or its density, or mass, center_of_mass and inertia together",
         )),
     }
 }
 
-/// Returns the velocity or spin of a body; an error names the body.
+/// Reads the velocity or angular velocity of a body. An error names the body.
 fn motion_of(
     body: &str,
     quantity: &'static str,
@@ -59,7 +61,7 @@ fn motion_of(
     let vector = row::<3>(argument, quantity)?;
     match vector.iter().find(|value| !value.is_finite()) {
         None => Ok(vector.into()),
-        Some(&value) => Err(refused(WorldError::Velocity {
+        Some(&value) => Err(value_error(WorldError::Velocity {
             body: body.to_owned(),
             quantity,
             value,
@@ -69,17 +71,44 @@ fn motion_of(
 
 #[pymethods]
 impl Body {
-    /// A body that forces move.
+    /// Creates a body that forces move.
+    ///
+    /// The mass properties follow from one of these: mass alone, which is distributed uniformly; density alone; or mass,
+    /// center_of_mass and inertia together.
     ///
     /// Parameters
     /// ----------
-    /// name : str, unlike those of other bodies.
-    /// shape, material : what it is made of: a Shape and a Material with a modulus, or a RigidShape and one without.
-    /// mass : total (kg), spread uniformly; or density (kg/m³); or mass with center_of_mass (3,) (m) and inertia (3, 3) (kg m²)
-    ///     about it, in the body frame.
-    /// pose : (4, 4), where it starts; None for the origin.
-    /// velocity : (3,) of the center of mass (m/s), world axes.
-    /// angular_velocity : (3,) (rad/s), world axes.
+    /// name : str
+    ///     Name, which must be unique in a world.
+    /// shape : Shape or RigidShape
+    ///     Shape in the body frame.
+    /// material : Material
+    ///     Material, with a modulus for a Shape and without a modulus for a RigidShape.
+    /// mass : float, optional
+    ///     Total mass (kg).
+    /// density : float, optional
+    ///     Density (kg/m³).
+    /// center_of_mass : (3,) array_like, optional
+    ///     Center of mass (m) in the body frame.
+    /// inertia : (3, 3) array_like, optional
+    ///     Inertia (kg m²) about the center of mass, in the axes of the body frame.
+    /// pose : (4, 4) array_like, optional
+    ///     Initial pose of the body frame in the world. Default: the identity.
+    /// velocity : (3,) array_like, optional
+    ///     Initial velocity (m/s) of the center of mass, in world axes. Default: zero.
+    /// angular_velocity : (3,) array_like, optional
+    ///     Initial angular velocity (rad/s), in world axes. Default: zero.
+    ///
+    /// Returns
+    /// -------
+    /// Body
+    ///     Dynamic body.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If the mass properties are missing, contradictory or out of range, the material does not fit the shape, the shape is a
+    ///     HalfSpace, the pose is not rigid, or a number is not finite.
     #[staticmethod]
     #[pyo3(signature = (name, shape, material, mass=None, *, density=None, center_of_mass=None, inertia=None, pose=None,
                         velocity=None, angular_velocity=None))]
@@ -98,7 +127,7 @@ impl Body {
         let mass = mass_of(mass, density, center_of_mass, inertia)?;
         let shape = shape.inner();
         let mut body =
-            dynamics::Body::dynamic(name, shape, material.inner(), mass).map_err(refused)?;
+            dynamics::Body::dynamic(name, shape, material.inner(), mass).map_err(value_error)?;
         if let Some(pose) = pose {
             body = body.with_pose(one(pose, "pose")?);
         }
@@ -114,7 +143,28 @@ impl Body {
         })
     }
 
-    /// A body that never moves: of a Shape, a RigidShape or a HalfSpace. pose: (4, 4); None for the origin.
+    /// Creates a body that never moves.
+    ///
+    /// Parameters
+    /// ----------
+    /// name : str
+    ///     Name, which must be unique in a world.
+    /// shape : Shape, RigidShape or HalfSpace
+    ///     Shape in the body frame.
+    /// material : Material
+    ///     Material, with a modulus exactly if the shape is not rigid.
+    /// pose : (4, 4) array_like, optional
+    ///     Pose of the body frame in the world. Default: the identity.
+    ///
+    /// Returns
+    /// -------
+    /// Body
+    ///     Fixed body.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If the material does not fit the shape, or the pose is not rigid.
     #[staticmethod]
     #[pyo3(signature = (name, shape, material, *, pose=None))]
     fn fixed(
@@ -124,7 +174,7 @@ impl Body {
         pose: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let shape = shape.inner();
-        let mut body = dynamics::Body::fixed(name, shape, material.inner()).map_err(refused)?;
+        let mut body = dynamics::Body::fixed(name, shape, material.inner()).map_err(value_error)?;
         if let Some(pose) = pose {
             body = body.with_pose(one(pose, "pose")?);
         }
@@ -134,7 +184,28 @@ impl Body {
         })
     }
 
-    /// A body that follows a path, whatever pushes it: of a Shape, a RigidShape or a HalfSpace.
+    /// Creates a body that follows a path. No force changes its motion.
+    ///
+    /// Parameters
+    /// ----------
+    /// name : str
+    ///     Name, which must be unique in a world.
+    /// shape : Shape, RigidShape or HalfSpace
+    ///     Shape in the body frame.
+    /// material : Material
+    ///     Material, with a modulus exactly if the shape is not rigid.
+    /// path : Path
+    ///     Pose and twist as functions of time.
+    ///
+    /// Returns
+    /// -------
+    /// Body
+    ///     Kinematic body.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If the material does not fit the shape.
     #[staticmethod]
     fn kinematic(
         name: &str,
@@ -146,7 +217,7 @@ impl Body {
         let body = dynamics::Body::kinematic(name, shape, material.inner(), path.function());
         let path = Some(path.clone());
         Ok(Self {
-            inner: body.map_err(refused)?,
+            inner: body.map_err(value_error)?,
             path,
         })
     }
@@ -157,7 +228,7 @@ impl Body {
         self.inner.name()
     }
 
-    /// Shape: a Shape, a RigidShape or a HalfSpace.
+    /// Shape, which is a Shape, a RigidShape or a HalfSpace.
     #[getter]
     fn shape(&self) -> PyResult<AnyShape> {
         AnyShape::of(self.inner.shape())
@@ -169,19 +240,19 @@ impl Body {
         self.inner.material().into()
     }
 
-    /// The path that it follows, or None.
+    /// Path of a kinematic body; None for other bodies.
     #[getter]
     fn path(&self) -> Option<Path> {
         self.path.clone()
     }
 
-    /// Mass (kg), or None for a body that forces do not move.
+    /// Mass (kg) of a dynamic body; None for other bodies.
     #[getter]
     fn mass(&self) -> Option<f64> {
         self.inner.inertia().map(|inertia| inertia.mass)
     }
 
-    /// (3,) float64: the center of mass (m) in the body frame, or None for a body that forces do not move.
+    /// Center of mass (m) of a dynamic body in the body frame, (3,) float64; None for other bodies.
     #[getter]
     fn center_of_mass<'py>(&self, py: Python<'py>) -> PyResult<Option<Floats<'py>>> {
         let inertia = self.inner.inertia();
@@ -190,13 +261,13 @@ impl Body {
             .transpose()
     }
 
-    /// (4, 4) float64: the pose it starts from.
+    /// Initial pose of the body frame in the world, (4, 4) float64.
     #[getter]
     fn pose<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
         matrix(py, &self.inner.initial_state().pose)
     }
 
-    /// (6,) float64: spin (rad/s) and velocity of the center of mass (m/s) that it starts with, world axes.
+    /// Initial angular velocity (rad/s) and velocity of the center of mass (m/s), in world axes, (6,) float64.
     #[getter]
     fn twist<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
         array(

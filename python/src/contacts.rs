@@ -1,4 +1,4 @@
-//! Which bodies of a world touch.
+//! Contacts between the bodies of a world.
 
 use crate::arrays::{Whole, array, check_finite, check_kept, count, whole};
 use crate::pair::wrench_numbers;
@@ -8,15 +8,30 @@ use hydroelastic::dynamics;
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 
-/// Two bodies of a world that touch, A and B.
+/// Contact between two bodies A and B of a world.
+///
+/// Parameters
+/// ----------
+/// bodies : (str, str)
+///     Names of A and B.
+/// wrench : (12,) ndarray of float64
+///     Torque (N m) and force (N) on A about the origin of the frame of A, then on B about the origin of the frame of B, in world
+///     axes.
+/// surface : Surface
+///     Contact surface in the world frame.
+///
+/// Raises
+/// ------
+/// HydroelasticError
+///     If the wrench has an unexpected shape, or a number is not finite.
 #[pyclass(frozen, get_all, module = "hydroelastic")]
 pub struct Contact {
-    /// The names of A and B.
+    /// Names of A and B.
     bodies: (String, String),
-    /// (12,) float64: torque (N m) and force (N) on A about the origin of its frame, then on B, in world axes, with friction
-    /// and dissipation.
+    /// Torque (N m) and force (N) on A about the origin of the frame of A, then on B about the origin of the frame of B, in world
+    /// axes, (12,) float64. The wrenches include friction and dissipation.
     wrench: Py<PyArrayDyn<f64>>,
-    /// The contact surface, in the world frame.
+    /// Contact surface in the world frame.
     surface: Py<Surface>,
 }
 
@@ -72,7 +87,9 @@ impl Contact {
     }
 }
 
-/// Which tetrahedra touch in a state. Where it changes from one state to the next, a derivative may be one-sided.
+/// Set of the pairs of tetrahedra that touch in a state.
+///
+/// If the set changes from one state to the next, a derivative may be one-sided.
 #[pyclass(frozen, eq, module = "hydroelastic")]
 #[derive(Clone, PartialEq, Eq)]
 pub struct ContactTopology(pub dynamics::ContactTopology);
@@ -85,7 +102,22 @@ impl ContactTopology {
         self.0.polygon_count()
     }
 
-    /// Whether two bodies, by their places in the world's list, touch.
+    /// Returns whether two bodies touch.
+    ///
+    /// Parameters
+    /// ----------
+    /// first, second : int
+    ///     Indices of the bodies in the list of the world.
+    ///
+    /// Returns
+    /// -------
+    /// bool
+    ///     True if the bodies touch.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If an index is negative.
     fn touches(
         &self,
         #[pyo3(from_py_with = whole)] first: Whole,
@@ -96,7 +128,17 @@ impl ContactTopology {
             .touches(count(first, "first")?, count(second, "second")?))
     }
 
-    /// Number of pairs of tetrahedra that touch in one of two states and not in the other.
+    /// Counts the pairs of tetrahedra that touch in exactly one of two states.
+    ///
+    /// Parameters
+    /// ----------
+    /// before : ContactTopology
+    ///     Topology of the other state.
+    ///
+    /// Returns
+    /// -------
+    /// int
+    ///     Number of pairs.
     fn changes_since(&self, before: &Self) -> usize {
         self.0.changes_since(&before.0)
     }
@@ -110,7 +152,7 @@ impl ContactTopology {
     }
 }
 
-/// A topology from what pickle has kept.
+/// Restores a topology from a pickle.
 #[pyfunction]
 pub fn _load_topology(saved: &[u8]) -> PyResult<ContactTopology> {
     loaded(saved).map(ContactTopology)

@@ -1,24 +1,30 @@
-//! Wrenches that are constant over intervals of time.
+//! Controls: wrenches that are constant over intervals of time.
 
 use crate::arrays::{Floats, array, real, table};
-use crate::errors::refused;
+use crate::errors::value_error;
 use hydroelastic::dynamics;
 use hydroelastic::nalgebra::Vector6;
 use hydroelastic::spatial::Wrench;
 use pyo3::prelude::*;
 
-/// A wrench on a body that is constant over intervals of time, to be chosen: Parameter.control differentiates by it.
+/// Control input: a wrench on a body that is constant over intervals of time.
+///
+/// The wrench is zero before time 0 and after the last interval. Parameter.control differentiates with respect to the wrench of an
+/// interval.
 ///
 /// Parameters
 /// ----------
-/// body : name of a dynamic body.
-/// interval : duration (s) of an interval, best a whole number of time steps.
-/// wrenches : (k, 6) float64: torque (N m) and force (N) of each interval, about the center of mass, world axes. After the last
-///     interval, and before time 0, there is no wrench.
+/// body : str
+///     Name of a dynamic body.
+/// interval : float
+///     Duration (s) of an interval. Use a whole number of time steps.
+/// wrenches : (k, 6) array_like
+///     Torque (N m) and force (N) of each interval, about the center of mass, in world axes.
 ///
 /// Raises
 /// ------
-/// HydroelasticError if the interval is not positive, or a number is not finite.
+/// HydroelasticError
+///     If the interval is not positive, or a number is not finite.
 #[pyclass(frozen, module = "hydroelastic")]
 pub struct Control(pub dynamics::Control);
 
@@ -33,7 +39,7 @@ impl Control {
         let wrenches = table::<6>(wrenches, "wrenches")?.into_iter();
         let wrenches = wrenches.map(|numbers| Wrench::from_vector(&Vector6::from(numbers)));
         let control = dynamics::Control::new(body, interval, wrenches.collect());
-        Ok(Self(control.map_err(refused)?))
+        Ok(Self(control.map_err(value_error)?))
     }
 
     /// Name of the body.
@@ -48,7 +54,7 @@ impl Control {
         self.0.interval()
     }
 
-    /// (k, 6) float64: torque (N m) and force (N) of each interval.
+    /// Torque (N m) and force (N) of each interval, about the center of mass, in world axes, (k, 6) float64.
     #[getter]
     fn wrenches<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
         let wrenches = self.0.wrenches();

@@ -1,4 +1,4 @@
-//! What a step took, and the energies of a state.
+//! Statistics of implicit steps, and energies of a state.
 
 use crate::arrays::{Floats, array, check_kept, finite, real};
 use crate::pickle::{Reduced, loaded, reduced};
@@ -6,69 +6,69 @@ use hydroelastic::dynamics;
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 
-/// What one implicit step, or several, took.
+/// Solver statistics and energy balance of one implicit step, or of several.
 #[pyclass(frozen, eq, module = "hydroelastic")]
 #[derive(Clone, PartialEq)]
 pub struct StepReport(pub dynamics::StepReport);
 
 #[pymethods]
 impl StepReport {
-    /// Groups of bodies that were solved by themselves.
+    /// Number of islands, which are groups of bodies that were solved separately.
     #[getter]
     fn islands(&self) -> usize {
         self.0.islands
     }
 
-    /// Systems of equations: one for each stage of each substep of an island, rejected ones included, and two if the first guess does
-    /// not lead to a solution.
+    /// Number of solved systems of equations. Each stage of each substep of an island has one system, or two if the first guess does
+    /// not lead to a solution. Rejected substeps count too.
     #[getter]
     fn solves(&self) -> usize {
         self.0.work.solves
     }
 
-    /// Evaluations of an island that has contacts. They dominate the run time.
+    /// Number of evaluations of an island with contacts. They dominate the run time.
     #[getter]
     fn evaluations(&self) -> usize {
         self.0.work.evaluations
     }
 
-    /// Looks at the contacts, whether anything is near or not.
+    /// Number of contact queries, including those that find no contact.
     #[getter]
     fn looks(&self) -> usize {
         self.0.work.looks
     }
 
-    /// Iterations of Newton's method.
+    /// Number of iterations of Newton's method.
     #[getter]
     fn iterations(&self) -> usize {
         self.0.work.iterations
     }
 
-    /// Substeps that were taken, of all islands.
+    /// Number of accepted substeps of all islands.
     #[getter]
     fn substeps(&self) -> usize {
         self.0.work.substeps
     }
 
-    /// Substeps that were taken although their error exceeds the tolerance.
+    /// Number of substeps that were accepted although their error exceeds the tolerance.
     #[getter]
     fn missed(&self) -> usize {
         self.0.work.missed
     }
 
-    /// Exact linearizations of an island's contacts, for the errors of its substeps.
+    /// Number of exact linearizations of the contacts of an island. They serve to estimate the errors of its substeps.
     #[getter]
     fn linearizations(&self) -> usize {
         self.0.work.linearizations
     }
 
-    /// Substeps that were rejected because their error exceeds the tolerance.
+    /// Number of substeps that were rejected because their error exceeds the tolerance.
     #[getter]
     fn rejections(&self) -> usize {
         self.0.work.rejections
     }
 
-    /// Substeps that were repeated with a shorter duration because a system was not solved.
+    /// Number of substeps that were repeated with a shorter duration because a system was not solved.
     #[getter]
     fn failures(&self) -> usize {
         self.0.work.failures
@@ -80,44 +80,45 @@ impl StepReport {
         self.0.energy.kinetic
     }
 
-    /// The work of gravity and controls (J).
+    /// Work of gravity and controls (J).
     #[getter]
     fn given(&self) -> f64 {
         self.0.energy.given
     }
 
-    /// The work of contacts and other forces (J).
+    /// Work of contacts and other forces (J).
     #[getter]
     fn acting(&self) -> f64 {
         self.0.energy.acting
     }
 
-    /// Work minus the change of kinetic energy (J): what the integrator has lost, or made if negative.
+    /// Energy (J) that the integrator has lost: the total work minus the change of the kinetic energy. A negative value is a gain.
     #[getter]
     fn numerical_loss(&self) -> f64 {
         self.0.energy.numerical_loss()
     }
 
-    /// (n,) float64: the estimated error of the velocity of each body, as the sum over substeps of error over tolerance, times
-    /// Accuracy.values. 0 for bodies that forces do not move, and without error control.
+    /// Estimated relative error of the velocity of each body, (n,) float64. It is the sum over substeps of error over tolerance, times
+    /// Accuracy.values. It is 0 for fixed and kinematic bodies, and without error control.
     #[getter]
     fn errors_of_values<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
         self.of_bodies(py, |errors| errors.values)
     }
 
-    /// (n,) float64: the same for the derivatives of each body's motion, times Accuracy.slopes.
+    /// Estimated relative error of the derivatives of the motion of each body, (n,) float64. It is the sum over substeps of error over
+    /// tolerance, times Accuracy.slopes. It is 0 for fixed and kinematic bodies, and without error control.
     #[getter]
     fn errors_of_slopes<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
         self.of_bodies(py, |errors| errors.slopes)
     }
 
-    /// For each body the substeps in which one of its errors exceeds the tolerance.
+    /// Number of substeps in which an error of a body exceeds the tolerance, for each body.
     #[getter]
     fn missed_by_body(&self) -> Vec<usize> {
         self.0.errors.iter().map(|errors| errors.missed).collect()
     }
 
-    /// The sum of two reports.
+    /// Adds two reports.
     fn __add__(&self, other: &Self) -> Self {
         let mut sum = self.0.clone();
         sum += other.0.clone();
@@ -157,7 +158,7 @@ impl StepReport {
 }
 
 impl StepReport {
-    /// A number of the errors of each body.
+    /// Collects one number of the errors of each body.
     fn of_bodies<'py>(
         &self,
         py: Python<'py>,
@@ -169,26 +170,38 @@ impl StepReport {
     }
 }
 
-/// A report from what pickle has kept.
+/// Restores a report from a pickle.
 #[pyfunction]
 pub fn _load_step_report(saved: &[u8]) -> PyResult<StepReport> {
     loaded(saved).map(StepReport)
 }
 
 /// Energies and momentum of a state. Only dynamic bodies have kinetic energy, weight and momentum.
+///
+/// Parameters
+/// ----------
+/// kinetic_energy, gravitational_energy, contact_energy, total_energy : float
+///     Energies (J).
+/// momenta : ((3,) ndarray, (3,) ndarray) of float64
+///     Linear momentum (kg m/s) and angular momentum (kg m²/s).
+///
+/// Raises
+/// ------
+/// HydroelasticError
+///     If a number is not finite, or an array has an unexpected shape.
 #[pyclass(frozen, get_all, module = "hydroelastic")]
 pub struct Diagnostics {
-    /// ½ m v² + ½ ω·I·ω (J).
+    /// Kinetic energy ½ m v² + ½ ω·I·ω (J).
     kinetic_energy: f64,
-    /// −m g·x (J), x the center of mass from the origin of the world.
+    /// Gravitational energy −m g·x (J), with the center of mass x in the world frame.
     gravitational_energy: f64,
     /// Potential energy of all contacts (J).
     contact_energy: f64,
-    /// The sum of these (J), without what is stored in forces of other kinds.
+    /// Sum (J) of the kinetic, gravitational and contact energies. It omits the energy that other forces store.
     total_energy: f64,
-    /// (3,) float64: linear momentum (kg m/s).
+    /// Linear momentum (kg m/s) in world axes, (3,) float64.
     linear_momentum: Py<PyArrayDyn<f64>>,
-    /// (3,) float64: angular momentum (kg m²/s) about the origin of the world.
+    /// Angular momentum (kg m²/s) about the origin of the world, in world axes, (3,) float64.
     angular_momentum: Py<PyArrayDyn<f64>>,
 }
 

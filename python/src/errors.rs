@@ -1,4 +1,4 @@
-//! Exceptions, with the messages of the library.
+//! Python exceptions that carry the error messages of the library.
 
 use crate::trajectory::Trajectory;
 use hydroelastic::dynamics::{self, RolloutError as RolloutCause};
@@ -13,29 +13,29 @@ create_exception!(
     hydroelastic,
     HydroelasticError,
     PyValueError,
-    "A number, an array, a name or a file that the library refuses, with the reason."
+    "Invalid number, array, name or file. The message gives the reason."
 );
 create_exception!(
     hydroelastic,
     RolloutError,
     HydroelasticError,
-    "A rollout that ended before its last step, with the reason. `trajectory` holds the states before, or is None where none \
-     were recorded."
+    "Rollout that ended before its last step. The message gives the reason.\n\nThe attribute `trajectory` holds the states that were \
+     recorded before the failure, or None if there are none."
 );
 
-/// The exception for what is refused.
-pub fn refused(why: impl Display) -> PyErr {
+/// Creates the exception for an invalid argument.
+pub fn value_error(why: impl Display) -> PyErr {
     HydroelasticError::new_err(why.to_string())
 }
 
-/// The exception for a rollout that ended early, without its states.
-pub fn ended(why: &RolloutCause) -> PyErr {
+/// Creates the exception for a rollout that ended early, without recorded states.
+pub fn rollout_error_without_trajectory(why: &RolloutCause) -> PyErr {
     RolloutError::new_err(why.to_string())
 }
 
-/// The exception for a rollout that ended early, with the states that were recorded.
-pub fn interrupted(py: Python<'_>, why: &RolloutCause, states: dynamics::Trajectory) -> PyErr {
-    let error = ended(why);
+/// Creates the exception for a rollout that ended early, with the recorded states.
+pub fn rollout_error(py: Python<'_>, why: &RolloutCause, states: dynamics::Trajectory) -> PyErr {
+    let error = rollout_error_without_trajectory(why);
     match error
         .value(py)
         .setattr("trajectory", Trajectory::from(states))
@@ -45,15 +45,15 @@ pub fn interrupted(py: Python<'_>, why: &RolloutCause, states: dynamics::Traject
     }
 }
 
-/// The exception for a derivative that was not found.
-pub fn not_differentiated(why: &GradientError) -> PyErr {
+/// Creates the exception for a derivative that could not be computed.
+pub fn gradient_error(why: &GradientError) -> PyErr {
     match why {
-        GradientError::Rollout(cause) => ended(cause),
-        other => refused(other),
+        GradientError::Rollout(cause) => rollout_error_without_trajectory(cause),
+        other => value_error(other),
     }
 }
 
-/// Gives [`RolloutError`] a `trajectory` of None until one is set.
+/// Sets the default of `trajectory` to None on the class [`RolloutError`].
 pub fn complete(py: Python<'_>) -> PyResult<()> {
     RolloutError::type_object(py).setattr("trajectory", py.None())
 }

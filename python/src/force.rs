@@ -1,7 +1,7 @@
 //! Forces other than contact and gravity.
 
 use crate::arrays::{Floats, array, finite_row, real};
-use crate::errors::refused;
+use crate::errors::value_error;
 use hydroelastic::dynamics::{
     self, Body, Force, ForceContext, ForceNumber, WorldError, WrenchAccumulator,
 };
@@ -11,7 +11,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyString;
 use serde::{Deserialize, Serialize};
 
-/// A force of a world.
+/// Force of a world.
 #[derive(Clone, Serialize, Deserialize)]
 pub enum AnyForce {
     Spring(dynamics::Spring),
@@ -45,7 +45,7 @@ impl Force for AnyForce {
     }
 }
 
-/// A number of a force: its value, or the name of a force parameter.
+/// Number of a force: a value, or the name of a force parameter.
 #[derive(IntoPyObject)]
 pub enum Number {
     Value(f64),
@@ -59,7 +59,7 @@ impl Number {
             Self::Value(value) if value >= 0.0 && value.is_finite() => {
                 Ok(ForceNumber::Constant(value))
             }
-            Self::Value(value) => Err(refused(WorldError::Setting {
+            Self::Value(value) => Err(value_error(WorldError::Setting {
                 quantity,
                 value,
                 expected: "not negative and finite",
@@ -76,7 +76,7 @@ impl Number {
     }
 }
 
-/// The Python expression of a number of a force.
+/// Formats a number of a force as a Python expression.
 fn shown(number: &ForceNumber) -> String {
     match number {
         ForceNumber::Constant(value) => format!("{value:?}"),
@@ -117,15 +117,15 @@ fn of_class(force: &Bound<'_, PyAny>) -> PyResult<AnyForce> {
     }
 }
 
-/// A force as it is handed to Python.
+/// Force as a Python object.
 #[derive(IntoPyObject)]
-pub enum Shown {
+pub enum ForceObject {
     Spring(Spring),
     Drag(Drag),
     Thruster(Thruster),
 }
 
-impl From<&AnyForce> for Shown {
+impl From<&AnyForce> for ForceObject {
     fn from(force: &AnyForce) -> Self {
         match force {
             AnyForce::Spring(it) => Self::Spring(Spring(it.clone())),
@@ -135,20 +135,29 @@ impl From<&AnyForce> for Shown {
     }
 }
 
-/// A spring and a damper between points of two bodies, along the line that joins them.
+/// Spring and damper between two points of two bodies, along the line through the points.
+///
+/// The rest length, stiffness and damping are numbers, or names of force parameters of the world. The world checks the names.
 ///
 /// Parameters
 /// ----------
-/// bodies : the names of both.
-/// points : a point (3,) (m) of each, in its own frame.
-/// rest_length : length (m) without force.
-/// stiffness : (N/m). damping : (N s/m).
-///
-/// Each of the last three is a number, or the name of a force parameter of the world. The world checks the names.
+/// bodies : (str, str)
+///     Names of the bodies.
+/// points : pair of (3,) array_like
+///     Point (m) of each body, in its body frame.
+/// rest_length : float or str
+///     Length (m) at which the spring exerts no force.
+/// stiffness : float or str
+///     Stiffness (N/m).
+/// damping : float or str
+///     Damping (N s/m).
 ///
 /// Raises
 /// ------
-/// HydroelasticError if a number is out of range.
+/// HydroelasticError
+///     If a number is negative or not finite.
+/// TypeError
+///     If bodies is not two names, or points is not two points.
 #[pyclass(frozen, module = "hydroelastic")]
 pub struct Spring(dynamics::Spring);
 
@@ -184,32 +193,32 @@ impl Spring {
         }))
     }
 
-    /// The names of both bodies.
+    /// Names of the bodies.
     #[getter]
     fn bodies(&self) -> (String, String) {
         self.0.bodies.clone().into()
     }
 
-    /// A point (3,) (m) of each body, in its own frame.
+    /// Point (m) of each body in its body frame, two arrays (3,) of float64.
     #[getter]
     fn points<'py>(&self, py: Python<'py>) -> PyResult<(Floats<'py>, Floats<'py>)> {
         let [a, b] = self.0.points.map(|point| array(py, point.to_vec(), &[3]));
         Ok((a?, b?))
     }
 
-    /// Length (m) without force.
+    /// Length (m) at which the spring exerts no force, or the name of a force parameter.
     #[getter]
     fn rest_length(&self) -> Number {
         Number::of(&self.0.rest_length)
     }
 
-    /// Stiffness (N/m).
+    /// Stiffness (N/m), or the name of a force parameter.
     #[getter]
     fn stiffness(&self) -> Number {
         Number::of(&self.0.stiffness)
     }
 
-    /// Damping (N s/m).
+    /// Damping (N s/m), or the name of a force parameter.
     #[getter]
     fn damping(&self) -> Number {
         Number::of(&self.0.damping)
@@ -270,8 +279,21 @@ fn not_two(argument: &Bound<'_, PyAny>, name: &str, expected: &str) -> PyErr {
     ))
 }
 
-/// A drag in proportion to the velocity of a body's center of mass (N s/m) and to its spin (N m s/rad): each a number, or the
-/// name of a force parameter of the world.
+/// Linear drag: a force against the velocity of the center of mass of a body, and a torque against its angular velocity.
+///
+/// Parameters
+/// ----------
+/// body : str
+///     Name of the body.
+/// linear : float or str
+///     Force over velocity (N s/m), or the name of a force parameter of the world.
+/// angular : float or str
+///     Torque over angular velocity (N m s/rad), or the name of a force parameter of the world.
+///
+/// Raises
+/// ------
+/// HydroelasticError
+///     If a number is negative or not finite.
 #[pyclass(frozen, module = "hydroelastic")]
 pub struct Drag(dynamics::Drag);
 
@@ -300,13 +322,13 @@ impl Drag {
         &self.0.body
     }
 
-    /// Force over velocity (N s/m).
+    /// Force over velocity (N s/m), or the name of a force parameter.
     #[getter]
     fn linear(&self) -> Number {
         Number::of(&self.0.linear)
     }
 
-    /// Torque over spin (N m s/rad).
+    /// Torque over angular velocity (N m s/rad), or the name of a force parameter.
     #[getter]
     fn angular(&self) -> Number {
         Number::of(&self.0.angular)
@@ -327,7 +349,21 @@ impl Drag {
     }
 }
 
-/// A force (3,) (N) at a point (3,) (m) of a body, both in the body frame: it turns with the body.
+/// Constant force at a point of a body. The point and the force are fixed in the body frame, so they turn with the body.
+///
+/// Parameters
+/// ----------
+/// body : str
+///     Name of the body.
+/// point : (3,) array_like
+///     Point of application (m), in the body frame.
+/// force : (3,) array_like
+///     Force (N), in the axes of the body frame.
+///
+/// Raises
+/// ------
+/// HydroelasticError
+///     If a number is not finite.
 #[pyclass(frozen, module = "hydroelastic")]
 pub struct Thruster(dynamics::Thruster);
 
@@ -345,13 +381,13 @@ impl Thruster {
         &self.0.body
     }
 
-    /// (3,) float64: where it pushes (m), in the body frame.
+    /// Point of application (m) in the body frame, (3,) float64.
     #[getter]
     fn point<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
         array(py, self.0.point.to_vec(), &[3])
     }
 
-    /// (3,) float64: the force (N), in the body frame.
+    /// Force (N) in the axes of the body frame, (3,) float64.
     #[getter]
     fn force<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
         array(py, self.0.force.to_vec(), &[3])

@@ -1,22 +1,25 @@
-//! Half-spaces: grounds and walls without an end.
+//! Half-spaces: unbounded floors and walls.
 
 use crate::arrays::optional_real;
-use crate::errors::refused;
+use crate::errors::value_error;
 use hydroelastic::contact;
 use pyo3::prelude::*;
 use std::sync::Arc;
 
-/// All that lies below a plane: in its own frame the points with z ≤ 0, the outward normal along z. It has no mesh and no end,
-/// and forces do not move it.
+/// Half-space: all points with z ≤ 0 in its frame, with the outward normal along z.
+///
+/// A half-space is unbounded, has no mesh, and cannot be a dynamic body. It is rigid, or it has a compliant layer on a rigid base. The
+/// pressure in a layer is the hydroelastic modulus (Pa) times depth over thickness, at any depth.
 ///
 /// Parameters
 /// ----------
-/// thickness : None for one that does not give way, whose Material.rigid has no modulus; or the thickness (m) of a soft layer on
-///     something rigid. The pressure is then the hydroelastic modulus (Pa) times depth over thickness, however deep.
+/// thickness : float, optional
+///     Thickness (m) of the layer. None, the default, is a rigid half-space: its material has no modulus, see Material.rigid.
 ///
 /// Raises
 /// ------
-/// HydroelasticError if the thickness is not positive and finite.
+/// HydroelasticError
+///     If the thickness is not positive and finite.
 #[pyclass(frozen, module = "hydroelastic")]
 #[derive(Clone)]
 pub struct HalfSpace(pub Arc<contact::HalfSpace>);
@@ -28,12 +31,12 @@ impl HalfSpace {
     fn new(#[pyo3(from_py_with = optional_real)] thickness: Option<f64>) -> PyResult<Self> {
         let inner = match thickness {
             None => contact::HalfSpace::rigid(),
-            Some(thickness) => contact::HalfSpace::layer(thickness).map_err(refused)?,
+            Some(thickness) => contact::HalfSpace::layer(thickness).map_err(value_error)?,
         };
         Ok(Self(Arc::new(inner)))
     }
 
-    /// Thickness (m) of its soft layer; None if it is rigid.
+    /// Thickness (m) of the compliant layer; None for a rigid half-space.
     #[getter]
     fn thickness(&self) -> Option<f64> {
         self.0.thickness()

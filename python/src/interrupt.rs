@@ -1,4 +1,4 @@
-//! Long jobs on a thread of their own, while the calling thread watches for signals and shows progress.
+//! Long jobs on a worker thread, while the calling thread handles signals and reports progress.
 
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
@@ -8,23 +8,23 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread;
 use std::time::Duration;
 
-/// How often signals are looked for.
+/// Period of the checks for signals.
 const PERIOD: Duration = Duration::from_millis(20);
 
-/// What a job and its watcher share.
+/// Data that a job and the calling thread share.
 #[derive(Clone, Default)]
 pub struct Shared {
     /// Set when the job should end.
     pub stop: Arc<AtomicBool>,
-    /// How many parts of the job are done.
+    /// Number of completed parts of the job.
     pub done: Arc<AtomicUsize>,
 }
 
-/// A function of Python that is told how many parts are done.
+/// Python function that receives the number of completed parts.
 pub struct Progress<'py>(Bound<'py, PyAny>);
 
 impl<'py> Progress<'py> {
-    /// From the argument `progress`: False, True for a bar, or a function of (done, total).
+    /// Reads the argument `progress`: `None` or `False`, `True` for a progress bar, or a function of (done, total).
     pub fn of(
         py: Python<'py>,
         argument: Option<&Bound<'py, PyAny>>,
@@ -48,8 +48,8 @@ impl<'py> Progress<'py> {
     }
 }
 
-/// The result of a job that runs without the GIL. Ctrl-C, another signal whose handler raises, or an exception of the progress
-/// function asks the job to stop, and is raised when it has.
+/// Runs a job without the GIL and returns its result. If a signal handler (such as that of Ctrl-C) or the progress function raises an
+/// exception, the stop flag is set, and the exception is raised after the job has ended.
 pub fn run<O: Send>(
     py: Python<'_>,
     shared: &Shared,
@@ -67,7 +67,7 @@ pub fn run<O: Send>(
         });
         let mut told = 0;
         let mut watch = || {
-            // A worker that panics is finished without having said so.
+            // A worker that panics finishes without setting the flag.
             while !(has_ended.load(Ordering::Acquire) || worker.is_finished()) {
                 py.detach(|| thread::park_timeout(PERIOD));
                 py.check_signals()?;
@@ -92,7 +92,7 @@ pub fn run<O: Send>(
     })
 }
 
-/// Tells of progress, if there is any.
+/// Reports progress if the number of completed parts has changed. Returns the last reported number.
 fn tell(progress: Option<&Progress<'_>>, shared: &Shared, told: usize) -> PyResult<usize> {
     let done = shared.done.load(Ordering::Relaxed);
     match progress {

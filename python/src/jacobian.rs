@@ -1,7 +1,7 @@
 //! Derivatives of recorded states.
 
 use crate::arrays::{Floats, array, check_kept};
-use crate::errors::refused;
+use crate::errors::value_error;
 use crate::pickle::{Reduced, loaded, reduced};
 use crate::trajectory::Trajectory;
 use hydroelastic::dynamics::{self, BodyState};
@@ -12,10 +12,10 @@ use hydroelastic::spatial::{Pose, Twist};
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 
-/// Numbers of a body in an outcome: the rotation by rows and the position, then the twist.
+/// Number of components of a body in an outcome: the rotation by rows, the position and the twist.
 const NUMBERS: usize = 18;
 
-/// The times and all bodies of the recorded states.
+/// Outcome with the times and the states of all bodies in the recorded states.
 pub struct AllStates;
 
 impl Outcome for AllStates {
@@ -33,7 +33,7 @@ impl Outcome for AllStates {
     }
 }
 
-/// The positions of all bodies in the recorded states but the first.
+/// Outcome with the positions of all bodies in the recorded states, except the first state.
 pub struct RecordedPositions;
 
 impl Outcome for RecordedPositions {
@@ -46,13 +46,26 @@ impl Outcome for RecordedPositions {
     }
 }
 
-/// The derivatives of a trajectory by p numbers of parameters: each of its arrays with p at the end, so that derivatives have
-/// the indices of what they are of.
+/// Derivatives of the k recorded states of n bodies with respect to p numbers of parameters.
+///
+/// Each array has the shape of the same array of the trajectory, with p as an additional last axis.
+///
+/// Parameters
+/// ----------
+/// poses : (k, n, 4, 4, p) ndarray of float64
+///     Derivatives of the poses.
+/// twists : (k, n, 6, p) ndarray of float64
+///     Derivatives of the twists.
+///
+/// Raises
+/// ------
+/// HydroelasticError
+///     If an array has an unexpected shape, or a number is not finite.
 #[pyclass(frozen, get_all, module = "hydroelastic")]
 pub struct TrajectoryJacobian {
-    /// (k, n, 4, 4, p) float64: derivatives of the poses.
+    /// Derivatives of the poses, (k, n, 4, 4, p) float64.
     poses: Py<PyArrayDyn<f64>>,
-    /// (k, n, 6, p) float64: derivatives of the twists.
+    /// Derivatives of the twists, (k, n, 6, p) float64.
     twists: Py<PyArrayDyn<f64>>,
 }
 
@@ -94,7 +107,7 @@ impl TrajectoryJacobian {
     }
 }
 
-/// The trajectory and its derivatives from an outcome of [`AllStates`] of so many bodies.
+/// Converts the Jacobian of [`AllStates`] to a trajectory and its derivatives.
 pub fn both(
     py: Python<'_>,
     found: &OutcomeJacobian,
@@ -133,15 +146,15 @@ pub fn both(
         poses: array(py, poses, &[count, bodies, 4, 4, columns])?.unbind(),
         twists: array(py, twists, &[count, bodies, 6, columns])?.unbind(),
     };
-    let trajectory = dynamics::Trajectory::new(states).map_err(refused)?;
+    let trajectory = dynamics::Trajectory::new(states).map_err(value_error)?;
     Ok((trajectory.into(), jacobian))
 }
 
-/// The state of a body from its numbers, bit for bit.
+/// Restores the state of a body from its components, bit for bit.
 fn body_state(numbers: &[f64]) -> PyResult<BodyState> {
     let rotation = Matrix3::from_row_slice(&numbers[..9]);
     let vector = |first: usize| Vector3::from_column_slice(&numbers[first..first + 3]);
-    let pose = Pose::restored(rotation, vector(9)).map_err(refused)?;
+    let pose = Pose::restored(rotation, vector(9)).map_err(value_error)?;
     let (angular, linear) = (vector(12), vector(15));
     Ok(BodyState {
         pose,
@@ -149,27 +162,28 @@ fn body_state(numbers: &[f64]) -> PyResult<BodyState> {
     })
 }
 
-/// How well the derivatives of recorded states agree with central differences, at seven steps. A right derivative shows as a
-/// plateau of small errors between steps that are too long and too short.
+/// Comparison of the derivatives of recorded states with central differences at seven step sizes.
+///
+/// The errors of a right derivative have a plateau of small values between step sizes that are too long and too short.
 #[pyclass(frozen, module = "hydroelastic")]
 pub struct DifferenceCheck(pub gradient::DifferenceCheck);
 
 #[pymethods]
 impl DifferenceCheck {
-    /// (7,) float64: steps, in typical changes of a parameter: its value for materials and masses, else 1 SI unit.
+    /// Step sizes, (7,) float64, in typical changes of a parameter: the value of a material number or a mass, and 1 SI unit otherwise.
     #[getter]
     fn steps<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
         array(py, self.0.steps.clone(), &[self.0.steps.len()])
     }
 
-    /// What each column is by: a parameter, and which of its numbers.
+    /// Name of each of the p numbers: a parameter, and the component of the parameter.
     #[getter]
     fn numbers(&self) -> Vec<String> {
         self.0.numbers.clone()
     }
 
-    /// (7, p) float64: the error at each step and number, relative to the largest entry of the column, or to a millionth of the
-    /// largest entry of the row and of the largest number of the outcome if that is larger.
+    /// Relative error at each step size for each number, (7, p) float64. The reference is the largest entry of the column, or, if that
+    /// is larger, a millionth of the largest entry of the row and of the largest number of the outcome.
     #[getter]
     fn errors<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
         let errors = &self.0.errors;
@@ -177,7 +191,7 @@ impl DifferenceCheck {
         array(py, by_rows, &[errors.nrows(), errors.ncols()])
     }
 
-    /// (p,) float64: for each number the error at the step that agrees best.
+    /// Smallest relative error of each number over all step sizes, (p,) float64.
     #[getter]
     fn best_by_parameter<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
         let best = self.0.best_by_parameter();
@@ -185,7 +199,7 @@ impl DifferenceCheck {
         array(py, best, &[count])
     }
 
-    /// The largest of these errors.
+    /// Largest entry of best_by_parameter.
     #[getter]
     fn best(&self) -> f64 {
         self.0.best()
@@ -208,28 +222,28 @@ impl DifferenceCheck {
     }
 }
 
-/// The derivatives of recorded positions by p numbers of parameters, compared with the slopes of the motion.
+/// Comparison of the derivatives of recorded positions with the slopes of the motion, for p numbers of parameters.
 #[pyclass(frozen, module = "hydroelastic")]
 pub struct DerivativeCheck(pub gradient::DerivativeCheck);
 
 #[pymethods]
 impl DerivativeCheck {
-    /// What each derivative is by: a parameter, and which of its numbers.
+    /// Name of each of the p numbers: a parameter, and the component of the parameter.
     #[getter]
     fn numbers(&self) -> Vec<String> {
         let derivatives = self.0.derivatives.iter();
         derivatives.map(|found| found.number.clone()).collect()
     }
 
-    /// For each derivative "right", "kink", "unresolved" or "chaotic".
+    /// Verdict on each derivative: "right", "kink", "unresolved", "chaotic" or "noisy". See World.derivative_check.
     #[getter]
     fn verdicts(&self) -> Vec<String> {
         let derivatives = self.0.derivatives.iter();
         derivatives.map(|found| found.verdict.to_string()).collect()
     }
 
-    /// (p,) float64: the largest difference between derivative and slope, relative to the larger of their largest entries; of noisy ones
-    /// the noise, relative to the same.
+    /// Relative error of each derivative, (p,) float64: the largest difference between derivative and slope, over the larger of their
+    /// largest entries. For a noisy derivative it is the noise over the same reference.
     #[getter]
     fn errors<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
         let errors: Vec<f64> = self.0.derivatives.iter().map(|found| found.error).collect();
@@ -237,8 +251,8 @@ impl DerivativeCheck {
         array(py, errors, &[count])
     }
 
-    /// For each derivative the time (s) of the first recorded state where it is not the slope, and the name of the body; None if it
-    /// is right.
+    /// First mismatch of each derivative: the time (s) of the first recorded state in which the derivative is not the slope, and the
+    /// name of the body. None for a right derivative.
     #[getter]
     fn first_mismatch(&self) -> Vec<Option<(f64, String)>> {
         let derivatives = self.0.derivatives.iter();
@@ -247,7 +261,7 @@ impl DerivativeCheck {
             .collect()
     }
 
-    /// Whether all derivatives are right.
+    /// True if all derivatives are right.
     #[getter]
     fn is_right(&self) -> bool {
         self.0.is_right()
@@ -266,13 +280,13 @@ impl DerivativeCheck {
     }
 }
 
-/// A check from what pickle has kept.
+/// Restores a check from a pickle.
 #[pyfunction]
 pub fn _load_derivative_check(saved: &[u8]) -> PyResult<DerivativeCheck> {
     loaded(saved).map(DerivativeCheck)
 }
 
-/// A check from what pickle has kept.
+/// Restores a check from a pickle.
 #[pyfunction]
 pub fn _load_difference_check(saved: &[u8]) -> PyResult<DifferenceCheck> {
     loaded(saved).map(DifferenceCheck)

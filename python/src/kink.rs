@@ -1,14 +1,25 @@
-//! Places where a rollout has no derivative.
+//! Nonsmooth points of a rollout.
 
 use crate::arrays::{Whole, count, whole};
 use hydroelastic::dynamics;
 use pyo3::prelude::*;
 
-/// Nonsmooth points of one kind, of one pair of bodies or of one body, over a rollout: see World.kinks.
+/// Nonsmooth points of one kind in a rollout, for one pair of bodies or for one body. See World.kinks.
+///
+/// Parameters
+/// ----------
+/// kind : str
+///     "flush faces", "clamped pressure", "equal fields" or "unresolved step".
+/// bodies : list of str
+///     Names of the bodies.
+/// steps : int
+///     Number of steps with such a point.
+/// first_step, last_step : int
+///     First and last of these steps. The first step of a rollout has the number 1.
 #[pyclass(frozen, eq, get_all, module = "hydroelastic")]
 #[derive(PartialEq)]
 pub struct Kink {
-    /// "flush faces", "clamped pressure", "equal fields" or "unresolved step".
+    /// Kind of nonsmooth point: "flush faces", "clamped pressure", "equal fields" or "unresolved step".
     kind: String,
     /// Names of the bodies.
     bodies: Vec<String>,
@@ -21,7 +32,7 @@ pub struct Kink {
 }
 
 impl Kink {
-    /// Converts a summary of the library. `names` has the names of all bodies of the world.
+    /// Converts a summary of the library. `names` are the names of all bodies of the world.
     pub fn of(summary: &dynamics::KinkSummary, names: &[&str]) -> Self {
         let bodies = summary.bodies.iter();
         let [first_step, last_step] = summary.steps;

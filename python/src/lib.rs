@@ -1,11 +1,11 @@
-//! The compiled part of the Python package `hydroelastic`: classes that hold values of the library, and numpy arrays in and
-//! out. What users read is in the doc comments of the classes and in `hydroelastic/_core.pyi`.
+//! Compiled part of the Python package `hydroelastic`: classes that hold values of the library. Arguments and results are NumPy arrays.
+//!
+//! Doc comments of the classes and their methods are the Python docstrings. `hydroelastic/_core.pyi` has the types.
 
 mod any_shape;
 mod arrays;
 mod batch;
 mod body;
-mod by_states;
 mod contacts;
 mod control;
 mod diagnostics;
@@ -31,6 +31,7 @@ mod shape_gradient;
 mod shape_rates;
 mod show;
 mod state;
+mod state_cotangents;
 mod surface;
 mod trajectory;
 mod world;
@@ -41,7 +42,7 @@ mod world_pickle;
 
 use pyo3::prelude::*;
 
-/// The compiled part of hydroelastic: use the package, not this module.
+/// Compiled part of hydroelastic. Import the package, not this module.
 #[pymodule]
 fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     let py = module.py();

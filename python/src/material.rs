@@ -1,21 +1,25 @@
-//! Materials of bodies, and the surface law of a pair.
+//! Materials of bodies and surface laws of pairs.
 
 use crate::arrays::{optional_real, real};
-use crate::errors::refused;
+use crate::errors::value_error;
 use hydroelastic::{contact, dynamics};
 use pyo3::prelude::*;
 
-/// The skin of a body.
+/// Contact material of a body.
 ///
 /// Parameters
 /// ----------
-/// modulus : hydroelastic modulus (Pa), positive; None for a RigidShape, or a HalfSpace without a layer.
-/// dissipation : Hunt–Crossley dissipation (s/m), not negative. That of a rigid body does not count.
-/// friction : coefficient of friction, not negative; None takes the coefficient of the partner in each contact.
+/// modulus : float or None
+///     Hydroelastic modulus (Pa), positive. None for a RigidShape, or for a HalfSpace without a layer.
+/// dissipation : float
+///     Hunt–Crossley dissipation (s/m), at least 0. The dissipation of a rigid body has no effect.
+/// friction : float or None
+///     Friction coefficient, at least 0. With None, each contact uses the coefficient of the other body.
 ///
 /// Raises
 /// ------
-/// HydroelasticError if a number is out of range.
+/// HydroelasticError
+///     If a number is out of range or not finite.
 #[pyclass(frozen, eq, module = "hydroelastic")]
 #[derive(Clone, Copy, PartialEq)]
 pub struct Material {
@@ -25,13 +29,13 @@ pub struct Material {
     /// Hunt–Crossley dissipation (s/m).
     #[pyo3(get)]
     dissipation: f64,
-    /// Coefficient of friction; None takes the coefficient of the partner.
+    /// Friction coefficient. With None, each contact uses the coefficient of the other body.
     #[pyo3(get)]
     friction: Option<f64>,
 }
 
 impl Material {
-    /// The material of the library.
+    /// Converts to the material of the library.
     pub fn inner(&self) -> dynamics::Material {
         dynamics::Material {
             modulus: self.modulus,
@@ -51,7 +55,7 @@ impl From<&dynamics::Material> for Material {
     }
 }
 
-/// A modulus as Python writes it.
+/// Formats a modulus as a Python expression.
 pub fn modulus_repr(modulus: Option<f64>) -> String {
     modulus.map_or_else(|| "None".to_owned(), |modulus| format!("{modulus:?}"))
 }
@@ -80,7 +84,7 @@ impl Material {
         ];
         for (quantity, value, is_in_range) in is_in_range {
             if let Some(value) = value.filter(|value| !(is_in_range && value.is_finite())) {
-                return Err(refused(format!(
+                return Err(value_error(format!(
                     "the {quantity} of a material is {value}: a modulus must be positive, dissipation and friction not \
                      negative, and all finite"
                 )));
@@ -93,17 +97,50 @@ impl Material {
         })
     }
 
-    /// Material of a rigid body, without modulus and dissipation. If friction is None, contacts have the friction of the partner; 0
-    /// makes them frictionless.
+    /// Creates the material of a rigid body, without modulus and dissipation.
+    ///
+    /// Parameters
+    /// ----------
+    /// friction : float, optional
+    ///     Friction coefficient, at least 0. With None, the default, each contact uses the coefficient of the other body. With 0,
+    ///     contacts are frictionless.
+    ///
+    /// Returns
+    /// -------
+    /// Material
+    ///     Material without a modulus.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If the friction coefficient is out of range or not finite.
     #[staticmethod]
     #[pyo3(signature = (friction=None))]
     fn rigid(#[pyo3(from_py_with = optional_real)] friction: Option<f64>) -> PyResult<Self> {
         Self::new(None, 0.0, friction)
     }
 
-    /// The law of two surfaces, as in a world: each dissipation is weighted with the other body's modulus, so a rigid body
-    /// dissipates nothing. Friction is the harmonic mean, or the coefficient of one body if the other has none. slip_tolerance in
-    /// m/s.
+    /// Combines two materials to the surface law of their contact, as a world does.
+    ///
+    /// Each dissipation is weighted with the modulus of the other body, so a rigid body dissipates nothing. The friction coefficient is
+    /// the harmonic mean, or the coefficient of one body if the coefficient of the other body is None.
+    ///
+    /// Parameters
+    /// ----------
+    /// other : Material
+    ///     Material of the other body.
+    /// slip_tolerance : float
+    ///     Slip tolerance (m/s).
+    ///
+    /// Returns
+    /// -------
+    /// SurfaceLaw
+    ///     Law of the contact.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If the slip tolerance is not positive and finite.
     #[pyo3(signature = (other, slip_tolerance=1e-3))]
     fn combined_with(
         &self,
@@ -129,24 +166,28 @@ impl Material {
     }
 }
 
-/// What two surfaces in motion add to the elastic pressure.
+/// Dissipation and friction of the contact between two moving surfaces. They add to the elastic pressure.
 ///
 /// Parameters
 /// ----------
-/// dissipation : Hunt–Crossley dissipation (s/m), not negative.
-/// friction : coefficient of friction, not negative.
-/// slip_tolerance : speed (m/s) at which friction has 71 % of its full value, positive.
+/// dissipation : float
+///     Hunt–Crossley dissipation (s/m), at least 0.
+/// friction : float
+///     Friction coefficient, at least 0.
+/// slip_tolerance : float
+///     Slip speed (m/s) at which friction has 71 % of its full value, positive.
 ///
 /// Raises
 /// ------
-/// HydroelasticError if a number is out of range.
+/// HydroelasticError
+///     If a number is out of range or not finite.
 #[pyclass(frozen, eq, module = "hydroelastic")]
 #[derive(Clone, Copy, PartialEq)]
 pub struct SurfaceLaw {
     /// Hunt–Crossley dissipation (s/m).
     #[pyo3(get)]
     dissipation: f64,
-    /// Coefficient of friction.
+    /// Friction coefficient.
     #[pyo3(get)]
     friction: f64,
     /// Slip tolerance (m/s).
@@ -155,9 +196,9 @@ pub struct SurfaceLaw {
 }
 
 impl SurfaceLaw {
-    /// The law of the library with other numbers: dissipation and friction.
+    /// Converts to the law of the library, with another dissipation and friction.
     pub fn inner_with(&self, [dissipation, friction]: [f64; 2]) -> PyResult<contact::SurfaceLaw> {
-        contact::SurfaceLaw::new(dissipation, friction, self.slip_tolerance).map_err(refused)
+        contact::SurfaceLaw::new(dissipation, friction, self.slip_tolerance).map_err(value_error)
     }
 
     /// Dissipation and friction.

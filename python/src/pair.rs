@@ -1,8 +1,8 @@
-//! Two shapes that may touch.
+//! Pairs of shapes, and the contact between them at given poses.
 
 use crate::any_shape::{self, AnyShape};
 use crate::arrays::{Floats, optional_real, real};
-use crate::errors::refused;
+use crate::errors::value_error;
 use crate::material::{SurfaceLaw, modulus_repr};
 use crate::pair_inputs::Inputs;
 use crate::poses::one;
@@ -16,31 +16,45 @@ use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use std::path::PathBuf;
 
-/// Numbers of both wrenches.
+/// Number of components of both wrenches.
 pub const BOTH: usize = 12;
 
-/// Columns of the Jacobian at rest, and in motion.
+/// Number of columns of the Jacobian at rest.
 const AT_REST: usize = 14;
+/// Number of columns of the Jacobian in motion.
 const IN_MOTION: usize = 28;
 
-/// Two shapes that may touch, with their moduli and the law of their surfaces. A is compliant; B is of any kind.
+/// Two shapes A and B that can collide, with their moduli and their surface law. A is compliant; B is of any kind.
 ///
-/// Poses are (4, 4) float64, twists (6,) (angular rad/s, linear m/s; the linear part is the velocity of the body's origin), all in
-/// the world. Each argument may have n in front, and then so has each result: the contacts are computed by all cores, without
-/// the GIL, with the bits of a loop. Wrenches are (12,): torque (N m) and force (N) on A, about A's origin, then those on B,
-/// about B's.
+/// - A pose is a (4, 4) array of float64 that maps coordinates in the body frame to the world.
+/// - A twist is a (6,) array: angular velocity (rad/s), then velocity (m/s) of the origin of the body frame, in world axes.
+/// - Both wrenches together are a (12,) array: torque (N m) and force (N) on A about the origin of its frame, then torque and force on
+///   B about the origin of its frame, in world axes.
+/// - Moduli are a (2,) array: A, then B (Pa). If B is rigid, the second modulus is ignored, and derivatives with respect to it are 0.
+///
+/// Each array may have an additional first axis of length n. Then each result has this axis too. All cores compute such a batch,
+/// without the GIL, with the same bits as a loop.
 ///
 /// Parameters
 /// ----------
-/// a : a Shape. b : a Shape, a RigidShape or a HalfSpace.
-/// modulus_a, modulus_b : hydroelastic moduli (Pa), positive; the second is None where B is rigid. Arrays of both moduli have two
-///     numbers all the same: where B is rigid, the second is ignored, and derivatives by it are 0.
-/// law : surface law, or None for no dissipation and no friction.
+/// a : Shape
+///     Shape of A.
+/// b : Shape, RigidShape or HalfSpace
+///     Shape of B.
+/// modulus_a : float
+///     Hydroelastic modulus (Pa) of A, positive.
+/// modulus_b : float, optional
+///     Hydroelastic modulus (Pa) of B, positive. None, the default, for a rigid B.
+/// law : SurfaceLaw, optional
+///     Surface law. Default: no dissipation and no friction.
 ///
 /// Raises
 /// ------
-/// HydroelasticError if a modulus is not positive, B is rigid and has one, or is not and has none; every method, if an array has another shape, a pose is not rigid or a
-/// number is not finite. TypeError if an array is not of float64.
+/// HydroelasticError
+///     If a modulus is not positive, a rigid B has a modulus, or a compliant B has none. Every method raises it if an array has an
+///     unexpected shape, a pose is not rigid, or a number is not finite.
+/// TypeError
+///     If A is not a Shape. Every method raises it if an array cannot be converted to float64 without a loss.
 #[pyclass(frozen, module = "hydroelastic")]
 pub struct Pair {
     pub a: Shape,
@@ -51,23 +65,23 @@ pub struct Pair {
 }
 
 impl Pair {
-    /// Both moduli; 1 stands for one that is not there, and does not matter.
+    /// Both moduli (Pa). A missing modulus is replaced by 1, which has no effect.
     pub fn moduli_or_1(&self) -> [f64; 2] {
         [self.modulus_a, self.modulus_b.unwrap_or(1.0)]
     }
 
-    /// The contact at two poses, with other moduli.
+    /// Creates the contact at two poses, with two moduli.
     pub fn at(
         &self,
         [pose_a, pose_b]: [Pose; 2],
         [modulus_a, modulus_b]: [f64; 2],
     ) -> PyResult<ContactPair<'_>> {
-        let a = self.a.at(pose_a, modulus_a).map_err(refused)?;
-        let b = self.b.partner(pose_b, modulus_b).map_err(refused)?;
+        let a = self.a.at(pose_a, modulus_a).map_err(value_error)?;
+        let b = self.b.partner(pose_b, modulus_b).map_err(value_error)?;
         Ok(ContactPair::new(a, b))
     }
 
-    /// The contact at two poses.
+    /// Creates the contact at two poses.
     fn at_poses(
         &self,
         pose_a: &Bound<'_, PyAny>,
@@ -78,14 +92,14 @@ impl Pair {
     }
 }
 
-/// Checks that B has a modulus unless it is rigid.
+/// Checks that B has a modulus exactly if B is not rigid.
 fn check_modulus(b: &AnyShape, modulus: Option<f64>) -> PyResult<()> {
     match (b.inner().is_rigid(), modulus) {
-        (true, Some(modulus)) => Err(refused(format!(
+        (true, Some(modulus)) => Err(value_error(format!(
             "{} is rigid and has no modulus, but modulus_b is {modulus:?} Pa",
             b.__repr__()
         ))),
-        (false, None) => Err(refused(format!(
+        (false, None) => Err(value_error(format!(
             "{} is not rigid: modulus_b is missing",
             b.__repr__()
         ))),
@@ -93,13 +107,13 @@ fn check_modulus(b: &AnyShape, modulus: Option<f64>) -> PyResult<()> {
     }
 }
 
-/// The numbers of both wrenches.
+/// Components of both wrenches.
 pub fn wrench_numbers(wrench: &ContactWrench) -> [f64; BOTH] {
     let [a, b] = [wrench.on_a.to_vector(), wrench.on_b.to_vector()];
     std::array::from_fn(|place| if place < 6 { a[place] } else { b[place - 6] })
 }
 
-/// Writes a block of columns of a Jacobian whose rows have so many numbers, from a column on.
+/// Writes a block of columns of a Jacobian, from the column `first` on. Each row has `width` numbers.
 pub fn write_columns<const R: usize, const C: usize>(
     rows: &mut [f64],
     width: usize,
@@ -162,27 +176,48 @@ impl Pair {
         Ok(pair)
     }
 
-    /// The shapes A and B.
+    /// Shapes of A and B.
     #[getter]
     fn shapes(&self) -> (Shape, AnyShape) {
         (self.a.clone(), self.b.clone())
     }
 
-    /// The hydroelastic moduli of A and B (Pa); the second is None where B is rigid.
+    /// Hydroelastic moduli (Pa) of A and B. The second is None if B is rigid.
     #[getter]
     fn moduli(&self) -> (f64, Option<f64>) {
         (self.modulus_a, self.modulus_b)
     }
 
-    /// The surface law.
+    /// Surface law.
     #[getter]
     fn law(&self) -> SurfaceLaw {
         self.law
     }
 
-    /// The wrenches: (12,) or (n, 12). Without twists those of bodies at rest; with them, dissipation and friction take part.
+    /// Computes the wrenches on both bodies.
     ///
-    /// moduli (2,) and law (2,), dissipation and friction, replace those of the pair; they may have n in front too.
+    /// Without twists, the bodies are at rest. With a twist, the wrenches include dissipation and friction.
+    ///
+    /// Parameters
+    /// ----------
+    /// pose_a, pose_b : (4, 4) or (n, 4, 4) array_like
+    ///     Poses of A and B in the world.
+    /// twist_a, twist_b : (6,) or (n, 6) array_like, optional
+    ///     Twists of A and B. If one is given, the other is zero by default.
+    /// moduli : (2,) or (n, 2) array_like, optional
+    ///     Moduli (Pa) in place of the moduli of the pair.
+    /// law : (2,) or (n, 2) array_like, optional
+    ///     Dissipation (s/m) and friction coefficient in place of those of the pair.
+    ///
+    /// Returns
+    /// -------
+    /// (12,) or (n, 12) ndarray of float64
+    ///     Torque (N m) and force (N) on A, then on B.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If an argument or a result is not valid, as in the class description.
     #[pyo3(signature = (pose_a, pose_b, twist_a=None, twist_b=None, *, moduli=None, law=None))]
     fn wrench<'py>(
         &self,
@@ -202,8 +237,29 @@ impl Pair {
         found.array(py, 0, &[BOTH])
     }
 
-    /// The wrenches of bodies at rest, (12,), and their Jacobian, (12, 14), in closed form; or n of each. Columns: pose of A
-    /// (6), pose of B (6), modulus of A, modulus of B. Poses vary by twists in world axes, as moved_pose moves them.
+    /// Computes the wrenches on bodies at rest and their Jacobian, in closed form.
+    ///
+    /// The columns of the Jacobian are the pose of A (6), the pose of B (6), the modulus of A and the modulus of B. Derivatives with
+    /// respect to a pose are with respect to a twist in world axes, as in moved_pose.
+    ///
+    /// Parameters
+    /// ----------
+    /// pose_a, pose_b : (4, 4) or (n, 4, 4) array_like
+    ///     Poses of A and B in the world.
+    /// moduli : (2,) or (n, 2) array_like, optional
+    ///     Moduli (Pa) in place of the moduli of the pair.
+    ///
+    /// Returns
+    /// -------
+    /// wrenches : (12,) or (n, 12) ndarray of float64
+    ///     Torque (N m) and force (N) on A, then on B.
+    /// jacobian : (12, 14) or (n, 12, 14) ndarray of float64
+    ///     Derivatives of the wrenches.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If an argument or a result is not valid, as in the class description.
     #[pyo3(signature = (pose_a, pose_b, *, moduli=None))]
     fn wrench_and_jacobian<'py>(
         &self,
@@ -224,8 +280,34 @@ impl Pair {
         Ok((wrenches, found.array(py, BOTH, &[BOTH, AT_REST])?))
     }
 
-    /// The wrenches of moving bodies, (12,), and their Jacobian, (12, 28), in closed form; or n of each. Columns: pose of A (6),
-    /// pose of B (6), twist of A (6), twist of B (6), modulus of A, modulus of B, dissipation, friction.
+    /// Computes the wrenches on moving bodies and their Jacobian, in closed form.
+    ///
+    /// The columns of the Jacobian are the pose of A (6), the pose of B (6), the twist of A (6), the twist of B (6), the modulus of A,
+    /// the modulus of B, the dissipation and the friction coefficient. Derivatives with respect to a pose are with respect to a twist in
+    /// world axes, as in moved_pose.
+    ///
+    /// Parameters
+    /// ----------
+    /// pose_a, pose_b : (4, 4) or (n, 4, 4) array_like
+    ///     Poses of A and B in the world.
+    /// twist_a, twist_b : (6,) or (n, 6) array_like, optional
+    ///     Twists of A and B. Default: zero.
+    /// moduli : (2,) or (n, 2) array_like, optional
+    ///     Moduli (Pa) in place of the moduli of the pair.
+    /// law : (2,) or (n, 2) array_like, optional
+    ///     Dissipation (s/m) and friction coefficient in place of those of the pair.
+    ///
+    /// Returns
+    /// -------
+    /// wrenches : (12,) or (n, 12) ndarray of float64
+    ///     Torque (N m) and force (N) on A, then on B.
+    /// jacobian : (12, 28) or (n, 12, 28) ndarray of float64
+    ///     Derivatives of the wrenches.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If an argument or a result is not valid, as in the class description.
     #[pyo3(signature = (pose_a, pose_b, twist_a=None, twist_b=None, *, moduli=None, law=None))]
     fn linearized<'py>(
         &self,
@@ -249,7 +331,26 @@ impl Pair {
         Ok((wrenches, found.array(py, BOTH, &[BOTH, IN_MOTION])?))
     }
 
-    /// Potential energy (J) of the contact, () or (n,): the wrench is minus its derivative. Takes much longer than the wrench.
+    /// Computes the potential energy of the contact.
+    ///
+    /// The wrench on bodies at rest is minus the derivative of the energy. The energy takes much longer than the wrench.
+    ///
+    /// Parameters
+    /// ----------
+    /// pose_a, pose_b : (4, 4) or (n, 4, 4) array_like
+    ///     Poses of A and B in the world.
+    /// moduli : (2,) or (n, 2) array_like, optional
+    ///     Moduli (Pa) in place of the moduli of the pair.
+    ///
+    /// Returns
+    /// -------
+    /// float or (n,) ndarray of float64
+    ///     Potential energy (J).
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If an argument or a result is not valid, as in the class description.
     #[pyo3(signature = (pose_a, pose_b, *, moduli=None))]
     fn potential_energy<'py>(
         &self,
@@ -262,14 +363,29 @@ impl Pair {
         let inputs = Inputs::of(self, poses, twists, moduli, law)?;
         let found = inputs.found(py, self, 1, |at, row| row[0] = at.pair.potential_energy())?;
         let energies = found.array(py, 0, &[])?;
-        // One energy is a number, as of numpy it would be an array of no dimension.
+        // A single energy is returned as a number instead of a zero-dimensional array.
         match energies.ndim() {
             0 => energies.call_method0("item"),
             _ => Ok(energies.into_any()),
         }
     }
 
-    /// The contact surface between two poses.
+    /// Computes the contact surface.
+    ///
+    /// Parameters
+    /// ----------
+    /// pose_a, pose_b : (4, 4) array_like
+    ///     Poses of A and B in the world.
+    ///
+    /// Returns
+    /// -------
+    /// Surface
+    ///     Contact surface in the world frame.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If a pose is not rigid.
     fn surface<'py>(
         &self,
         py: Python<'py>,
@@ -281,9 +397,25 @@ impl Pair {
         Surface::of(py, &surface)
     }
 
-    /// Whether the bodies have passed so far into each other that contact may no longer push them apart: no contact surface is left,
-    /// one is wholly inside the other, or each contains the middle of the other. A rod that pierces a body beside the point of
-    /// highest pressure is not reported.
+    /// Returns whether the bodies overlap so deeply that contact may no longer push them apart.
+    ///
+    /// This is true if the bodies overlap without a contact surface, one body is wholly inside the other, or each body contains the
+    /// middle of the other. A rod that pierces a body beside the point of highest pressure is not reported.
+    ///
+    /// Parameters
+    /// ----------
+    /// pose_a, pose_b : (4, 4) array_like
+    ///     Poses of A and B in the world.
+    ///
+    /// Returns
+    /// -------
+    /// bool
+    ///     True if the bodies have sunk through each other.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If a pose is not rigid.
     fn has_sunk_through(
         &self,
         py: Python<'_>,
@@ -294,8 +426,24 @@ impl Pair {
         Ok(py.detach(|| pair.has_sunk_through()))
     }
 
-    /// Writes the contact surface between two poses for ParaView and its like, by the extension of the name: VTK XML (.vtp) or
-    /// legacy (.vtk). Corners have the data pressure (Pa); polygons have pressure (the mean, Pa), area (m²) and normal.
+    /// Writes the contact surface as a VTK file, for ParaView and similar programs.
+    ///
+    /// The point data of the file are the pressures (Pa). The cell data are the mean pressure (Pa), the area (m²) and the normal of each
+    /// polygon.
+    ///
+    /// Parameters
+    /// ----------
+    /// path : path-like
+    ///     File, with the extension .vtp for VTK XML or .vtk for legacy VTK.
+    /// pose_a, pose_b : (4, 4) array_like
+    ///     Poses of A and B in the world.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If a pose is not rigid, or the extension is unknown.
+    /// OSError
+    ///     If the file cannot be written.
     fn write_surface<'py>(
         &self,
         py: Python<'py>,

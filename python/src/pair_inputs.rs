@@ -1,7 +1,7 @@
-//! What a pair is evaluated at: one set of poses, twists and numbers, or n of them.
+//! Inputs of a contact computation: one set of poses, twists and material numbers, or a batch of n sets.
 
 use crate::arrays::{Floats, Many, array, check_finite, copied, rows};
-use crate::errors::refused;
+use crate::errors::value_error;
 use crate::pair::Pair;
 use crate::poses::{poses, twist_of};
 use hydroelastic::contact::{ContactPair, SurfaceLaw};
@@ -10,10 +10,10 @@ use hydroelastic::parallel;
 use hydroelastic::spatial::Pose;
 use pyo3::prelude::*;
 
-/// Contacts that a thread takes at a time: some take a few µs.
+/// Number of contacts in one task of a thread. Fast contacts take only a few µs.
 const CHUNK: usize = 4;
 
-/// The arguments, checked.
+/// Checked arguments of a call on a pair.
 pub struct Inputs {
     poses: [Many<Pose>; 2],
     twists: [Many<[f64; 6]>; 2],
@@ -24,13 +24,13 @@ pub struct Inputs {
 }
 
 /// One contact to evaluate.
-pub struct ForceContext<'s> {
+pub struct ContactItem<'s> {
     pub pair: ContactPair<'s>,
-    /// The derivatives of a number by both wrenches.
+    /// Derivatives of a loss with respect to both wrenches.
     pub by_wrenches: SVector<f64, 12>,
 }
 
-/// Twists, or those of bodies at rest.
+/// Reads twists. The twist of a missing argument is zero.
 fn twists(argument: Option<&Bound<'_, PyAny>>, name: &str) -> PyResult<Many<[f64; 6]>> {
     let Some(argument) = argument else {
         return Ok(Many::One([0.0; 6]));
@@ -39,13 +39,15 @@ fn twists(argument: Option<&Bound<'_, PyAny>>, name: &str) -> PyResult<Many<[f64
         if twist.iter().all(|number| number.is_finite()) {
             return Ok(*twist);
         }
-        Err(refused(format!("a twist must be finite, but is {twist:?}")))
+        Err(value_error(format!(
+            "a twist must be finite, but is {twist:?}"
+        )))
     })
 }
 
 impl Inputs {
-    /// From the arguments of a call on a pair. Without twists, bodies are at rest; `moduli`, and `law` of dissipation and
-    /// friction, are in place of those of the pair.
+    /// Reads the arguments of a call on a pair. Without twists, bodies are at rest. `moduli` and `law` (dissipation and friction) replace
+    /// those of the pair.
     pub fn of(
         pair: &Pair,
         [pose_a, pose_b]: [&Bound<'_, PyAny>; 2],
@@ -70,7 +72,7 @@ impl Inputs {
         })
     }
 
-    /// Sets the pairs in motion even if no twist is given, because derivatives by twists depend on the law.
+    /// Sets the pairs in motion even if no twist is given, because derivatives with respect to twists depend on the law.
     pub fn moving(self) -> Self {
         Self {
             is_moving: true,
@@ -78,7 +80,7 @@ impl Inputs {
         }
     }
 
-    /// The same, with derivatives of a number by both wrenches.
+    /// Adds derivatives of a loss with respect to both wrenches.
     pub fn with_covectors(self, by_wrenches: &Bound<'_, PyAny>) -> PyResult<Self> {
         let by_wrenches =
             rows(by_wrenches, "by_wrenches")?.mapped("by_wrenches", |it: &[f64; 12]| {
@@ -91,7 +93,7 @@ impl Inputs {
         })
     }
 
-    /// How many contacts there are, if they are a batch.
+    /// Number of contacts of a batch; `None` for a single contact.
     fn count(&self) -> PyResult<Option<usize>> {
         let [pose_a, pose_b] = &self.poses;
         let [twist_a, twist_b] = &self.twists;
@@ -112,18 +114,18 @@ impl Inputs {
         };
         match given.find(|&(_, count)| count != expected) {
             None => Ok(Some(expected)),
-            Some((name, found)) => Err(refused(format!(
+            Some((name, found)) => Err(value_error(format!(
                 "{first} is a batch of {expected}, but {name} one of {found}"
             ))),
         }
     }
 
-    /// The contact of an item.
-    fn situation<'s>(&self, pair: &'s Pair, item: usize) -> PyResult<ForceContext<'s>> {
+    /// Creates the contact of an item.
+    fn contact<'s>(&self, pair: &'s Pair, item: usize) -> PyResult<ContactItem<'s>> {
         let poses = self.poses.each_ref().map(|poses| *poses.at(item));
         let pair = pair.at(poses, *self.moduli.at(item))?;
         let twists = [0, 1].map(|side| twist_of(self.twists[side].at(item)));
-        Ok(ForceContext {
+        Ok(ContactItem {
             pair: if self.is_moving {
                 pair.moving(*self.law.at(item), twists)
             } else {
@@ -133,19 +135,19 @@ impl Inputs {
         })
     }
 
-    /// So many numbers for each contact, written without the GIL; for those of a batch by all threads.
+    /// Computes `width` numbers for each contact, without the GIL. All threads share a batch.
     pub fn found(
         &self,
         py: Python<'_>,
         pair: &Pair,
         width: usize,
-        write: impl Fn(&ForceContext<'_>, &mut [f64]) + Sync,
+        write: impl Fn(&ContactItem<'_>, &mut [f64]) + Sync,
     ) -> PyResult<Found> {
         let count = self.count()?;
         let Some(length) = count else {
-            let situation = self.situation(pair, 0)?;
+            let contact = self.contact(pair, 0)?;
             let mut numbers = vec![0.0; width];
-            py.detach(|| write(&situation, &mut numbers));
+            py.detach(|| write(&contact, &mut numbers));
             check_result(&numbers, None)?;
             return Ok(Found {
                 numbers,
@@ -153,13 +155,13 @@ impl Inputs {
                 count,
             });
         };
-        let situations = (0..length).map(|item| self.situation(pair, item));
-        let situations = situations.collect::<PyResult<Vec<_>>>()?;
-        let chunks: Vec<&[ForceContext<'_>]> = situations.chunks(CHUNK).collect();
-        let of_chunk = |chunk: &&[ForceContext<'_>]| {
+        let contacts = (0..length).map(|item| self.contact(pair, item));
+        let contacts = contacts.collect::<PyResult<Vec<_>>>()?;
+        let chunks: Vec<&[ContactItem<'_>]> = contacts.chunks(CHUNK).collect();
+        let of_chunk = |chunk: &&[ContactItem<'_>]| {
             let mut numbers = vec![0.0; width * chunk.len()];
-            for (situation, row) in chunk.iter().zip(numbers.chunks_mut(width.max(1))) {
-                write(situation, row);
+            for (contact, row) in chunk.iter().zip(numbers.chunks_mut(width.max(1))) {
+                write(contact, row);
             }
             numbers
         };
@@ -181,12 +183,12 @@ fn check_result(numbers: &[f64], item: Option<usize>) -> PyResult<()> {
         return Ok(());
     }
     let item = item.map_or_else(String::new, |item| format!(" {item} of the batch"));
-    Err(refused(format!(
+    Err(value_error(format!(
         "the result of contact{item} is not finite: a pose, a twist, a modulus, a number of the law or a derivative is too large"
     )))
 }
 
-/// The numbers of one contact, or of each of a batch: those of one array after those of another.
+/// Results of one contact or of each contact of a batch: the numbers of all result arrays, one array after another.
 pub struct Found {
     numbers: Vec<f64>,
     width: usize,
@@ -194,7 +196,7 @@ pub struct Found {
 }
 
 impl Found {
-    /// The array of a shape that begins at a number of each contact; with n in front for a batch.
+    /// Creates a result array of a shape whose numbers start at `first` in each contact. A batch has an additional first axis.
     pub fn array<'py>(
         &self,
         py: Python<'py>,

@@ -1,19 +1,19 @@
-//! Derivatives of a contact by the shapes of its bodies.
+//! Derivatives of a contact with respect to the shapes of its bodies.
 
 use crate::any_shape::AnyShape;
 use crate::arrays::{Floats, Whole, count, wholes};
-use crate::errors::refused;
+use crate::errors::value_error;
 use crate::pair::{BOTH, Pair, write_columns};
 use crate::pair_inputs::Inputs;
 use crate::shape_gradient::{self, ShapeGradient};
 use hydroelastic::contact::BodyError;
 use pyo3::prelude::*;
 
-/// Numbers of the Jacobian by a vertex.
+/// Number of entries of the Jacobian with respect to one vertex.
 const BY_VERTEX: usize = 3 * BOTH;
 
 impl Pair {
-    /// How many vertices and extents A and B have.
+    /// Numbers of vertices and of extents of A and B.
     fn counts(&self) -> [[usize; 2]; 2] {
         let a = AnyShape::Compliant(self.a.clone());
         [shape_gradient::counts(&a), shape_gradient::counts(&self.b)]
@@ -22,7 +22,7 @@ impl Pair {
     fn check_vertices(&self, vertices: [&[usize]; 2]) -> PyResult<()> {
         for (vertices, [count, _]) in vertices.into_iter().zip(self.counts()) {
             if let Some(&vertex) = vertices.iter().find(|&&vertex| vertex >= count) {
-                return Err(refused(BodyError::Vertex { vertex, count }));
+                return Err(value_error(BodyError::Vertex { vertex, count }));
             }
         }
         Ok(())
@@ -31,10 +31,34 @@ impl Pair {
 
 #[pymethods]
 impl Pair {
-    /// The derivatives of a number by the shapes of A and of B, from those by the wrenches, by_wrenches (12,) or (n, 12): a
-    /// ShapeGradient each, in closed form, all vertices and extents at the cost of a Jacobian. Without twists of the wrenches of
-    /// bodies at rest; with them, dissipation and friction take part. Where faces of both bodies are flush, derivatives by
-    /// one vertex may be one-sided.
+    /// Computes the gradients of a loss with respect to the shapes of A and B, in closed form.
+    ///
+    /// The gradients with respect to all vertices and extents cost as much as a Jacobian. Without twists, the bodies are at rest. With a
+    /// twist, the wrenches include dissipation and friction. If faces of both bodies are flush, derivatives with respect to one vertex may
+    /// be one-sided.
+    ///
+    /// Parameters
+    /// ----------
+    /// pose_a, pose_b : (4, 4) or (n, 4, 4) array_like
+    ///     Poses of A and B in the world.
+    /// by_wrenches : (12,) or (n, 12) array_like
+    ///     Derivatives of the loss with respect to the wrenches.
+    /// twist_a, twist_b : (6,) or (n, 6) array_like, optional
+    ///     Twists of A and B. If one is given, the other is zero by default.
+    /// moduli : (2,) or (n, 2) array_like, optional
+    ///     Moduli (Pa) in place of the moduli of the pair.
+    /// law : (2,) or (n, 2) array_like, optional
+    ///     Dissipation (s/m) and friction coefficient in place of those of the pair.
+    ///
+    /// Returns
+    /// -------
+    /// gradient_a, gradient_b : ShapeGradient
+    ///     Gradients with respect to the shapes of A and B.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If an argument or a result is not valid, as in the class description.
     #[pyo3(signature = (pose_a, pose_b, by_wrenches, twist_a=None, twist_b=None, *, moduli=None, law=None))]
     fn shape_gradients<'py>(
         &self,
@@ -57,9 +81,33 @@ impl Pair {
         shape_gradient::both(py, &found, counts)
     }
 
-    /// The Jacobians of both wrenches, (12,), by where some vertices of A and of B are, in the axes of their bodies' frames:
-    /// (k, 12, 3) for the k vertices listed of A, and as many of B as are listed there; or n of each. Twists as of
-    /// shape_gradients. A vertex takes as long as all.
+    /// Computes the Jacobians of both wrenches with respect to the positions of vertices.
+    ///
+    /// One vertex costs as much as all vertices. Twists have the same meaning as in shape_gradients.
+    ///
+    /// Parameters
+    /// ----------
+    /// pose_a, pose_b : (4, 4) or (n, 4, 4) array_like
+    ///     Poses of A and B in the world.
+    /// vertices_a, vertices_b : sequence of int
+    ///     Indices of vertices of A and B. Default: no vertices.
+    /// twist_a, twist_b : (6,) or (n, 6) array_like, optional
+    ///     Twists of A and B. If one is given, the other is zero by default.
+    /// moduli : (2,) or (n, 2) array_like, optional
+    ///     Moduli (Pa) in place of the moduli of the pair.
+    /// law : (2,) or (n, 2) array_like, optional
+    ///     Dissipation (s/m) and friction coefficient in place of those of the pair.
+    ///
+    /// Returns
+    /// -------
+    /// by_vertices_a, by_vertices_b : (k, 12, 3) or (n, k, 12, 3) ndarray of float64
+    ///     Derivatives of the wrenches with respect to the k listed vertices of A, and to the listed vertices of B. Positions are in the
+    ///     body frame.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If a vertex does not exist, or an argument or a result is not valid, as in the class description.
     #[pyo3(signature = (pose_a, pose_b, vertices_a=vec![], vertices_b=vec![], twist_a=None, twist_b=None, *, moduli=None, law=None))]
     fn vertex_jacobians<'py>(
         &self,

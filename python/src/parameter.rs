@@ -1,4 +1,4 @@
-//! What a rollout is differentiated by.
+//! Parameters of a rollout that derivatives can be taken with respect to.
 
 use crate::arrays::{Whole, count, whole};
 use crate::pickle::{Reduced, loaded, reduced};
@@ -7,76 +7,198 @@ use pyo3::exceptions::PyMemoryError;
 use pyo3::prelude::*;
 use std::sync::Arc;
 
-/// Something that went into a world, and that a derivative may be taken by.
+/// Input of a world that a derivative can be taken with respect to, such as an initial velocity or a modulus.
+///
+/// Static methods create parameters. A body is given by its name. The world checks the names when the parameter is used.
 #[pyclass(frozen, eq, hash, module = "hydroelastic")]
 #[derive(Clone, PartialEq, Eq, Hash)]
 pub struct Parameter(pub gradient::Parameter);
 
 #[pymethods]
 impl Parameter {
-    /// Initial position (m) of a body's origin: 3 numbers.
+    /// Initial position (m) of the origin of a body in the world: 3 numbers.
+    ///
+    /// Parameters
+    /// ----------
+    /// body : str
+    ///     Name of the body.
+    ///
+    /// Returns
+    /// -------
+    /// Parameter
+    ///     Initial position.
     #[staticmethod]
     fn initial_position(body: &str) -> Self {
         Self(gradient::Parameter::initial_position(body))
     }
 
-    /// Initial orientation of a body: 3 numbers, a rotation vector (rad) in world axes that turns it about its origin.
+    /// Initial orientation of a body: 3 numbers. They are a rotation vector (rad) in world axes, which turns the body about its origin.
+    ///
+    /// Parameters
+    /// ----------
+    /// body : str
+    ///     Name of the body.
+    ///
+    /// Returns
+    /// -------
+    /// Parameter
+    ///     Initial orientation.
     #[staticmethod]
     fn initial_orientation(body: &str) -> Self {
         Self(gradient::Parameter::initial_orientation(body))
     }
 
-    /// Initial velocity (m/s) of a body's center of mass: 3 numbers.
+    /// Initial velocity (m/s) of the center of mass of a body, in world axes: 3 numbers.
+    ///
+    /// Parameters
+    /// ----------
+    /// body : str
+    ///     Name of the body.
+    ///
+    /// Returns
+    /// -------
+    /// Parameter
+    ///     Initial velocity.
     #[staticmethod]
     fn initial_velocity(body: &str) -> Self {
         Self(gradient::Parameter::initial_velocity(body))
     }
 
-    /// Initial spin (rad/s) of a body, in world axes: 3 numbers.
+    /// Initial angular velocity (rad/s) of a body, in world axes: 3 numbers.
+    ///
+    /// Parameters
+    /// ----------
+    /// body : str
+    ///     Name of the body.
+    ///
+    /// Returns
+    /// -------
+    /// Parameter
+    ///     Initial angular velocity.
     #[staticmethod]
     fn initial_angular_velocity(body: &str) -> Self {
         Self(gradient::Parameter::initial_angular_velocity(body))
     }
 
-    /// Hydroelastic modulus (Pa) of a body that is not rigid.
+    /// Hydroelastic modulus (Pa) of a body that is not rigid: 1 number.
+    ///
+    /// Parameters
+    /// ----------
+    /// body : str
+    ///     Name of the body.
+    ///
+    /// Returns
+    /// -------
+    /// Parameter
+    ///     Modulus.
     #[staticmethod]
     fn modulus(body: &str) -> Self {
         Self(gradient::Parameter::modulus(body))
     }
 
-    /// Dissipation (s/m) of a body.
+    /// Dissipation (s/m) of a body: 1 number.
+    ///
+    /// Parameters
+    /// ----------
+    /// body : str
+    ///     Name of the body.
+    ///
+    /// Returns
+    /// -------
+    /// Parameter
+    ///     Dissipation.
     #[staticmethod]
     fn dissipation(body: &str) -> Self {
         Self(gradient::Parameter::dissipation(body))
     }
 
-    /// Coefficient of friction of a body.
+    /// Friction coefficient of a body: 1 number.
+    ///
+    /// Parameters
+    /// ----------
+    /// body : str
+    ///     Name of the body.
+    ///
+    /// Returns
+    /// -------
+    /// Parameter
+    ///     Friction coefficient.
     #[staticmethod]
     fn friction(body: &str) -> Self {
         Self(gradient::Parameter::friction(body))
     }
 
-    /// Mass (kg) of a body, which scales its inertia.
+    /// Mass (kg) of a body, which scales the inertia of the body: 1 number.
+    ///
+    /// Parameters
+    /// ----------
+    /// body : str
+    ///     Name of the body.
+    ///
+    /// Returns
+    /// -------
+    /// Parameter
+    ///     Mass.
     #[staticmethod]
     fn mass(body: &str) -> Self {
         Self(gradient::Parameter::mass(body))
     }
 
-    /// Gravity (m/s²): 3 numbers.
+    /// Gravity (m/s²) in world axes: 3 numbers.
+    ///
+    /// Returns
+    /// -------
+    /// Parameter
+    ///     Gravity.
     #[staticmethod]
     fn gravity() -> Self {
         Self(gradient::Parameter::Gravity)
     }
 
-    /// The wrench of an interval, counted from 0, of a body's control: 6 numbers, torque (N m), then force (N).
+    /// Wrench of one interval of the control of a body: 6 numbers.
+    ///
+    /// Parameters
+    /// ----------
+    /// body : str
+    ///     Name of the body.
+    /// interval : int
+    ///     Index of the interval, from 0.
+    ///
+    /// Returns
+    /// -------
+    /// Parameter
+    ///     Torque (N m) and force (N) of the interval.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If the interval is negative.
     #[staticmethod]
     fn control(body: &str, #[pyo3(from_py_with = whole)] interval: Whole) -> PyResult<Self> {
         let interval = count(interval, "interval")?;
         Ok(Self(gradient::Parameter::control(body, interval)))
     }
 
-    /// The wrenches of all of so many intervals of the controls of some bodies: a list, whose numbers together are those of an array
-    /// (intervals, bodies, 6).
+    /// Wrenches of the first intervals of the controls of several bodies.
+    ///
+    /// Parameters
+    /// ----------
+    /// bodies : list of str
+    ///     Names of the bodies.
+    /// intervals : int
+    ///     Number of intervals.
+    ///
+    /// Returns
+    /// -------
+    /// list of Parameter
+    ///     Parameters whose numbers together have the order of an array of the shape (intervals, len(bodies), 6).
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If the number of intervals is negative.
+    /// MemoryError
+    ///     If the list is too long.
     #[staticmethod]
     fn controls(
         bodies: Vec<String>,
@@ -97,19 +219,29 @@ impl Parameter {
         Ok(all)
     }
 
-    /// A force parameter of the world, by its name: see World.
+    /// Force parameter of the world with a name: 1 number. See World.
+    ///
+    /// Parameters
+    /// ----------
+    /// name : str
+    ///     Name of the force parameter.
+    ///
+    /// Returns
+    /// -------
+    /// Parameter
+    ///     Value of the force parameter.
     #[staticmethod]
     fn force_parameter(name: &str) -> Self {
         Self(gradient::Parameter::force_parameter(name))
     }
 
-    /// How many numbers it is.
+    /// Number of components.
     #[getter]
     fn dimension(&self) -> usize {
         self.0.dimension()
     }
 
-    /// Name of the body that it belongs to, or None.
+    /// Name of the body; None for a parameter that belongs to no body.
     #[getter]
     fn body(&self) -> Option<&str> {
         self.0.body()
@@ -129,7 +261,7 @@ impl Parameter {
             P::Gravity => "gravity()".to_owned(),
             P::Control(body, interval) => format!("control({body:?}, {interval})"),
             P::ForceParameter(name) => format!("force_parameter({name:?})"),
-            // Other parameters have no constructor in Python.
+            // All other parameters have no constructor in Python.
             other => format!("{other:?}"),
         };
         format!("Parameter.{call}")
@@ -140,13 +272,13 @@ impl Parameter {
     }
 }
 
-/// A parameter from what pickle has kept.
+/// Restores a parameter from a pickle.
 #[pyfunction]
 pub fn _load_parameter(saved: &[u8]) -> PyResult<Parameter> {
     Ok(Parameter(loaded(saved)?))
 }
 
-/// The parameters of a list.
+/// Converts a list to parameters of the library.
 pub fn inner(parameters: &[Bound<'_, Parameter>]) -> Vec<gradient::Parameter> {
     parameters
         .iter()

@@ -1,10 +1,10 @@
-//! Paths of bodies that forces do not move.
+//! Paths of kinematic bodies.
 
 use crate::arrays::{
     Floats, Many, Numbers, array, check_finite, finite, finite_row, list, numbers, real,
     wrong_shape,
 };
-use crate::errors::refused;
+use crate::errors::value_error;
 use crate::pickle::{Reduced, loaded, reduced};
 use crate::poses::{finite_matrix, one, poses, twist_of};
 use hydroelastic::dynamics::{BodyState, KinematicPath};
@@ -14,32 +14,41 @@ use pyo3::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// Below this angle (rad) the rate of a rotation vector is taken as the angular velocity: the terms left out are below round-off.
+/// Angle (rad) below which the quadratic term of the rate matrix is omitted, because the term is below round-off.
 const SMALL: f64 = 1e-8;
 
-/// The path of a body that forces do not move: its pose and twist as functions of time.
+/// Path of a kinematic body: its pose and twist as functions of time. This constructor interpolates between n poses.
 ///
-/// Path(times, poses, twists=None) goes through poses, smoothly: (n,) float64 increasing times (s), (n, 4, 4) poses, and (n, 6)
-/// twists (angular rad/s, linear m/s of the body's origin, world axes), or None for those of central differences. Between two
-/// poses the position is a cubic, and so is the rotation vector from the first to the second, with the twists at both ends;
-/// pose and twist are consistent. Before the first time and after the last the body rests. At the last time itself it still has the
-/// last twist.
+/// Between two poses, the position is a cubic polynomial of time, and so is the rotation vector from the first pose to the second. Both
+/// polynomials match the twists at the ends, so pose and twist are consistent. The body rests before the first time and after the last
+/// time. At the last time itself, the body still has the last twist.
+///
+/// Parameters
+/// ----------
+/// times : (n,) array_like
+///     Increasing times (s).
+/// poses : (n, 4, 4) array_like
+///     Poses of the body frame in the world.
+/// twists : (n, 6) array_like, optional
+///     Angular velocity (rad/s), then velocity (m/s) of the origin of the body frame, in world axes. Default: central differences of the
+///     poses, and one-sided differences at the ends.
 ///
 /// Raises
 /// ------
-/// HydroelasticError if times do not increase, or a pose is not rigid.
+/// HydroelasticError
+///     If times do not increase, a pose is not rigid, a number is not finite, or an array has an unexpected shape.
 #[pyclass(frozen, module = "hydroelastic")]
 #[derive(Clone)]
 pub struct Path(pub Arc<Kind>);
 
-/// What a path is made of.
+/// Data of a path.
 #[derive(Serialize, Deserialize)]
 pub enum Kind {
     Through(Vec<Knot>),
     Steady { pose: Pose, twist: Twist },
 }
 
-/// A time (s) with the pose and the twist there.
+/// Time (s), with the pose and the twist at this time.
 #[derive(Serialize, Deserialize)]
 pub struct Knot {
     time: f64,
@@ -68,8 +77,27 @@ impl Path {
         Ok(Self(Arc::new(Kind::Through(knots.collect()))))
     }
 
-    /// A body that moves on for ever from a pose at time 0: with a constant angular velocity about its own origin, which moves
-    /// with a constant velocity. twist: (6,), angular (rad/s), linear (m/s).
+    /// Creates a path with a constant twist.
+    ///
+    /// The body turns about the origin of its frame with a constant angular velocity, and the origin moves with a constant velocity. The
+    /// motion has no end.
+    ///
+    /// Parameters
+    /// ----------
+    /// pose : (4, 4) array_like
+    ///     Pose of the body frame in the world at time 0.
+    /// twist : (6,) array_like
+    ///     Angular velocity (rad/s), then velocity (m/s) of the origin, in world axes.
+    ///
+    /// Returns
+    /// -------
+    /// Path
+    ///     Path with this twist.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If the pose is not rigid, or a number is not finite.
     #[staticmethod]
     fn steady(pose: &Bound<'_, PyAny>, twist: &Bound<'_, PyAny>) -> PyResult<Self> {
         let pose = one(pose, "pose")?;
@@ -77,7 +105,24 @@ impl Path {
         Ok(Self(Arc::new(Kind::Steady { pose, twist })))
     }
 
-    /// The pose (4, 4) and the twist (6,) at a time (s). HydroelasticError if the time, the pose or the twist is not finite.
+    /// Evaluates the path at a time.
+    ///
+    /// Parameters
+    /// ----------
+    /// time : float
+    ///     Time (s).
+    ///
+    /// Returns
+    /// -------
+    /// pose : (4, 4) ndarray of float64
+    ///     Pose of the body frame in the world.
+    /// twist : (6,) ndarray of float64
+    ///     Angular velocity (rad/s), then velocity (m/s) of the origin, in world axes.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If the time, the pose or the twist is not finite.
     fn at<'py>(
         &self,
         py: Python<'py>,
@@ -109,14 +154,14 @@ impl Path {
     }
 }
 
-/// A path from what pickle has kept.
+/// Restores a path from a pickle.
 #[pyfunction]
 pub fn _load_path(saved: &[u8]) -> PyResult<Path> {
     loaded(saved).map(|kind| Path(Arc::new(kind)))
 }
 
 impl Path {
-    /// The path as the library takes it.
+    /// Converts to a path of the library.
     pub fn function(&self) -> Arc<KinematicPath> {
         let path = self.clone();
         Arc::new(move |time| path.state_at(time))
@@ -137,7 +182,7 @@ impl Path {
     }
 }
 
-/// The state between the knots around a time.
+/// Interpolates between the knots around a time.
 fn through(knots: &[Knot], time: f64) -> BodyState {
     let next = knots.partition_point(|knot| knot.time <= time);
     let rest = |knot: &Knot| BodyState {
@@ -157,7 +202,7 @@ fn through(knots: &[Knot], time: f64) -> BodyState {
     }
 }
 
-/// The state between two knots: cubics of the position, and of the rotation vector in the axes of the first pose.
+/// Interpolates between two knots, with cubics of the position and of the rotation vector in the axes of the first pose.
 fn between(from: &Knot, to: &Knot, time: f64) -> BodyState {
     let duration = to.time - from.time;
     let fraction = (time - from.time) / duration;
@@ -179,7 +224,7 @@ fn between(from: &Knot, to: &Knot, time: f64) -> BodyState {
         [from.twist.linear, to.twist.linear],
     );
     let rotation = axes * rotation_from_vector(&vector);
-    // A product of two rotations is a rotation to round-off.
+    // The product of two rotations is a rotation up to round-off, so `Pose::new` accepts it.
     let pose = Pose::new(rotation, position).unwrap_or(from.pose);
     let angular = axes * rate_matrix(&vector) * rate;
     BodyState {
@@ -191,7 +236,8 @@ fn between(from: &Knot, to: &Knot, time: f64) -> BodyState {
     }
 }
 
-/// The cubic with given values and rates (1/s) at both ends of a duration (s), and its rate, at a fraction of it.
+/// Evaluates the cubic Hermite polynomial with given values and rates (1/s) at both ends of a duration (s). Returns its value and rate at
+/// a fraction of the duration.
 fn cubic(
     fraction: f64,
     duration: f64,
@@ -210,7 +256,7 @@ fn cubic(
     (value, slope / duration)
 }
 
-/// The matrix that makes an angular velocity of the rate of a rotation vector θ:
+/// Matrix that maps the rate of a rotation vector θ to the angular velocity:
 /// I + (1 − cos θ)/θ² [θ] + (θ − sin θ)/θ³ [θ]².
 fn rate_matrix(vector: &Vector3<f64>) -> Matrix3<f64> {
     let angle = vector.norm();
@@ -225,13 +271,13 @@ fn rate_matrix(vector: &Vector3<f64>) -> Matrix3<f64> {
         + cross * cross * ((angle - angle.sin()) / (square * angle))
 }
 
-/// The rotation vector (rad, at most half a turn) from one pose to another, in the axes of the first.
+/// Rotation vector (rad, at most half a turn) from one pose to another, in the axes of the first pose.
 fn turn_between(from: &Pose, to: &Pose) -> Vector3<f64> {
     let turn = Rotation3::from_matrix_unchecked(from.rotation().transpose() * to.rotation());
     UnitQuaternion::from_rotation_matrix(&turn).scaled_axis()
 }
 
-/// The twists of central differences; of one-sided ones at the ends.
+/// Twists from central differences, and from one-sided differences at the ends.
 fn differences(times: &[f64], poses: &[Pose]) -> Vec<Twist> {
     let last = times.len() - 1;
     let twist = |place: usize| {
@@ -252,13 +298,13 @@ fn differences(times: &[f64], poses: &[Pose]) -> Vec<Twist> {
 
 fn check_times(times: &[f64]) -> PyResult<()> {
     if times.is_empty() || times.iter().any(|time| !time.is_finite()) {
-        return Err(refused(
+        return Err(value_error(
             "a path needs at least one time, and all must be finite",
         ));
     }
     match times.windows(2).position(|pair| pair[1] <= pair[0]) {
         None => Ok(()),
-        Some(place) => Err(refused(format!(
+        Some(place) => Err(value_error(format!(
             "the times of a path must increase, but times[{place}] is {} and times[{}] is {}",
             times[place],
             place + 1,
@@ -279,14 +325,14 @@ fn many_poses(argument: &Bound<'_, PyAny>, count: usize) -> PyResult<Vec<Pose>> 
     }
 }
 
-/// As many twists as there are, all finite.
+/// Reads `count` twists. Returns an error if a number is not finite.
 pub fn many_twists(argument: &Bound<'_, PyAny>, count: usize) -> PyResult<Vec<Twist>> {
     let Numbers { values, shape } = numbers(argument, "twists")?;
     if shape != [count, 6] {
         return Err(wrong_shape("twists", &format!("({count}, 6)"), &shape));
     }
     if let Some(value) = values.iter().find(|value| !value.is_finite()) {
-        return Err(refused(format!(
+        return Err(value_error(format!(
             "twists must be finite, but have the component {value}"
         )));
     }

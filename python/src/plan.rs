@@ -1,15 +1,15 @@
-//! How a world is stepped.
+//! Simulation options: integrators, tolerances and plans.
 
 use crate::arrays::{Whole, count, optional_real, positive_count, real, whole};
-use crate::errors::refused;
+use crate::errors::value_error;
 use hydroelastic::dynamics;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 
-/// How a state is taken one time step further.
+/// Time integrator, which computes the state one time step later.
 ///
-/// LEAPFROG and SYMPLECTIC_EULER are explicit: short steps, one evaluation of the contacts each. SDIRK3 and IMPLICIT_EULER are
-/// implicit: steps of 1 to 10 ms, however stiff the contact and small the slip tolerance.
+/// LEAPFROG and SYMPLECTIC_EULER are explicit: they need short steps with one evaluation of the contacts each. SDIRK3 and
+/// IMPLICIT_EULER are implicit: they allow steps of 1 to 10 ms for any contact stiffness and slip tolerance.
 #[pyclass(frozen, eq, hash, module = "hydroelastic")]
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Integrator(dynamics::Integrator);
@@ -32,7 +32,7 @@ fn integrator(argument: &Bound<'_, PyAny>) -> PyResult<Integrator> {
     };
     let mut all = Integrator::ALL.into_iter();
     all.find(|integrator| integrator.name().eq_ignore_ascii_case(&name))
-        .ok_or_else(|| refused(format!("there is no integrator {name:?}: expected {names}")))
+        .ok_or_else(|| value_error(format!("there is no integrator {name:?}: expected {names}")))
 }
 
 impl Integrator {
@@ -58,20 +58,21 @@ impl Integrator {
 
 #[pymethods]
 impl Integrator {
-    /// Kick, then drift: first order.
+    /// Explicit integrator of first order: kick, then drift.
     #[classattr]
     const SYMPLECTIC_EULER: Self = Self(dynamics::Integrator::SymplecticEuler);
 
-    /// Half a drift, kick, half a drift: second order. The default.
+    /// Explicit integrator of second order: half a drift, kick, half a drift. The default.
     #[classattr]
     const LEAPFROG: Self = Self(dynamics::Integrator::Leapfrog);
 
-    /// Three implicit stages of third order. Steps are divided as Accuracy tells, so that derivatives are those of the motion.
+    /// Implicit integrator of third order with three stages. Steps are divided to meet the tolerances of Accuracy, so that derivatives
+    /// are those of the motion.
     #[classattr]
     const SDIRK3: Self = Self(dynamics::Integrator::Sdirk3);
 
-    /// One implicit stage of first order. It damps fast motion, so use it for scenes that should come to rest. Derivatives are
-    /// those of the damped motion.
+    /// Implicit integrator of first order with one stage. It damps fast motion, so use it for scenes that should come to rest.
+    /// Derivatives are those of the damped motion.
     #[classattr]
     const IMPLICIT_EULER: Self = Self(dynamics::Integrator::ImplicitEuler);
 
@@ -90,20 +91,24 @@ impl Integrator {
     }
 }
 
-/// How closely Integrator.SDIRK3 follows the motion: the tolerances by which it divides a time step.
+/// Error tolerances with which Integrator.SDIRK3 divides a time step.
 ///
-/// The relative tolerances hold for a body that moves faster than the resting speed. Below it they grow: impacts below 0.18 of the
-/// resting speed are not resolved at the default tolerances, and bodies come to rest.
+/// The relative tolerances hold for a body that moves faster than the resting speed. Below this speed the tolerances grow: impacts below
+/// 0.18 times the resting speed are not resolved at the default tolerances, and bodies come to rest.
 ///
 /// Parameters
 /// ----------
-/// values : relative tolerance of velocities, positive.
-/// slopes : relative tolerance of the derivatives of the motion, positive.
-/// resting_speed : (m/s) of all bodies. By default that of a body after a fall by a hundredth of its smallest extent.
+/// values : float
+///     Relative tolerance of velocities, positive.
+/// slopes : float
+///     Relative tolerance of the derivatives of the motion, positive.
+/// resting_speed : float, optional
+///     Resting speed (m/s) of all bodies, positive. Default: the speed of each body after a fall by a hundredth of its smallest extent.
 ///
 /// Raises
 /// ------
-/// HydroelasticError if a number is not positive and finite.
+/// HydroelasticError
+///     If a number is not positive and finite.
 #[pyclass(frozen, eq, module = "hydroelastic")]
 #[derive(Clone, Copy, PartialEq)]
 pub struct Accuracy(dynamics::Accuracy);
@@ -117,9 +122,9 @@ impl Accuracy {
         #[pyo3(from_py_with = real)] slopes: f64,
         #[pyo3(from_py_with = optional_real)] resting_speed: Option<f64>,
     ) -> PyResult<Self> {
-        let accuracy = dynamics::Accuracy::new(values, slopes).map_err(refused)?;
+        let accuracy = dynamics::Accuracy::new(values, slopes).map_err(value_error)?;
         let accuracy = match resting_speed {
-            Some(speed) => accuracy.with_resting_speed(speed).map_err(refused)?,
+            Some(speed) => accuracy.with_resting_speed(speed).map_err(value_error)?,
             None => accuracy,
         };
         Ok(Self(accuracy))
@@ -137,7 +142,7 @@ impl Accuracy {
         self.0.slopes()
     }
 
-    /// Resting speed (m/s) of all bodies; None if it follows from their sizes.
+    /// Resting speed (m/s) of all bodies; None if the speeds follow from the sizes of the bodies.
     #[getter]
     fn resting_speed(&self) -> Option<f64> {
         self.0.resting_speed()
@@ -158,24 +163,32 @@ impl Accuracy {
     }
 }
 
-/// How a world is stepped, and which states are recorded.
+/// Plan of a rollout: time step, number of steps, integrator, and the states to record.
 ///
 /// Parameters
 /// ----------
-/// time_step : (s), positive.
-/// steps : how many.
-/// integrator : an Integrator or its name, such as "sdirk3"; Integrator.LEAPFROG by default.
-/// record_every : the initial state, every so many-th after it and the last are recorded.
-/// check_stability : whether explicit steps are checked where contact begins or changes fast. The rollout ends with a RolloutError if
-///     the time step is above World.largest_stable_step, computed without friction, or if a contact returns
-///     more than twice the energy that it has absorbed.
-/// solver_tolerance : implicit steps are solved until a correction is below this fraction of the velocities.
-/// accuracy : how closely SDIRK3 follows the motion; Accuracy() by default.
+/// time_step : float
+///     Time step (s), positive.
+/// steps : int
+///     Number of steps, at least 0.
+/// integrator : Integrator or str, optional
+///     Integrator or its name, such as "sdirk3". Default: Integrator.LEAPFROG.
+/// record_every : int
+///     Number of steps between recorded states, at least 1. The initial state and the last state are always recorded.
+/// check_stability : bool
+///     True to check explicit steps if a contact begins or changes fast. The rollout ends with a RolloutError if the time step is above
+///     World.largest_stable_step, computed without friction, or if a contact returns more than twice the energy that it has absorbed.
+/// solver_tolerance : float
+///     Relative tolerance of implicit steps, positive. A step is solved if the last correction is below this fraction of the velocities.
+/// accuracy : Accuracy, optional
+///     Error tolerances of Integrator.SDIRK3. Default: Accuracy().
 ///
 /// Raises
 /// ------
-/// HydroelasticError if the time step or the tolerance is not positive and finite, a count is out of range, or the name of the
-/// integrator is unknown.
+/// HydroelasticError
+///     If the time step or the tolerance is not positive and finite, a count is out of range, or the name of the integrator is unknown.
+/// TypeError
+///     If the integrator is neither an Integrator nor a name.
 #[pyclass(frozen, eq, module = "hydroelastic")]
 #[derive(Clone, Copy, PartialEq)]
 pub struct Plan(pub dynamics::Plan);
@@ -194,12 +207,12 @@ impl Plan {
         #[pyo3(from_py_with = real)] solver_tolerance: f64,
         accuracy: Option<PyRef<'_, Accuracy>>,
     ) -> PyResult<Self> {
-        let plan = dynamics::Plan::new(time_step, count(steps, "steps")?).map_err(refused)?;
+        let plan = dynamics::Plan::new(time_step, count(steps, "steps")?).map_err(value_error)?;
         let plan = plan.with_integrator(integrator.0);
         let plan = plan.recording_every(positive_count(record_every, "record_every")?);
         let plan = plan
             .with_solver_tolerance(solver_tolerance)
-            .map_err(refused)?;
+            .map_err(value_error)?;
         let plan = plan.with_accuracy(accuracy.map(|accuracy| accuracy.0).unwrap_or_default());
         Ok(Self(if check_stability {
             plan
@@ -220,37 +233,37 @@ impl Plan {
         self.0.steps()
     }
 
-    /// The integrator.
+    /// Integrator of the steps.
     #[getter]
     fn integrator(&self) -> Integrator {
         Integrator(self.0.integrator())
     }
 
-    /// After how many steps a state is recorded.
+    /// Number of steps between recorded states.
     #[getter]
     fn record_every(&self) -> usize {
         self.0.record_every()
     }
 
-    /// Whether explicit steps are checked.
+    /// True if explicit steps are checked for stability.
     #[getter]
     fn check_stability(&self) -> bool {
         self.0.checks_stability()
     }
 
-    /// Tolerance of implicit steps.
+    /// Relative tolerance of implicit steps.
     #[getter]
     fn solver_tolerance(&self) -> f64 {
         self.0.solver_tolerance()
     }
 
-    /// How closely SDIRK3 follows the motion.
+    /// Error tolerances of Integrator.SDIRK3.
     #[getter]
     fn accuracy(&self) -> Accuracy {
         Accuracy(self.0.accuracy())
     }
 
-    /// Time (s) of all steps.
+    /// Duration (s) of all steps.
     #[getter]
     fn duration(&self) -> f64 {
         self.0.duration()

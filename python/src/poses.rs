@@ -1,30 +1,34 @@
-//! Poses as 4×4 homogeneous matrices, twists as 6-vectors.
+//! Poses as 4×4 homogeneous matrices, and twists as 6-vectors.
 
 use crate::arrays::{
     Floats, Many, Numbers, array, check_finite, finite_row, numbers, short_matrix, wrong_shape,
 };
-use crate::errors::refused;
+use crate::errors::value_error;
 use hydroelastic::nalgebra::{Matrix3, Vector3, Vector6};
 use hydroelastic::spatial::{Pose, Twist};
 use pyo3::prelude::*;
 
-/// Entries of a 4×4 matrix.
+/// Number of entries of a 4×4 matrix.
 pub const ENTRIES: usize = 16;
 
-/// The pose of a frame: a 4×4 homogeneous matrix.
+/// Creates the pose of a frame as a 4×4 homogeneous matrix.
 ///
 /// Parameters
 /// ----------
-/// translation : (3,) position of the frame's origin (m).
-/// rotation_vector : (3,) axis times angle (rad) by which the frame is turned.
+/// translation : (3,) array_like, optional
+///     Position (m) of the origin of the frame. Default: zero.
+/// rotation_vector : (3,) array_like, optional
+///     Rotation of the frame: axis times angle (rad). Default: zero.
 ///
 /// Returns
 /// -------
-/// (4, 4) float64: maps coordinates in the frame to coordinates outside it.
+/// (4, 4) ndarray of float64
+///     Matrix that maps coordinates in the frame to coordinates in the outer frame.
 ///
 /// Raises
 /// ------
-/// HydroelasticError if a number is not finite, or too large for a rotation.
+/// HydroelasticError
+///     If a number is not finite, or too large for a rotation.
 #[pyfunction]
 #[pyo3(signature = (translation=None, rotation_vector=None))]
 pub fn pose<'py>(
@@ -41,21 +45,27 @@ pub fn pose<'py>(
     finite_matrix(py, &Pose::from_rotation_vector(&turn, translation))
 }
 
-/// A pose after a small motion in the axes of the outer frame: the frame turns about its own origin by the angular part of a
-/// twist (rad), and its origin moves by the linear part (m). Derivatives by poses are derivatives by such twists.
+/// Moves a pose by a twist in the axes of the outer frame.
+///
+/// The frame turns about its own origin by the angular part, and its origin moves by the linear part. Derivatives with respect to poses
+/// are derivatives with respect to these twists.
 ///
 /// Parameters
 /// ----------
-/// pose : (4, 4) float64.
-/// twist : (6,) angular, linear.
+/// pose : (4, 4) array_like
+///     Pose before the motion.
+/// twist : (6,) array_like
+///     Rotation vector (rad), then translation (m).
 ///
 /// Returns
 /// -------
-/// (4, 4) float64.
+/// (4, 4) ndarray of float64
+///     Pose after the motion.
 ///
 /// Raises
 /// ------
-/// HydroelasticError if the pose is not rigid, or a number is not finite.
+/// HydroelasticError
+///     If the pose is not rigid, or a number is not finite.
 #[pyfunction]
 pub fn moved_pose<'py>(
     py: Python<'py>,
@@ -66,20 +76,20 @@ pub fn moved_pose<'py>(
     finite_matrix(py, &moved)
 }
 
-/// A pose from the entries of its matrix, row by row.
+/// Creates a pose from the entries of its matrix, row by row.
 pub fn pose_of(entries: &[f64; ENTRIES]) -> PyResult<Pose> {
     if entries[12..] != [0.0, 0.0, 0.0, 1.0] {
-        return Err(refused(format!(
+        return Err(value_error(format!(
             "the last row of a pose must be (0, 0, 0, 1), but is {:?}",
             &entries[12..]
         )));
     }
     let rotation = Matrix3::from_fn(|row, column| entries[4 * row + column]);
     let translation = Vector3::new(entries[3], entries[7], entries[11]);
-    Pose::restored(rotation, translation).map_err(refused)
+    Pose::restored(rotation, translation).map_err(value_error)
 }
 
-/// One pose, or n of them.
+/// Reads one pose, or n poses.
 pub fn poses(argument: &Bound<'_, PyAny>, name: &str) -> PyResult<Many<Pose>> {
     if let Some(entries) = short_matrix(argument) {
         return pose_of(&entries).map(Many::One);
@@ -94,7 +104,7 @@ pub fn poses(argument: &Bound<'_, PyAny>, name: &str) -> PyResult<Many<Pose>> {
     matrices.mapped(name, pose_of)
 }
 
-/// One pose.
+/// Reads one pose.
 pub fn one(argument: &Bound<'_, PyAny>, name: &str) -> PyResult<Pose> {
     match poses(argument, name)? {
         Many::One(pose) => Ok(pose),
@@ -102,12 +112,12 @@ pub fn one(argument: &Bound<'_, PyAny>, name: &str) -> PyResult<Pose> {
     }
 }
 
-/// A twist from its numbers.
+/// Creates a twist from its components.
 pub fn twist_of(numbers: &[f64; 6]) -> Twist {
     Twist::from_vector(&Vector6::from(*numbers))
 }
 
-/// The entries of a pose's matrix, row by row.
+/// Entries of the matrix of a pose, row by row.
 pub fn entries(pose: &Pose) -> [f64; ENTRIES] {
     let (rotation, translation) = (pose.rotation(), pose.translation());
     std::array::from_fn(|place| match (place / 4, place % 4) {
@@ -118,13 +128,13 @@ pub fn entries(pose: &Pose) -> [f64; ENTRIES] {
     })
 }
 
-/// Returns a computed pose as an array, or an error if an entry is not finite.
+/// Converts a computed pose to an array. Returns an error if an entry is not finite.
 pub fn finite_matrix<'py>(py: Python<'py>, pose: &Pose) -> PyResult<Floats<'py>> {
     check_finite(&entries(pose), "the entries of the pose")?;
     matrix(py, pose)
 }
 
-/// A pose as an array.
+/// Converts a pose to an array.
 pub fn matrix<'py>(py: Python<'py>, pose: &Pose) -> PyResult<Floats<'py>> {
     array(py, entries(pose).to_vec(), &[4, 4])
 }

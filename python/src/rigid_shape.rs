@@ -1,9 +1,9 @@
-//! Rigid shapes: closed surfaces of triangles with their search trees.
+//! Rigid shapes: closed triangle surfaces with their search trees.
 
 use crate::arrays::{
     Floats, array, check_finite, indices, optional_real, real, signed, table, whole_array,
 };
-use crate::errors::refused;
+use crate::errors::value_error;
 use crate::shape::{Shape, check_extension, mass_arrays, warn_of_size};
 use crate::shape_gradient::mass_gradient;
 use hydroelastic::contact;
@@ -14,25 +14,29 @@ use pyo3::prelude::*;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// A body that does not give way: the closed surface of a solid, which only compliant bodies feel. It may have several components
-/// and cavities; that it does not pass through itself is not checked.
+/// Shape of a rigid body: the closed triangle surface of a solid.
+///
+/// Rigid shapes have contact with compliant shapes only. The surface may have several components and cavities. It must not intersect
+/// itself, which is not checked.
 ///
 /// Parameters
 /// ----------
-/// vertices : (n, 3) float64, positions (m) in the body frame.
-/// triangles : (m, 3) integers, the vertices of each triangle, counter-clockwise seen from outside.
+/// vertices : (n, 3) array_like
+///     Positions (m) in the body frame.
+/// triangles : (m, 3) array_like of int
+///     Vertex indices of each triangle, counter-clockwise seen from outside.
 ///
 /// Raises
 /// ------
-/// HydroelasticError if the surface is not closed, turned inwards or flat, or a number is not valid; the message names the
-/// culprit.
+/// HydroelasticError
+///     If the surface is not closed, oriented inwards or flat, or a number is not valid. The message names the vertex, edge or triangle.
 #[pyclass(frozen, module = "hydroelastic")]
 #[derive(Clone)]
 pub struct RigidShape(pub Arc<contact::RigidShape>);
 
 impl RigidShape {
     fn of(surface: Result<TriangleSurface, SurfaceError>) -> PyResult<Self> {
-        let surface = surface.map_err(refused)?;
+        let surface = surface.map_err(value_error)?;
         Ok(Self(Arc::new(contact::RigidShape::new(surface))))
     }
 
@@ -55,14 +59,27 @@ impl RigidShape {
         py.detach(|| Self::of(TriangleSurface::new(vertices, triangles)))
     }
 
-    /// The surface in a file: STL (.stl, binary or ASCII) or Wavefront (.obj). Vertices at exactly the same place become one.
+    /// Reads a surface from an STL file (.stl, binary or ASCII) or a Wavefront file (.obj).
     ///
-    /// unit : the unit of the file in meters: 0.001 for the millimeters of most CAD programs. None means 1, with a warning if the
-    ///     surface is larger than 100 m.
+    /// Vertices at exactly the same position are merged.
+    ///
+    /// Parameters
+    /// ----------
+    /// path : path-like
+    ///     File.
+    /// unit : float, optional
+    ///     Unit of the file in meters, such as 0.001 for the millimeters of most CAD programs. None, the default, means 1, with a
+    ///     warning if the surface is larger than 100 m.
+    ///
+    /// Returns
+    /// -------
+    /// RigidShape
+    ///     Shape with this surface.
     ///
     /// Raises
     /// ------
-    /// HydroelasticError if the file is damaged, or its surface not closed.
+    /// HydroelasticError
+    ///     If the file cannot be read or is damaged, or its surface is not closed.
     #[staticmethod]
     #[pyo3(signature = (path, unit=None))]
     fn read(
@@ -77,7 +94,7 @@ impl RigidShape {
             )
         })?;
         let read = |path: &PathBuf| read_triangle_surface(path, unit.unwrap_or(1.0));
-        let shape = py.detach(|| Self::of(Ok(read(&path).map_err(refused)?)))?;
+        let shape = py.detach(|| Self::of(Ok(read(&path).map_err(value_error)?)))?;
         if unit.is_none() {
             let bounds = shape.surface().aabb();
             warn_of_size(py, &path, 2.0 * bounds.half_extents().amax())?;
@@ -85,13 +102,28 @@ impl RigidShape {
         Ok(shape)
     }
 
-    /// The surface of a compliant shape: a rigid body of the same form.
+    /// Creates a rigid shape from the surface of a compliant shape.
+    ///
+    /// Parameters
+    /// ----------
+    /// shape : Shape
+    ///     Compliant shape.
+    ///
+    /// Returns
+    /// -------
+    /// RigidShape
+    ///     Rigid shape with the same surface.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If the surface is not valid.
     #[staticmethod]
     fn around(py: Python<'_>, shape: &Shape) -> PyResult<Self> {
         py.detach(|| Self::of(TriangleSurface::around(shape.0.field().mesh())))
     }
 
-    /// (n, 3) float64: positions of the vertices (m), in the body frame.
+    /// Positions (m) of the vertices in the body frame, (n, 3) float64.
     #[getter]
     fn vertices<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
         let vertices = self.surface().vertices();
@@ -99,7 +131,7 @@ impl RigidShape {
         array(py, values, &[vertices.len(), 3])
     }
 
-    /// (m, 3) int64: the vertices of each triangle, counter-clockwise seen from outside.
+    /// Vertex indices of each triangle, counter-clockwise seen from outside, (m, 3) int64.
     #[getter]
     fn triangles<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<i64>>> {
         let triangles = self.surface().triangles();
@@ -107,25 +139,65 @@ impl RigidShape {
         whole_array(py, values, &[triangles.len(), 3])
     }
 
-    /// Volume (m³) inside, without cavities.
+    /// Enclosed volume (m³), without cavities.
     #[getter]
     fn volume(&self) -> f64 {
         self.surface().volume()
     }
 
-    /// Mass (kg), center of mass (3,) (m) and inertia (3, 3) (kg m²) about it, in the body frame, at a uniform density (kg/m³).
+    /// Computes the mass properties at a uniform density.
+    ///
+    /// Parameters
+    /// ----------
+    /// density : float
+    ///     Density (kg/m³), positive.
+    ///
+    /// Returns
+    /// -------
+    /// mass : float
+    ///     Mass (kg).
+    /// center_of_mass : (3,) ndarray of float64
+    ///     Center of mass (m) in the body frame.
+    /// inertia : (3, 3) ndarray of float64
+    ///     Inertia (kg m²) about the center of mass, in the axes of the body frame.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If the density is not positive and finite.
     fn mass_properties<'py>(
         &self,
         py: Python<'py>,
         #[pyo3(from_py_with = real)] density: f64,
     ) -> PyResult<(f64, Floats<'py>, Floats<'py>)> {
         let found = self.surface().mass_properties(density);
-        mass_arrays(py, &found.map_err(refused)?)
+        mass_arrays(py, &found.map_err(value_error)?)
     }
 
-    /// (n, 3) float64: the derivatives by the vertices of a number that has these by the mass properties at a uniform density
-    /// (kg/m³): by the mass, by the center of mass (3,), and by the entries of the inertia (3, 3), of which the mean of two
-    /// opposite ones counts. Exact up to round-off.
+    /// Computes the gradient of a loss with respect to the vertices from its gradient with respect to the mass properties.
+    ///
+    /// The mass properties are those at a uniform density. The result is exact up to round-off.
+    ///
+    /// Parameters
+    /// ----------
+    /// density : float
+    ///     Density (kg/m³), positive.
+    /// by_mass : float
+    ///     Derivative of the loss with respect to the mass.
+    /// by_center : (3,) array_like
+    ///     Derivatives with respect to the center of mass.
+    /// by_inertia : (3, 3) array_like
+    ///     Derivatives with respect to the entries of the inertia. Only the mean of two opposite entries has an effect.
+    ///
+    /// Returns
+    /// -------
+    /// (n, 3) ndarray of float64
+    ///     Derivatives with respect to the vertices, in the body frame.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If the density is not positive and finite, a number is not finite, or an array has an unexpected shape.
     fn mass_gradient<'py>(
         &self,
         py: Python<'py>,
@@ -136,7 +208,7 @@ impl RigidShape {
     ) -> PyResult<Floats<'py>> {
         let gradient = mass_gradient(by_mass, by_center, by_inertia)?;
         let found = self.surface().mass_gradient(density, &gradient);
-        let found = found.map_err(refused)?;
+        let found = found.map_err(value_error)?;
         let values: Vec<f64> = found.iter().flatten().copied().collect();
         check_finite(&values, "the gradient")?;
         array(py, values, &[found.len(), 3])

@@ -1,7 +1,7 @@
-//! Steps of a world, one after another.
+//! Rollouts: the steps of a world, one after another.
 
 use crate::diagnostics::StepReport;
-use crate::errors::{ended, interrupted, refused};
+use crate::errors::{rollout_error, rollout_error_without_trajectory, value_error};
 use crate::interrupt::{Progress, Shared, run};
 use crate::plan::Plan;
 use crate::state::State;
@@ -12,18 +12,17 @@ use pyo3::prelude::*;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, TryLockError};
 
-/// The steps of a world by a plan: an iterator over the states after each, as many as are planned. Made by World.rollout.
+/// Rollout of a world: an iterator that takes the steps of a plan and returns the state after each step. Created by World.rollout.
 ///
-/// A rollout cannot be pickled: what implicit steps remember of earlier ones does not travel. World.rollout with rollout.state
-/// for its start goes on from there, explicit steps with the same bits.
+/// A rollout cannot be pickled, because implicit steps keep solver state from earlier steps. Instead, World.rollout can continue with
+/// rollout.state as its start. Explicit steps then have the same bits.
 ///
-/// Only one thread at a time can use a rollout. Another thread gets a HydroelasticError.
-///
-/// A step that leads to a state that is not finite, fails the stability check or is not solved raises RolloutError.
+/// Only one thread at a time can use a rollout. A call from another thread raises HydroelasticError. A step raises RolloutError if its
+/// state is not finite, it fails the stability check, or it cannot be solved.
 #[pyclass(frozen, module = "hydroelastic")]
 pub struct Rollout(Mutex<Steps>);
 
-/// The steps, and the number of steps taken.
+/// Stepping state of a rollout.
 #[allow(
     clippy::struct_field_names,
     reason = "the library's steps are one of the fields"
@@ -33,7 +32,7 @@ struct Steps {
     plan: dynamics::Plan,
     taken: usize,
     total: Option<dynamics::StepReport>,
-    /// Stop flag: steps end once it is true.
+    /// Stop flag. Steps end when the flag is true.
     stop: Arc<AtomicBool>,
 }
 
@@ -54,7 +53,7 @@ impl Rollout {
         match self.0.try_lock() {
             Ok(steps) => Ok(steps),
             Err(TryLockError::Poisoned(steps)) => Ok(steps.into_inner()),
-            Err(TryLockError::WouldBlock) => Err(refused(
+            Err(TryLockError::WouldBlock) => Err(value_error(
                 "another thread is taking steps of this rollout: use one rollout for each thread",
             )),
         }
@@ -67,7 +66,7 @@ impl Rollout {
 }
 
 impl Steps {
-    /// Clears the stop flag, so that stopped steps can go on. Returns the data that a job shares with its caller.
+    /// Clears the stop flag, so that a stopped rollout can continue. Returns the data that a job shares with its caller.
     fn begun(&self) -> Shared {
         self.stop.store(false, Ordering::Relaxed);
         Shared {
@@ -76,7 +75,7 @@ impl Steps {
         }
     }
 
-    /// Takes a step. Ctrl-C can end an implicit step; explicit steps are short.
+    /// Takes a step and returns the state after it. Ctrl-C can end an implicit step; explicit steps are short.
     fn next_step(&mut self, py: Python<'_>) -> PyResult<State> {
         let shared = self.begun();
         let found = if self.plan.integrator().is_implicit() {
@@ -84,7 +83,7 @@ impl Steps {
         } else {
             py.detach(|| self.step())
         };
-        found.map_err(|why| ended(&why))?;
+        found.map_err(|why| rollout_error_without_trajectory(&why))?;
         Ok(State(self.steps.state().clone()))
     }
 
@@ -97,7 +96,7 @@ impl Steps {
         Ok(())
     }
 
-    /// The remaining steps; the states that are to be recorded go on a list.
+    /// Takes the remaining steps and appends the recorded states to a list.
     fn record(
         &mut self,
         states: &mut Vec<dynamics::State>,
@@ -118,13 +117,13 @@ impl Steps {
 
 #[pymethods]
 impl Rollout {
-    /// The plan.
+    /// Plan of the rollout.
     #[getter]
     fn plan(&self) -> PyResult<Plan> {
         Ok(Plan(self.steps()?.plan))
     }
 
-    /// The state last reached, or the initial one.
+    /// Current state: the state after the last step, or the initial state.
     #[getter]
     fn state(&self) -> PyResult<State> {
         Ok(State(self.steps()?.steps.state().clone()))
@@ -136,26 +135,38 @@ impl Rollout {
         Ok(self.steps()?.taken)
     }
 
-    /// What the last step took; None before it, and for explicit steps.
+    /// Report of the last step. None before the first step, and for explicit steps.
     #[getter]
     fn step_report(&self) -> PyResult<Option<StepReport>> {
         Ok(self.steps()?.steps.step_report().cloned().map(StepReport))
     }
 
-    /// What all steps took so far; None before the first, and for explicit steps.
+    /// Sum of the reports of all steps so far. None before the first step, and for explicit steps.
     #[getter]
     fn total_step_report(&self) -> PyResult<Option<StepReport>> {
         Ok(self.steps()?.total.clone().map(StepReport))
     }
 
-    /// Takes all remaining steps and returns the states that the plan records, the present one first.
+    /// Takes all remaining steps.
     ///
-    /// progress : True for a progress bar of tqdm, if that is installed; or a function of (done, total) steps.
+    /// Ctrl-C ends the rollout before its next step, or during an implicit step.
+    ///
+    /// Parameters
+    /// ----------
+    /// progress : bool or callable, optional
+    ///     True for a progress bar of tqdm if tqdm is installed, or a function of (done, total) steps.
+    ///
+    /// Returns
+    /// -------
+    /// Trajectory
+    ///     Current state, then the states that the plan records.
     ///
     /// Raises
     /// ------
-    /// RolloutError, with the states so far as its trajectory. Ctrl-C ends the rollout before its next step, or during an
-    /// implicit step.
+    /// RolloutError
+    ///     If a step fails. The attribute trajectory of the error has the states recorded so far.
+    /// HydroelasticError
+    ///     If another thread uses the rollout.
     #[pyo3(signature = (*, progress=None))]
     fn run(&self, py: Python<'_>, progress: Option<&Bound<'_, PyAny>>) -> PyResult<Trajectory> {
         let mut guard = self.steps()?;
@@ -166,10 +177,10 @@ impl Rollout {
         let result = run(py, &shared, progress.as_ref(), || {
             steps.record(&mut states, &shared)
         })?;
-        let trajectory = dynamics::Trajectory::new(states).map_err(refused)?;
+        let trajectory = dynamics::Trajectory::new(states).map_err(value_error)?;
         match result {
             Ok(()) => Ok(trajectory.into()),
-            Err(why) => Err(interrupted(py, &why, trajectory)),
+            Err(why) => Err(rollout_error(py, &why, trajectory)),
         }
     }
 

@@ -1,10 +1,10 @@
-//! Shapes: pressure fields with their search trees.
+//! Compliant shapes: pressure fields with their search trees.
 
 use crate::arrays::{
     Floats, Whole, array, check_finite, count, indices, list, optional_real, real, row, signed,
     table, whole, whole_array,
 };
-use crate::errors::refused;
+use crate::errors::value_error;
 use crate::shape_gradient::mass_gradient;
 use hydroelastic::contact::{self, BodyError, ContactBody};
 use hydroelastic::io::read_mesh;
@@ -16,29 +16,35 @@ use pyo3::types::PyDict;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// What a compliant body is made of for contact: a tetrahedral mesh with an extent on every vertex, 0 on the surface and positive
-/// inside.
-/// The pressure is the hydroelastic modulus (Pa) times the extent. Any number of bodies may share a shape.
+/// Shape of a compliant body: a tetrahedral mesh with an extent at every vertex.
+///
+/// The extent is 0 on the surface and positive inside. The pressure is the hydroelastic modulus (Pa) times the extent. Any number of
+/// bodies may share a shape.
 ///
 /// Parameters
 /// ----------
-/// vertices : (n, 3) float64, positions (m) in the body frame.
-/// tets : (m, 4) integers, the vertices of each tetrahedron; either orientation.
-/// extents : (n,) float64, or None for the distance to the surface over the largest one; tetrahedra whose corners all lie on the
-///     surface are then divided, so that there are more vertices.
-/// inert_tets : whether tetrahedra with the extent 0 at all corners are allowed. They have mass, but push nothing.
+/// vertices : (n, 3) array_like
+///     Positions (m) in the body frame.
+/// tets : (m, 4) array_like of int
+///     Vertex indices of each tetrahedron, in either orientation.
+/// extents : (n,) array_like, optional
+///     Extent of each vertex. Default: the distance to the surface over the largest distance. Tetrahedra whose corners all lie on the
+///     surface are then divided, which adds vertices.
+/// inert_tets : bool
+///     True to allow tetrahedra with the extent 0 at all corners. They have mass, but exert no force.
 ///
 /// Raises
 /// ------
-/// HydroelasticError if the mesh or the field is not valid; the message names the culprit.
+/// HydroelasticError
+///     If the mesh or the field is not valid. The message names the vertex or tetrahedron.
 #[pyclass(frozen, module = "hydroelastic")]
 #[derive(Clone)]
 pub struct Shape(pub Arc<contact::Shape>);
 
 impl Shape {
-    /// From its field, if there is one.
+    /// Creates a shape from a pressure field, or converts the error.
     pub fn of(field: Result<PressureField, MeshError>) -> PyResult<Self> {
-        let field = field.map_err(refused)?;
+        let field = field.map_err(value_error)?;
         Ok(Self(Arc::new(contact::Shape::new(field))))
     }
 
@@ -46,7 +52,7 @@ impl Shape {
         self.0.field()
     }
 
-    /// Reads the mesh in a file, with the numbers of the file in meters.
+    /// Reads a mesh from a file. The numbers of the file are taken as meters.
     fn in_file(py: Python<'_>, path: PathBuf, extents: Option<&str>) -> PyResult<Self> {
         if is_of(&path, &["vtk", "vtu"]) {
             let found = py.import("hydroelastic._vtk")?;
@@ -56,25 +62,25 @@ impl Shape {
             let shape = Self::new(&vertices, &tets, extents.as_ref(), false);
             return shape.map_err(|error| {
                 let (path, why) = (path.display(), error.value(py));
-                refused(format!("{path} does not hold a usable mesh: {why}"))
+                value_error(format!("{path} does not hold a usable mesh: {why}"))
             });
         }
         py.detach(|| {
-            let file = read_mesh(path).map_err(refused)?;
+            let file = read_mesh(path).map_err(value_error)?;
             match extents {
-                Some(name) => Self::of(Ok(file.pressure_field(name).map_err(refused)?)),
+                Some(name) => Self::of(Ok(file.pressure_field(name).map_err(value_error)?)),
                 None => Self::of(PressureField::from_distance(&file.mesh)),
             }
         })
     }
 
-    /// The body of a contact, at a pose, with a modulus (Pa).
+    /// Creates the body of a contact, at a pose and with a modulus (Pa).
     pub fn at(&self, pose: Pose, modulus: f64) -> Result<ContactBody<'_>, BodyError> {
         ContactBody::new(&self.0, pose, modulus)
     }
 }
 
-/// Mass, center of mass and inertia.
+/// Converts mass properties to the mass, the center of mass and the inertia.
 pub fn mass_arrays<'py>(
     py: Python<'py>,
     found: &MassProperties,
@@ -88,10 +94,10 @@ pub fn mass_arrays<'py>(
     ))
 }
 
-/// Above this size (m), the numbers of a file without a unit are probably in millimeters.
+/// Size (m) above which the numbers of a file without a unit are probably in millimeters.
 const LARGE: f64 = 100.0;
 
-/// Whether the name of a file has one of these extensions.
+/// Returns whether the name of a file has one of the extensions.
 fn is_of(path: &Path, extensions: &[&str]) -> bool {
     let extension = path.extension().unwrap_or_default();
     extensions
@@ -106,7 +112,7 @@ pub fn check_extension(
     remedy: impl Fn(std::path::Display<'_>) -> String,
 ) -> PyResult<()> {
     if is_of(path, extensions) {
-        return Err(refused(remedy(path.display())));
+        return Err(value_error(remedy(path.display())));
     }
     Ok(())
 }
@@ -136,7 +142,7 @@ impl Shape {
     ) -> PyResult<Self> {
         let vertices = table::<3>(vertices, "vertices")?;
         let vertices = vertices.into_iter().map(Into::into).collect();
-        let mesh = TetMesh::new(vertices, indices(tets, "tets")?).map_err(refused)?;
+        let mesh = TetMesh::new(vertices, indices(tets, "tets")?).map_err(value_error)?;
         let extents = extents
             .map(|extents| list(extents, "extents"))
             .transpose()?;
@@ -147,16 +153,33 @@ impl Shape {
         })
     }
 
-    /// A mesh from a file: Gmsh 4.1 (.msh), VTK legacy (.vtk) or VTK XML (.vtu). Files of VTK are read by meshio, which
-    /// the extra hydroelastic[files] installs. Vertices that no tetrahedron uses are left out.
+    /// Reads a tetrahedral mesh from a file: Gmsh 4.1 (.msh), legacy VTK (.vtk) or VTK XML (.vtu).
     ///
-    /// extents : the name of a point-data array of a VTK file, or None for the distance to the surface.
-    /// unit : the unit of the file in meters, 0.001 for millimeters. None means 1, with a warning if the mesh is larger than 100 m.
+    /// VTK files need meshio, which the extra hydroelastic[files] installs. Vertices that no tetrahedron uses are dropped.
+    ///
+    /// Parameters
+    /// ----------
+    /// path : path-like
+    ///     File.
+    /// extents : str, optional
+    ///     Name of a point-data array of a VTK file with the extents. Default: the extents are distances to the surface.
+    /// unit : float, optional
+    ///     Unit of the file in meters, such as 0.001 for millimeters. None, the default, means 1, with a warning if the mesh is larger
+    ///     than 100 m.
+    ///
+    /// Returns
+    /// -------
+    /// Shape
+    ///     Shape with this mesh.
     ///
     /// Raises
     /// ------
-    /// ImportError for a file of VTK without meshio; HydroelasticError if the file is damaged or has no tetrahedra of first
-    /// order, or solids of another kind.
+    /// HydroelasticError
+    ///     If the file is damaged, has no tetrahedra of first order, or has other solid elements.
+    /// ImportError
+    ///     If the file is a VTK file and meshio is not installed.
+    /// OSError
+    ///     If a VTK file cannot be opened.
     #[staticmethod]
     #[pyo3(signature = (path, extents=None, unit=None))]
     fn read(
@@ -178,19 +201,35 @@ impl Shape {
             return Ok(shape);
         };
         if !(unit > 0.0 && unit.is_finite()) {
-            return Err(refused(format!(
+            return Err(value_error(format!(
                 "the unit of {} is {unit} m, but must be positive and finite",
                 path.display()
             )));
         }
         let (mesh, extents) = (shape.field().mesh(), shape.field().extents().to_vec());
         let vertices = mesh.vertices().iter().map(|vertex| vertex * unit).collect();
-        let mesh = TetMesh::new(vertices, mesh.tets().to_vec()).map_err(refused)?;
+        let mesh = TetMesh::new(vertices, mesh.tets().to_vec()).map_err(value_error)?;
         Self::of(PressureField::with_inert_tets(mesh, extents))
     }
 
-    /// A ball about the origin of the body frame: radius (m), and how often the 20 faces of an icosahedron are divided by four
-    /// (0 to 8).
+    /// Creates a ball about the origin of the body frame.
+    ///
+    /// Parameters
+    /// ----------
+    /// radius : float
+    ///     Radius (m).
+    /// subdivisions : int
+    ///     Number of times that each face of an icosahedron is divided into four, from 0 to 8.
+    ///
+    /// Returns
+    /// -------
+    /// Shape
+    ///     Ball.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If an argument is out of range.
     #[staticmethod]
     fn icosphere(
         #[pyo3(from_py_with = real)] radius: f64,
@@ -200,7 +239,24 @@ impl Shape {
         Self::of(shapes::icosphere(radius, subdivisions))
     }
 
-    /// An ellipsoid with three semi-axes (m): an icosphere, stretched.
+    /// Creates an ellipsoid about the origin of the body frame: a stretched icosphere.
+    ///
+    /// Parameters
+    /// ----------
+    /// semi_axes : (3,) array_like
+    ///     Semi-axes (m) along x, y and z.
+    /// subdivisions : int
+    ///     Number of times that each face of an icosahedron is divided into four, from 0 to 8.
+    ///
+    /// Returns
+    /// -------
+    /// Shape
+    ///     Ellipsoid.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If an argument is out of range.
     #[staticmethod]
     fn ellipsoid(
         semi_axes: &Bound<'_, PyAny>,
@@ -213,19 +269,68 @@ impl Shape {
         ))
     }
 
-    /// A box with edges of three lengths (m); the extent rises from each face to 1 at the center.
+    /// Creates a box about the origin of the body frame. The extent rises linearly from each face to 1 at the center.
+    ///
+    /// Parameters
+    /// ----------
+    /// lengths : (3,) array_like
+    ///     Edge lengths (m) along x, y and z.
+    ///
+    /// Returns
+    /// -------
+    /// Shape
+    ///     Box.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If a length is not positive and finite.
     #[staticmethod]
     fn cuboid(lengths: &Bound<'_, PyAny>) -> PyResult<Self> {
         Self::of(shapes::cuboid(row(lengths, "lengths")?))
     }
 
-    /// A box with edges of three lengths (m); the extent is the distance to the surface, over half the shortest edge.
+    /// Creates a box about the origin of the body frame. The extent is the distance to the surface over half the shortest edge.
+    ///
+    /// Parameters
+    /// ----------
+    /// lengths : (3,) array_like
+    ///     Edge lengths (m) along x, y and z.
+    ///
+    /// Returns
+    /// -------
+    /// Shape
+    ///     Box.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If a length is not positive and finite.
     #[staticmethod]
     fn distance_cuboid(lengths: &Bound<'_, PyAny>) -> PyResult<Self> {
         Self::of(shapes::distance_cuboid(row(lengths, "lengths")?))
     }
 
-    /// A prism with a regular polygon of some segments as its base, for a cylinder along z: radius (m), length (m).
+    /// Creates an approximate cylinder along z: a prism whose base is a regular polygon.
+    ///
+    /// Parameters
+    /// ----------
+    /// radius : float
+    ///     Radius (m).
+    /// length : float
+    ///     Length (m) along z.
+    /// segments : int
+    ///     Number of sides of the base, from 3 to 100,000.
+    ///
+    /// Returns
+    /// -------
+    /// Shape
+    ///     Prism about the origin of the body frame.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If an argument is out of range.
     #[staticmethod]
     fn cylinder(
         #[pyo3(from_py_with = real)] radius: f64,
@@ -236,10 +341,28 @@ impl Shape {
         Self::of(shapes::cylinder(radius, length, segments))
     }
 
-    /// The solid inside a closed surface of triangles that can all be seen from one point inside, as those of convex solids.
-    /// Vertices at exactly the same place are merged, and vertices that no triangle uses are dropped.
+    /// Creates the solid inside a star-shaped surface, whose triangles are all visible from one inner point.
     ///
-    /// vertices : (n, 3) float64 (m); triangles : (m, 3) integers; inner_point : (3,) (m), or None for the center of volume.
+    /// Convex solids are star-shaped. Vertices at exactly the same position are merged, and vertices that no triangle uses are dropped.
+    ///
+    /// Parameters
+    /// ----------
+    /// vertices : (n, 3) array_like
+    ///     Positions (m) in the body frame.
+    /// triangles : (m, 3) array_like of int
+    ///     Vertex indices of each triangle of a closed surface, counter-clockwise seen from outside.
+    /// inner_point : (3,) array_like, optional
+    ///     Inner point (m) in the body frame. Default: the center of volume.
+    ///
+    /// Returns
+    /// -------
+    /// Shape
+    ///     Solid with the extent 1 at the inner point.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If the surface is not closed, or a triangle is not visible from the inner point.
     #[staticmethod]
     #[pyo3(signature = (vertices, triangles, inner_point=None))]
     fn star_shaped(
@@ -250,7 +373,7 @@ impl Shape {
         let vertices = table::<3>(vertices, "vertices")?;
         let vertices = vertices.into_iter().map(Into::into).collect();
         let triangles = indices(triangles, "triangles")?;
-        let surface = TriangleSurface::welded(vertices, triangles).map_err(refused)?;
+        let surface = TriangleSurface::welded(vertices, triangles).map_err(value_error)?;
         Self::of(match inner_point {
             None => shapes::star_shaped(&surface),
             Some(point) => {
@@ -260,7 +383,7 @@ impl Shape {
         })
     }
 
-    /// (n, 3) float64: positions of the vertices (m), in the body frame.
+    /// Positions (m) of the vertices in the body frame, (n, 3) float64.
     #[getter]
     fn vertices<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
         let vertices = self.field().mesh().vertices();
@@ -268,7 +391,7 @@ impl Shape {
         array(py, values, &[vertices.len(), 3])
     }
 
-    /// (m, 4) int64: the vertices of each tetrahedron, positively oriented.
+    /// Vertex indices of each tetrahedron, positively oriented, (m, 4) int64.
     #[getter]
     fn tets<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<i64>>> {
         let tets = self.field().mesh().tets();
@@ -279,14 +402,14 @@ impl Shape {
         )
     }
 
-    /// (n,) float64: the extent of each vertex.
+    /// Extent of each vertex, (n,) float64.
     #[getter]
     fn extents<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
         let extents = self.field().extents();
         array(py, extents.to_vec(), &[extents.len()])
     }
 
-    /// (k, 3) int64: the triangles of the surface, counter-clockwise seen from outside.
+    /// Vertex indices of each triangle of the surface, counter-clockwise seen from outside, (k, 3) int64.
     #[getter]
     fn surface_triangles<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<i64>>> {
         let triangles = self.field().mesh().surface_triangles();
@@ -303,19 +426,59 @@ impl Shape {
         self.field().mesh().volume()
     }
 
-    /// Mass (kg), center of mass (3,) (m) and inertia (3, 3) (kg m²) about it, in the body frame, at a uniform density (kg/m³).
+    /// Computes the mass properties at a uniform density.
+    ///
+    /// Parameters
+    /// ----------
+    /// density : float
+    ///     Density (kg/m³), positive.
+    ///
+    /// Returns
+    /// -------
+    /// mass : float
+    ///     Mass (kg).
+    /// center_of_mass : (3,) ndarray of float64
+    ///     Center of mass (m) in the body frame.
+    /// inertia : (3, 3) ndarray of float64
+    ///     Inertia (kg m²) about the center of mass, in the axes of the body frame.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If the density is not positive and finite.
     fn mass_properties<'py>(
         &self,
         py: Python<'py>,
         #[pyo3(from_py_with = real)] density: f64,
     ) -> PyResult<(f64, Floats<'py>, Floats<'py>)> {
         let found = self.field().mesh().mass_properties(density);
-        mass_arrays(py, &found.map_err(refused)?)
+        mass_arrays(py, &found.map_err(value_error)?)
     }
 
-    /// (n, 3) float64: the derivatives by the vertices of a number that has these by the mass properties at a uniform density
-    /// (kg/m³): by the mass, by the center of mass (3,), and by the entries of the inertia (3, 3), of which the mean of two
-    /// opposite ones counts. Exact up to round-off.
+    /// Computes the gradient of a loss with respect to the vertices from its gradient with respect to the mass properties.
+    ///
+    /// The mass properties are those at a uniform density. The result is exact up to round-off.
+    ///
+    /// Parameters
+    /// ----------
+    /// density : float
+    ///     Density (kg/m³), positive.
+    /// by_mass : float
+    ///     Derivative of the loss with respect to the mass.
+    /// by_center : (3,) array_like
+    ///     Derivatives with respect to the center of mass.
+    /// by_inertia : (3, 3) array_like
+    ///     Derivatives with respect to the entries of the inertia. Only the mean of two opposite entries has an effect.
+    ///
+    /// Returns
+    /// -------
+    /// (n, 3) ndarray of float64
+    ///     Derivatives with respect to the vertices, in the body frame.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If the density is not positive and finite, a number is not finite, or an array has an unexpected shape.
     fn mass_gradient<'py>(
         &self,
         py: Python<'py>,
@@ -326,7 +489,7 @@ impl Shape {
     ) -> PyResult<Floats<'py>> {
         let gradient = mass_gradient(by_mass, by_center, by_inertia)?;
         let found = self.field().mesh().mass_gradient(density, &gradient);
-        let found = found.map_err(refused)?;
+        let found = found.map_err(value_error)?;
         let values: Vec<f64> = found.iter().flatten().copied().collect();
         check_finite(&values, "the gradient")?;
         array(py, values, &[found.len(), 3])

@@ -1,8 +1,8 @@
-//! Derivatives by the shapes of a contact.
+//! Gradients with respect to the shapes of a contact.
 
 use crate::any_shape::AnyShape;
 use crate::arrays::{Floats, check_finite, check_kept, finite, finite_row, table, wrong_shape};
-use crate::errors::refused;
+use crate::errors::value_error;
 use crate::pair_inputs::Found;
 use crate::shape_rates::ShapeRates;
 use hydroelastic::contact;
@@ -11,13 +11,30 @@ use hydroelastic::spatial::MassGradient;
 use numpy::{PyArrayDyn, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
-/// The derivatives of a number by the shape of a body. Vertices are moved in the body's frame, while its pose, the modulus and all
-/// extents stay as they are. To what a shape is made of, the chain rule leads: along, LinearizedShape.pullback.
+/// Gradient of a loss with respect to the shape of a body.
+///
+/// Vertices move in the body frame, while the pose, the modulus and all extents stay fixed. The chain rule gives derivatives with
+/// respect to the numbers that define a shape: see along and LinearizedShape.pullback. Each array of a batch of n contacts has an
+/// additional first axis of length n.
+///
+/// Parameters
+/// ----------
+/// by_vertices : (v, 3) or (n, v, 3) ndarray of float64
+///     Derivatives with respect to the vertices.
+/// by_extents : (v,) or (n, v) ndarray of float64
+///     Derivatives with respect to the extents.
+///
+/// Raises
+/// ------
+/// HydroelasticError
+///     If an array has an unexpected shape, or a number is not finite.
 #[pyclass(frozen, get_all, module = "hydroelastic")]
 pub struct ShapeGradient {
-    /// (v, 3) float64, or (n, v, 3): by each vertex, in the axes of the body's frame (over m). None for a half-space: v is 0.
+    /// Derivatives (1/m) with respect to the v vertices, in the axes of the body frame, (v, 3) or (n, v, 3) float64. A half-space has no
+    /// vertices, so v is 0.
     by_vertices: Py<PyArrayDyn<f64>>,
-    /// (v,) float64, or (n, v): by the extent of each vertex. None for a rigid body or a half-space.
+    /// Derivatives with respect to the extents of the vertices, (v,) or (n, v) float64. The array is empty for a rigid shape and for a
+    /// half-space.
     by_extents: Py<PyArrayDyn<f64>>,
 }
 
@@ -46,12 +63,22 @@ impl ShapeGradient {
         })
     }
 
-    /// The derivatives by the numbers of these rates, whose vertices and extents are those of the shape: (), (k,), (n,) or (n, k).
-    /// The chain rule, to the radius of a ball or the edges of a box.
+    /// Applies the chain rule: computes derivatives with respect to the numbers that define the shape, such as the radius of a ball.
+    ///
+    /// Parameters
+    /// ----------
+    /// rates : ShapeRates
+    ///     Rates of the same shape with respect to one number or to k numbers.
+    ///
+    /// Returns
+    /// -------
+    /// (), (k,), (n,) or (n, k) ndarray of float64
+    ///     Derivatives of the loss with respect to the numbers.
     ///
     /// Raises
     /// ------
-    /// HydroelasticError if the rates are those of another number of vertices.
+    /// HydroelasticError
+    ///     If the rates have another number of vertices.
     fn along<'py>(
         &self,
         py: Python<'py>,
@@ -60,23 +87,25 @@ impl ShapeGradient {
         let rates = rates.get();
         let numpy = py.import("numpy")?;
         let shape = |array: &Py<PyArrayDyn<f64>>| array.bind(py).shape().to_vec();
-        let (own, of_rates) = (shape(&self.by_vertices), shape(&rates.vertices));
-        if own.len() < 2 || own[own.len() - 2..] != of_rates[of_rates.len().saturating_sub(2)..] {
+        let (expected, of_rates) = (shape(&self.by_vertices), shape(&rates.vertices));
+        if expected.len() < 2
+            || expected[expected.len() - 2..] != of_rates[of_rates.len().saturating_sub(2)..]
+        {
             return Err(wrong_shape(
                 "the vertices of the rates",
-                &of_shape(&own),
+                &of_shape(&expected),
                 &of_rates,
             ));
         }
-        // Sums over the last axes: of vertices and their coordinates, and of extents.
-        let sum = |own: &Py<PyArrayDyn<f64>>, rates: &Py<PyArrayDyn<f64>>, axes: [&[i64]; 2]| {
-            let axes = (axes[0].to_vec(), axes[1].to_vec());
-            numpy.call_method1("tensordot", (own.bind(py), rates.bind(py), axes))
-        };
+        // The sums are over the vertices and their coordinates, and over the extents, which are the last axes.
+        let sum =
+            |gradient: &Py<PyArrayDyn<f64>>, rates: &Py<PyArrayDyn<f64>>, axes: [&[i64]; 2]| {
+                let axes = (axes[0].to_vec(), axes[1].to_vec());
+                numpy.call_method1("tensordot", (gradient.bind(py), rates.bind(py), axes))
+            };
         let last: &[i64] = &[-2, -1];
         let by_vertices = sum(&self.by_vertices, &rates.vertices, [last, last])?;
-        let own_extents = shape(&self.by_extents);
-        if own_extents.last() == Some(&0) {
+        if shape(&self.by_extents).last() == Some(&0) {
             return Ok(by_vertices);
         }
         by_vertices.add(sum(&self.by_extents, &rates.extents, [&[-1], &[-1]])?)
@@ -105,13 +134,13 @@ impl ShapeGradient {
     }
 }
 
-/// What rates of a shape with so many vertices look like.
-fn of_shape(own: &[usize]) -> String {
-    let vertices = own.iter().rev().nth(1).copied().unwrap_or(0);
+/// Describes the expected shape of the vertices of rates, from the shape of the derivatives with respect to vertices.
+fn of_shape(by_vertices: &[usize]) -> String {
+    let vertices = by_vertices.iter().rev().nth(1).copied().unwrap_or(0);
     format!("({vertices}, 3) or (k, {vertices}, 3)")
 }
 
-/// How many vertices, and how many extents, a shape has.
+/// Numbers of vertices and of extents of a shape.
 pub fn counts(shape: &AnyShape) -> [usize; 2] {
     match shape {
         AnyShape::Compliant(it) => [it.0.field().mesh().vertex_count(); 2],
@@ -120,24 +149,24 @@ pub fn counts(shape: &AnyShape) -> [usize; 2] {
     }
 }
 
-/// How many numbers both gradients have.
+/// Number of components of both gradients.
 pub fn width(counts: [[usize; 2]; 2]) -> usize {
     let of_body = |[vertices, extents]: [usize; 2]| 3 * vertices + extents;
     counts.into_iter().map(of_body).sum()
 }
 
-/// Writes all numbers of both gradients.
+/// Writes all components of both gradients.
 pub fn write(row: &mut [f64], gradients: &[contact::ShapeGradient; 2]) {
     let numbers = gradients.iter().flat_map(|gradient| {
         let by_vertices = gradient.by_vertices.iter().flatten();
         by_vertices.chain(&gradient.by_extents)
     });
-    for (place, number) in row.iter_mut().zip(numbers) {
-        *place = *number;
+    for (entry, number) in row.iter_mut().zip(numbers) {
+        *entry = *number;
     }
 }
 
-/// Both gradients from the numbers of all contacts.
+/// Converts the components of all contacts to both gradients.
 pub fn both(
     py: Python<'_>,
     found: &Found,
@@ -159,7 +188,7 @@ pub fn both(
     Ok((gradient(a)?, gradient(b)?))
 }
 
-/// The derivatives of a number by mass properties.
+/// Reads the gradient of a loss with respect to mass properties.
 pub fn mass_gradient(
     by_mass: f64,
     by_center: &Bound<'_, PyAny>,
@@ -172,7 +201,7 @@ pub fn mass_gradient(
             "by_inertia must have the shape (3, 3), but has ({}, 3)",
             rows.len()
         );
-        return Err(refused(message));
+        return Err(value_error(message));
     };
     Ok(MassGradient {
         by_mass: finite(by_mass, "by_mass")?,

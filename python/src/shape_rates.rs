@@ -1,25 +1,38 @@
-//! How shapes change with the numbers that they are made of.
+//! Rates of shapes: derivatives of vertices and extents with respect to the numbers that define a shape.
 
 use crate::arrays::{
     Floats, Whole, array, check_finite, check_kept, count, indices, list, optional_real, real, row,
     signed, table, whole, whole_array, wholes,
 };
-use crate::errors::refused;
+use crate::errors::value_error;
 use crate::shape::Shape;
 use hydroelastic::mesh::{self, LinearizedDistances, PressureField, TetMesh, shapes};
 use hydroelastic::nalgebra::Vector3;
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 
-/// How a shape changes with k numbers that it is made of: velocities of its vertices, and rates of their extents. ShapeGradient.along
-/// takes it.
+/// Derivatives of the vertices and extents of a shape with respect to k numbers that define the shape. See ShapeGradient.along.
+///
+/// Parameters
+/// ----------
+/// vertices : (k, v, 3) or (v, 3) ndarray of float64
+///     Derivatives of the vertices.
+/// extents : (k, v) or (v,) ndarray of float64
+///     Derivatives of the extents.
+/// ambiguous : list of int
+///     Vertices without a unique derivative.
+///
+/// Raises
+/// ------
+/// HydroelasticError
+///     If an array has an unexpected shape, or a number is not finite.
 #[pyclass(frozen, get_all, module = "hydroelastic")]
 pub struct ShapeRates {
-    /// (k, v, 3) float64, or (v, 3): the velocity of each vertex, in the axes of the body's frame (m over the number's unit).
+    /// Derivative of each vertex in the axes of the body frame, (k, v, 3) or (v, 3) float64, in m over the unit of the number.
     pub vertices: Py<PyArrayDyn<f64>>,
-    /// (k, v) float64, or (v,): the rate of the extent of each vertex.
+    /// Derivative of the extent of each vertex, (k, v) or (v,) float64.
     pub extents: Py<PyArrayDyn<f64>>,
-    /// Vertices whose rates are one of several, or a mean, ascending.
+    /// Indices of the vertices without a unique derivative, ascending. Their rates are one of several one-sided derivatives, or a mean.
     ambiguous: Vec<usize>,
 }
 
@@ -38,7 +51,7 @@ impl ShapeRates {
         py: Python<'_>,
         rates: Result<[mesh::ShapeRates; N], mesh::MeshError>,
     ) -> PyResult<Self> {
-        let rates = rates.map_err(refused)?;
+        let rates = rates.map_err(value_error)?;
         let count = rates[0].vertices.len();
         let vertices = rates.iter().flat_map(|it| it.vertices.iter().flatten());
         let extents = rates.iter().flat_map(|it| &it.extents);
@@ -101,7 +114,22 @@ impl ShapeRates {
 
 #[pymethods]
 impl Shape {
-    /// How Shape.icosphere changes with its radius (m): k is 1.
+    /// Computes the derivative of Shape.icosphere with respect to its radius (m).
+    ///
+    /// Parameters
+    /// ----------
+    /// radius, subdivisions
+    ///     Arguments of Shape.icosphere.
+    ///
+    /// Returns
+    /// -------
+    /// ShapeRates
+    ///     Rates with k = 1.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If an argument is out of range.
     #[staticmethod]
     fn icosphere_rates(
         py: Python<'_>,
@@ -113,7 +141,22 @@ impl Shape {
         ShapeRates::of(py, rates.map(|it| [it]))
     }
 
-    /// How Shape.ellipsoid changes with its semi-axes (m): k is 3.
+    /// Computes the derivatives of Shape.ellipsoid with respect to its semi-axes (m).
+    ///
+    /// Parameters
+    /// ----------
+    /// semi_axes, subdivisions
+    ///     Arguments of Shape.ellipsoid.
+    ///
+    /// Returns
+    /// -------
+    /// ShapeRates
+    ///     Rates with k = 3.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If an argument is out of range.
     #[staticmethod]
     fn ellipsoid_rates(
         py: Python<'_>,
@@ -125,21 +168,70 @@ impl Shape {
         ShapeRates::of(py, shapes::ellipsoid_rates(semi_axes, subdivisions))
     }
 
-    /// How Shape.cuboid changes with its edges (m): k is 3.
+    /// Computes the derivatives of Shape.cuboid with respect to its edge lengths (m).
+    ///
+    /// Parameters
+    /// ----------
+    /// lengths : (3,) array_like
+    ///     Edge lengths (m).
+    ///
+    /// Returns
+    /// -------
+    /// ShapeRates
+    ///     Rates with k = 3.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If a length is not positive and finite.
     #[staticmethod]
     fn cuboid_rates(py: Python<'_>, lengths: &Bound<'_, PyAny>) -> PyResult<ShapeRates> {
         ShapeRates::of(py, shapes::cuboid_rates(row(lengths, "lengths")?))
     }
 
-    /// How Shape.distance_cuboid changes with its edges (m): k is 3. Where two edges are shortest, or all, the vertices inside are
-    /// ambiguous: exact for changes that keep these edges equal.
+    /// Computes the derivatives of Shape.distance_cuboid with respect to its edge lengths (m).
+    ///
+    /// If two or three edges are the shortest, the inner vertices are ambiguous. Their rates are then exact for changes that keep these
+    /// edges equal.
+    ///
+    /// Parameters
+    /// ----------
+    /// lengths : (3,) array_like
+    ///     Edge lengths (m).
+    ///
+    /// Returns
+    /// -------
+    /// ShapeRates
+    ///     Rates with k = 3.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If a length is not positive and finite.
     #[staticmethod]
     fn distance_cuboid_rates(py: Python<'_>, lengths: &Bound<'_, PyAny>) -> PyResult<ShapeRates> {
         ShapeRates::of(py, shapes::distance_cuboid_rates(row(lengths, "lengths")?))
     }
 
-    /// How Shape.cylinder changes with its radius and its length (m): k is 2. Where the length is twice the radius of the circle
-    /// inscribed in the base, the vertex inside is ambiguous: exact for a change of size alone.
+    /// Computes the derivatives of Shape.cylinder with respect to its radius and its length (m).
+    ///
+    /// If the length is twice the radius of the circle inscribed in the base, the inner vertex is ambiguous. Its rates are then exact for
+    /// a change of scale only.
+    ///
+    /// Parameters
+    /// ----------
+    /// radius, length, segments
+    ///     Arguments of Shape.cylinder.
+    ///
+    /// Returns
+    /// -------
+    /// ShapeRates
+    ///     Rates with k = 2.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If an argument is out of range.
     #[staticmethod]
     fn cylinder_rates(
         py: Python<'_>,
@@ -152,18 +244,24 @@ impl Shape {
     }
 }
 
-/// A shape with the distance to the surface of a mesh as field, as Shape(vertices, tets) makes it, and how it changes with the
-/// vertices of that mesh. The shape has more vertices, where tetrahedra are divided, and all its extents depend on the surface.
+/// Shape whose extents are distances to the surface of a mesh, with its derivatives with respect to the vertices of the mesh.
+///
+/// The shape is that of Shape(vertices, tets). It has more vertices than the mesh if tetrahedra are divided, and all its extents depend
+/// on the surface.
 ///
 /// Parameters
 /// ----------
-/// vertices : (n, 3) float64, positions (m) in the body frame.
-/// tets : (m, 4) integers, the vertices of each tetrahedron; either orientation.
-/// depth : None for the distance over the largest one; or the depth (m) of a skin, below which the extent stays 1.
+/// vertices : (n, 3) array_like
+///     Positions (m) in the body frame.
+/// tets : (m, 4) array_like of int
+///     Vertex indices of each tetrahedron, in either orientation.
+/// depth : float, optional
+///     Depth (m) of a skin. The extent is 1 below the skin. Default: the extent is the distance over the largest distance.
 ///
 /// Raises
 /// ------
-/// HydroelasticError if the mesh or the field is not valid; the message names the culprit.
+/// HydroelasticError
+///     If the mesh or the field is not valid. The message names the vertex or tetrahedron.
 #[pyclass(frozen, module = "hydroelastic")]
 pub struct LinearizedShape {
     mesh: TetMesh,
@@ -184,12 +282,12 @@ impl LinearizedShape {
         let vertices = table::<3>(vertices, "vertices")?;
         let vertices = vertices.into_iter().map(Into::into).collect();
         let tets = indices(tets, "tets")?;
-        let mesh = TetMesh::new(vertices, tets).map_err(refused)?;
+        let mesh = TetMesh::new(vertices, tets).map_err(value_error)?;
         let made = match depth {
             None => PressureField::linearized_from_distance(&mesh),
             Some(depth) => PressureField::linearized_from_distance_up_to(&mesh, depth),
         };
-        let (field, distances) = made.map_err(refused)?;
+        let (field, distances) = made.map_err(value_error)?;
         let shape = Shape::of(Ok(field))?;
         Ok(Self {
             mesh,
@@ -199,21 +297,39 @@ impl LinearizedShape {
         })
     }
 
-    /// The shape.
+    /// Shape with the distances as extents.
     #[getter]
     fn shape(&self) -> Shape {
         self.shape.clone()
     }
 
-    /// The vertices of the shape, ascending, at which there is no derivative: equally far from several places of the surface, of
-    /// which the mean is taken; among several that are farthest from it; or where a skin ends.
+    /// Indices of the vertices of the shape without a unique derivative, ascending. A vertex is ambiguous if it has several closest points
+    /// of the surface (the mean derivative is used), if several vertices are farthest from the surface, or if it lies where a skin ends.
     #[getter]
     fn ambiguous(&self) -> Vec<usize> {
         self.distances.ambiguous().to_vec()
     }
 
-    /// The derivatives by the mesh of a number that has these by the shape, by_vertices (v, 3) and by_extents (v,): by its vertices,
-    /// (n, 3), and by the depth.
+    /// Computes the gradient of a loss with respect to the mesh from its gradient with respect to the shape.
+    ///
+    /// Parameters
+    /// ----------
+    /// by_vertices : (v, 3) array_like
+    ///     Derivatives with respect to the vertices of the shape.
+    /// by_extents : (v,) array_like
+    ///     Derivatives with respect to the extents of the shape.
+    ///
+    /// Returns
+    /// -------
+    /// by_mesh : (n, 3) ndarray of float64
+    ///     Derivatives with respect to the vertices of the mesh.
+    /// by_depth : float
+    ///     Derivative with respect to the depth of the skin.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If an array has an unexpected shape, or a number is not finite.
     fn pullback<'py>(
         &self,
         py: Python<'py>,
@@ -224,20 +340,40 @@ impl LinearizedShape {
         let by_extents = list(by_extents, "by_extents")?;
         check_finite(&by_extents, "by_extents")?;
         let found = self.distances.pullback(&by_vertices, &by_extents);
-        let found = found.map_err(refused)?;
+        let found = found.map_err(value_error)?;
         let values = found.by_vertices.iter().flatten().copied().collect();
         let by_vertices = array(py, values, &[found.by_vertices.len(), 3])?;
         Ok((by_vertices, found.by_depth))
     }
 
-    /// How the shape changes as the vertices of the mesh move at these velocities, (n, 3).
+    /// Computes the rates of the shape if the vertices of the mesh move.
+    ///
+    /// Parameters
+    /// ----------
+    /// velocities : (n, 3) array_like
+    ///     Velocity of each vertex of the mesh, in the body frame.
+    ///
+    /// Returns
+    /// -------
+    /// ShapeRates
+    ///     Rates with one number: vertices (v, 3) and extents (v,).
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If the array has an unexpected shape, or a number is not finite.
     fn rates(&self, py: Python<'_>, velocities: &Bound<'_, PyAny>) -> PyResult<ShapeRates> {
         let velocities = vectors(velocities, "velocities")?;
-        let rates = self.distances.rates(&velocities).map_err(refused)?;
+        let rates = self.distances.rates(&velocities).map_err(value_error)?;
         ShapeRates::of_one(py, &rates)
     }
 
-    /// How the shape changes with the depth of its skin (m).
+    /// Computes the derivatives of the shape with respect to the depth (m) of its skin.
+    ///
+    /// Returns
+    /// -------
+    /// ShapeRates
+    ///     Rates with one number: vertices (v, 3) and extents (v,).
     fn rates_by_depth(&self, py: Python<'_>) -> PyResult<ShapeRates> {
         ShapeRates::of_one(py, &self.distances.rates_by_depth())
     }

@@ -1,4 +1,4 @@
-//! Pictures for notebooks: what `hydroelastic.view` draws.
+//! Pictures for notebooks, drawn by `hydroelastic.view`.
 
 use crate::arrays::{Whole, optional_real, whole};
 use crate::state::State;
@@ -8,7 +8,7 @@ use crate::world::World;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-/// What `hydroelastic.view.picture` makes of a value.
+/// Calls `hydroelastic.view.picture` for a value.
 fn picture<'py>(
     value: &Bound<'py, PyAny>,
     options: &Bound<'py, PyDict>,
@@ -17,19 +17,31 @@ fn picture<'py>(
     view.call_method("picture", (value,), Some(options))
 }
 
-/// The HTML of a picture, as a notebook shows the value of a cell.
+/// HTML of a picture for the output of a notebook cell.
 fn html<'py>(value: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
     picture(value, &PyDict::new(value.py()))?.call_method0("_repr_html_")
 }
 
 #[pymethods]
 impl Surface {
-    /// A picture of the polygons, colored by pressure, for a notebook or a file: see hydroelastic.view.Picture.
+    /// Draws the polygons, colored by pressure, for a notebook or a file.
     ///
     /// Parameters
     /// ----------
-    /// pressure_limit : the pressure (Pa) at the upper end of the color bar; None for the greatest that is there.
-    /// height : of the picture in a notebook (pixels).
+    /// pressure_limit : float, optional
+    ///     Pressure (Pa) at the upper end of the color bar. Default: the largest pressure.
+    /// height : int
+    ///     Height (pixels) of the picture in a notebook.
+    ///
+    /// Returns
+    /// -------
+    /// hydroelastic.view.Picture
+    ///     Picture that can be turned.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If a number is out of range.
     #[pyo3(signature = (*, pressure_limit=None, height=420))]
     fn show<'py>(
         slf: &Bound<'py, Self>,
@@ -49,14 +61,26 @@ impl Surface {
 
 #[pymethods]
 impl World {
-    /// A picture of the bodies, translucent, and of the contact surfaces between them, for a notebook or a file: see
-    /// hydroelastic.view.Picture.
+    /// Draws translucent bodies and the contact surfaces between them, for a notebook or a file.
     ///
     /// Parameters
     /// ----------
-    /// state : a State of this world; None for its initial state.
-    /// pressure_limit : the pressure (Pa) at the upper end of the color bar; None for the greatest that is there.
-    /// height : of the picture in a notebook (pixels).
+    /// state : State, optional
+    ///     State of this world. Default: the initial state.
+    /// pressure_limit : float, optional
+    ///     Pressure (Pa) at the upper end of the color bar. Default: the largest pressure.
+    /// height : int
+    ///     Height (pixels) of the picture in a notebook.
+    ///
+    /// Returns
+    /// -------
+    /// hydroelastic.view.Picture
+    ///     Picture that can be turned.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If the state does not fit the world, or a number is out of range.
     #[pyo3(signature = (state=None, *, pressure_limit=None, height=420))]
     fn show<'py>(
         slf: &Bound<'py, Self>,
@@ -78,15 +102,29 @@ impl World {
 
 #[pymethods]
 impl Trajectory {
-    /// A picture that plays, with a slider, for a notebook or a file: see hydroelastic.view.Picture.
+    /// Draws an animation with a slider, for a notebook or a file.
     ///
     /// Parameters
     /// ----------
-    /// world : the World whose trajectory it is, for its bodies and their contact surfaces. Without it, the frames of the bodies
-    ///     and the paths of their origins are drawn.
-    /// frames : how many of the states are drawn at most, evenly chosen, the first and the last among them.
-    /// pressure_limit : the pressure (Pa) at the upper end of the color bar; None for the greatest that is there.
-    /// height : of the picture in a notebook (pixels).
+    /// world : World, optional
+    ///     World of the trajectory. The picture then has its bodies and contact surfaces. Without a world, the picture has the frames of
+    ///     the bodies and the paths of their origins.
+    /// frames : int
+    ///     Maximum number of drawn states. They are evenly spaced and include the first and the last state.
+    /// pressure_limit : float, optional
+    ///     Pressure (Pa) at the upper end of the color bar. Default: the largest pressure.
+    /// height : int
+    ///     Height (pixels) of the picture in a notebook.
+    ///
+    /// Returns
+    /// -------
+    /// hydroelastic.view.Picture
+    ///     Picture that can be played and turned.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If the trajectory does not fit the world, or a number is out of range.
     #[pyo3(signature = (world=None, *, frames=100, pressure_limit=None, height=420))]
     fn show<'py>(
         slf: &Bound<'py, Self>,

@@ -1,28 +1,32 @@
 //! States of a world.
 
 use crate::arrays::{Floats, Many, array, real, wrong_shape};
-use crate::errors::refused;
+use crate::errors::value_error;
 use crate::path::many_twists;
 use crate::poses::{entries, poses};
 use hydroelastic::dynamics::{self, BodyState};
 use pyo3::prelude::*;
 
-/// All bodies of a world at one time, in the order of the world's.
+/// State of the n bodies of a world at one time. The bodies have the order of World.names.
 ///
 /// Parameters
 /// ----------
-/// time : (s).
-/// poses : (n, 4, 4) float64, poses of the body frames in the world.
-/// twists : (n, 6) float64: spin (rad/s), and velocity of the center of mass (m/s), world axes.
+/// time : float
+///     Time (s).
+/// poses : (n, 4, 4) array_like
+///     Poses of the body frames in the world.
+/// twists : (n, 6) array_like
+///     Angular velocity (rad/s), then velocity of the center of mass (m/s), in world axes.
 ///
 /// Raises
 /// ------
-/// HydroelasticError if a pose is not rigid, or a number is not finite.
+/// HydroelasticError
+///     If a pose is not rigid, a number is not finite, or an array has an unexpected shape.
 #[pyclass(frozen, module = "hydroelastic")]
 #[derive(Clone)]
 pub struct State(pub dynamics::State);
 
-/// The entries of all poses of states, and the numbers of all twists.
+/// Entries of all poses and components of all twists of states.
 pub fn numbers_of<'s>(states: impl IntoIterator<Item = &'s dynamics::State>) -> [Vec<f64>; 2] {
     let (mut poses, mut twists) = (Vec::new(), Vec::new());
     for body in states.into_iter().flat_map(|state| &state.bodies) {
@@ -41,7 +45,7 @@ impl State {
         twists: &Bound<'_, PyAny>,
     ) -> PyResult<Self> {
         if !time.is_finite() {
-            return Err(refused(format!(
+            return Err(value_error(format!(
                 "the time of a state must be finite, but is {time}"
             )));
         }
@@ -63,14 +67,14 @@ impl State {
         self.0.time
     }
 
-    /// (n, 4, 4) float64: poses of the body frames in the world.
+    /// Poses of the body frames in the world, (n, 4, 4) float64.
     #[getter]
     fn poses<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
         let [poses, _] = numbers_of([&self.0]);
         array(py, poses, &[self.0.bodies.len(), 4, 4])
     }
 
-    /// (n, 6) float64: spin (rad/s), and velocity of the center of mass (m/s), world axes.
+    /// Angular velocities (rad/s), then velocities of the centers of mass (m/s), in world axes, (n, 6) float64.
     #[getter]
     fn twists<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
         let [_, twists] = numbers_of([&self.0]);

@@ -8,34 +8,41 @@ use pyo3::prelude::*;
 type Floats = Py<PyArrayDyn<f64>>;
 type Whole = Py<PyArrayDyn<i64>>;
 
-/// A contact surface in the world frame: m polygons, their k corners one after another. Polygon i has the corners
-/// offsets[i] to offsets[i + 1], counter-clockwise about its normal, which points out of B into A.
+/// Contact surface in the world frame: m polygons with k corners together.
+///
+/// Polygon i has the corners offsets[i] to offsets[i + 1] - 1, counter-clockwise about its normal. The normal points out of B into A. The
+/// parameters of the constructor are the attributes.
+///
+/// Raises
+/// ------
+/// HydroelasticError
+///     If an array has an unexpected shape, or a number is not finite.
 #[pyclass(frozen, get_all, module = "hydroelastic")]
 pub struct Surface {
-    /// (k, 3) float64: the corners (m).
+    /// Positions (m) of the corners, (k, 3) float64.
     vertices: Floats,
-    /// (m + 1,) int64: where the corners of each polygon begin.
+    /// Index of the first corner of each polygon, then k, (m + 1,) int64.
     offsets: Whole,
-    /// (k,) float64: the pressure (Pa) at each corner.
+    /// Pressure (Pa) at each corner, (k,) float64.
     pressures: Floats,
-    /// (m, 3) float64: unit normals.
+    /// Unit normal of each polygon, (m, 3) float64.
     normals: Floats,
-    /// (m,) float64: areas (m²).
+    /// Area (m²) of each polygon, (m,) float64.
     areas: Floats,
-    /// (m, 3) float64: centroids (m).
+    /// Centroid (m) of each polygon, (m, 3) float64.
     centroids: Floats,
-    /// (m,) float64: the mean pressure (Pa) of each polygon.
+    /// Mean pressure (Pa) of each polygon, (m,) float64.
     mean_pressures: Floats,
-    /// (m, 2) int64: the tetrahedra that each polygon lies in, of A and of B.
+    /// Indices of the tetrahedra of A and B that contain each polygon, (m, 2) int64.
     tets: Whole,
     /// Total area (m²).
     area: f64,
-    /// (3,) float64: the center of pressure (m), or None where nothing presses.
+    /// Center of pressure (m), (3,) float64; None if the surface is empty or has no pressure.
     center_of_pressure: Option<Floats>,
 }
 
 impl Surface {
-    /// The arrays of a surface.
+    /// Converts a surface of the library.
     pub fn of(py: Python<'_>, surface: &ContactSurface) -> PyResult<Self> {
         let polygons = &surface.polygons;
         let (mut vertices, mut pressures, mut offsets) = (vec![], vec![], vec![0]);

@@ -1,7 +1,7 @@
-//! Recorded states.
+//! Trajectories: sequences of recorded states.
 
 use crate::arrays::{Floats, Whole, array, whole};
-use crate::errors::refused;
+use crate::errors::value_error;
 use crate::state::{State, numbers_of};
 use hydroelastic::dynamics;
 use numpy::{PyArrayDyn, PyArrayMethods};
@@ -10,12 +10,19 @@ use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyIterator, PyList};
 
-/// Recorded states of n bodies in the order of time; the first is the initial one. A sequence of State, and three arrays, which
-/// are not writable.
+/// Sequence of k recorded states of n bodies, ordered by time. The first state is the initial state.
+///
+/// The trajectory is a sequence of State and also has three arrays, which are read-only.
 ///
 /// Parameters
 /// ----------
-/// states : a list of State, at least one, in the order of time.
+/// states : list of State
+///     States, ordered by time. There must be at least one.
+///
+/// Raises
+/// ------
+/// HydroelasticError
+///     If the list is empty, or the states do not fit each other.
 #[pyclass(frozen, module = "hydroelastic", sequence)]
 pub struct Trajectory {
     pub inner: dynamics::Trajectory,
@@ -30,7 +37,7 @@ impl From<dynamics::Trajectory> for Trajectory {
 }
 
 impl Trajectory {
-    /// Times, poses and twists.
+    /// Array with an index: times, poses or twists.
     fn array<'py>(&self, py: Python<'py>, which: usize) -> PyResult<Floats<'py>> {
         let arrays = self.arrays.get_or_try_init(py, || {
             let states = self.inner.states();
@@ -43,7 +50,10 @@ impl Trajectory {
                 array(py, twists, &[count, bodies, 6])?,
             ];
             for array in [&times, &poses, &twists] {
-                array.try_readwrite().map_err(refused)?.make_nonwriteable();
+                array
+                    .try_readwrite()
+                    .map_err(value_error)?
+                    .make_nonwriteable();
             }
             PyResult::Ok([times, poses, twists].map(Bound::unbind))
         })?;
@@ -57,22 +67,22 @@ impl Trajectory {
     fn new(states: Vec<Bound<'_, State>>) -> PyResult<Self> {
         let states = states.iter().map(|state| state.get().0.clone());
         let trajectory = dynamics::Trajectory::new(states.collect());
-        trajectory.map(Self::from).map_err(refused)
+        trajectory.map(Self::from).map_err(value_error)
     }
 
-    /// (k,) float64: times (s).
+    /// Times (s), (k,) float64.
     #[getter]
     fn times<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
         self.array(py, 0)
     }
 
-    /// (k, n, 4, 4) float64: poses of the body frames in the world.
+    /// Poses of the body frames in the world, (k, n, 4, 4) float64.
     #[getter]
     fn poses<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
         self.array(py, 1)
     }
 
-    /// (k, n, 6) float64: spins (rad/s), and velocities of the centers of mass (m/s), world axes.
+    /// Angular velocities (rad/s), then velocities of the centers of mass (m/s), in world axes, (k, n, 6) float64.
     #[getter]
     fn twists<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
         self.array(py, 2)
@@ -82,19 +92,19 @@ impl Trajectory {
         self.inner.states().len()
     }
 
-    /// The state of a place, counted from the end if it is negative.
-    fn __getitem__(&self, #[pyo3(from_py_with = whole)] place: Whole) -> PyResult<State> {
+    /// Returns the state with an index. A negative index counts from the end.
+    fn __getitem__(&self, #[pyo3(from_py_with = whole)] index: Whole) -> PyResult<State> {
         let states = self.inner.states();
-        let from_start = if place < 0 {
-            place + states.len() as Whole
+        let from_start = if index < 0 {
+            index + states.len() as Whole
         } else {
-            place
+            index
         };
-        let place_found = usize::try_from(from_start).ok();
-        let found = place_found.and_then(|place| states.get(place));
-        found.map(|state| State(state.clone())).ok_or_else(|| {
+        let state = usize::try_from(from_start).ok();
+        let state = state.and_then(|from_start| states.get(from_start));
+        state.map(|state| State(state.clone())).ok_or_else(|| {
             PyIndexError::new_err(format!(
-                "there are {} states, but number {place} was asked for",
+                "there are {} states, but number {index} was asked for",
                 states.len()
             ))
         })

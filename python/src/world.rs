@@ -1,10 +1,10 @@
-//! Bodies and what acts on them.
+//! Worlds: bodies, forces and the initial state.
 
 use crate::arrays::{Floats, array, optional_real, real, row};
 use crate::body::Body;
 use crate::control::Control;
-use crate::errors::{not_differentiated, refused};
-use crate::force::{AnyForce, Shown, forces};
+use crate::errors::{gradient_error, value_error};
+use crate::force::{AnyForce, ForceObject, forces};
 use crate::parameter::{Parameter, inner};
 use crate::path::Path;
 use crate::state::State;
@@ -14,35 +14,48 @@ use numpy::PyUntypedArray;
 use pyo3::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The world of the library with forces that can be saved.
+/// World of the library with forces that can be serialized.
 pub type Inner = dynamics::World<f64, Vec<AnyForce>>;
 
-/// Bodies, what acts on them, and where they start. Worlds do not change: methods give new ones, which share the shapes.
+/// World: bodies, gravity, forces and controls, with an initial state.
+///
+/// Worlds are immutable. Methods that change a world return a new world, which shares the shapes.
 ///
 /// Parameters
 /// ----------
-/// bodies : a list of Body with different names.
-/// gravity : (3,) (m/s²), or its component along z, such as -9.81; None for no gravity.
-/// forces : a list of Spring, Drag and Thruster.
-/// force_parameters : {name: value} of numbers that forces name. Parameter.of_forces(name) gives derivatives by them.
-/// controls : a list of Control, one at most for a body.
-/// ignoring : pairs of names, of bodies that pass through each other. Between bodies of RigidShape and HalfSpace there is no
-///     contact: any two of which forces move one have to be among these pairs.
-/// slip_tolerance : (m/s), of friction in all contacts.
-/// start : the State that rollouts start from, at its time; None for the bodies' own, at time 0.
+/// bodies : list of Body
+///     Bodies with different names.
+/// gravity : (3,) array_like or float, optional
+///     Gravity (m/s²) in world axes, or its z component, such as -9.81. Default: no gravity.
+/// forces : list of Spring, Drag and Thruster, optional
+///     Forces. Default: none.
+/// force_parameters : dict of str to float, optional
+///     Values of the force parameters that forces name. Parameter.force_parameter(name) differentiates with respect to a value.
+/// controls : list of Control, optional
+///     Controls, at most one for each body. Default: none.
+/// ignoring : list of (str, str), optional
+///     Names of pairs of bodies that pass through each other. Two bodies that are each a RigidShape or a HalfSpace have no contact, so
+///     such a pair must be in this list if one of the bodies is dynamic.
+/// slip_tolerance : float, optional
+///     Slip tolerance (m/s) of friction in all contacts. Default: 1e-3.
+/// start : State, optional
+///     Initial state of rollouts, with its time. Default: the initial states of the bodies, at time 0.
 ///
 /// Raises
 /// ------
-/// HydroelasticError if names, numbers or states do not make a world; the message names the culprit.
+/// HydroelasticError
+///     If a name, a number or a state is not valid. The message names the body, force or parameter.
+/// TypeError
+///     If a force is not a Spring, a Drag or a Thruster.
 #[pyclass(frozen, module = "hydroelastic")]
 #[derive(Clone)]
 pub struct World {
     pub inner: Inner,
-    /// The paths of prescribed bodies, by name: functions, to the library.
+    /// Paths of kinematic bodies, by name. The library has them as functions only.
     pub paths: Vec<(String, Path)>,
 }
 
-/// What a new world or a change of one sets.
+/// Settings of a new world, or changes of the settings of a world.
 struct Settings<'a, 'py> {
     gravity: Option<Vector3<f64>>,
     forces: Option<Vec<AnyForce>>,
@@ -55,31 +68,35 @@ struct Settings<'a, 'py> {
 impl Settings<'_, '_> {
     fn applied(self, mut world: Inner) -> PyResult<Inner> {
         if let Some(gravity) = self.gravity {
-            world = world.with_gravity(gravity).map_err(refused)?;
+            world = world.with_gravity(gravity).map_err(value_error)?;
         }
         if let Some(tolerance) = self.slip_tolerance {
-            world = world.with_slip_tolerance(tolerance).map_err(refused)?;
+            world = world.with_slip_tolerance(tolerance).map_err(value_error)?;
         }
         for (name, value) in self.force_parameters.into_iter().flatten() {
-            world = world.with_force_parameter(&name, value).map_err(refused)?;
+            world = world
+                .with_force_parameter(&name, value)
+                .map_err(value_error)?;
         }
         if let Some(forces) = self.forces {
-            world = world.with_forces(forces).map_err(refused)?;
+            world = world.with_forces(forces).map_err(value_error)?;
         }
         let mut controlled = BTreeSet::new();
         for control in self.controls.into_iter().flatten() {
             let body = control.get().0.body();
             if !controlled.insert(body.to_owned()) {
-                return Err(refused(format!(
+                return Err(value_error(format!(
                     "body {body:?} has two controls, but must have one at most"
                 )));
             }
             world = world
                 .with_control(control.get().0.clone())
-                .map_err(refused)?;
+                .map_err(value_error)?;
         }
         match self.start {
-            Some(state) => world.with_initial_state(&state.get().0).map_err(refused),
+            Some(state) => world
+                .with_initial_state(&state.get().0)
+                .map_err(value_error),
             None => Ok(world),
         }
     }
@@ -106,7 +123,7 @@ fn reals(argument: &Bound<'_, PyAny>) -> PyResult<Option<BTreeMap<String, f64>>>
     numbers.transpose()
 }
 
-/// A world of bodies, without forces.
+/// Creates a world without forces.
 fn of_bodies(
     bodies: &[Bound<'_, Body>],
     ignoring: &[(String, String)],
@@ -121,7 +138,7 @@ fn of_bodies(
 }
 
 impl World {
-    /// The names of the bodies.
+    /// Names of the bodies.
     pub fn names_of(&self) -> Vec<&str> {
         self.inner
             .bodies()
@@ -130,7 +147,7 @@ impl World {
             .collect()
     }
 
-    /// The same paths in a world that was made of this one.
+    /// Creates a world with the same paths from a changed world of the library.
     pub fn with_inner(&self, inner: Inner) -> Self {
         let paths = self.paths.clone();
         Self { inner, paths }
@@ -151,7 +168,7 @@ impl World {
         #[pyo3(from_py_with = optional_real)] slip_tolerance: Option<f64>,
         start: Option<&Bound<'_, State>>,
     ) -> PyResult<Self> {
-        let world = of_bodies(&bodies, &ignoring.unwrap_or_default()).map_err(refused)?;
+        let world = of_bodies(&bodies, &ignoring.unwrap_or_default()).map_err(value_error)?;
         let path = |body: &Bound<'_, Body>| {
             let body = body.get();
             Some((body.inner.name().to_owned(), body.path.clone()?))
@@ -171,8 +188,36 @@ impl World {
         })
     }
 
-    /// A copy of the world with other settings; the arguments are those of World. forces replaces all forces. A control replaces the
-    /// control of its body, and a force parameter the parameter of the same name.
+    /// Copies the world with other settings.
+    ///
+    /// Settings that are None stay the same.
+    ///
+    /// Parameters
+    /// ----------
+    /// gravity : (3,) array_like or float, optional
+    ///     Gravity (m/s²) in world axes, or its z component.
+    /// forces : list of Spring, Drag and Thruster, optional
+    ///     Forces, which replace all forces.
+    /// force_parameters : dict of str to float, optional
+    ///     Values of force parameters. Each replaces the parameter of the same name.
+    /// controls : list of Control, optional
+    ///     Controls. Each replaces the control of its body.
+    /// slip_tolerance : float, optional
+    ///     Slip tolerance (m/s) of friction in all contacts.
+    /// start : State, optional
+    ///     Initial state of rollouts, with its time.
+    ///
+    /// Returns
+    /// -------
+    /// World
+    ///     Changed copy.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If a name, a number or a state is not valid.
+    /// TypeError
+    ///     If a force is not a Spring, a Drag or a Thruster.
     #[pyo3(signature = (*, gravity=None, forces=None, force_parameters=None, controls=None, slip_tolerance=None, start=None))]
     fn replace(
         &self,
@@ -194,8 +239,24 @@ impl World {
         Ok(self.with_inner(settings.applied(self.inner.clone())?))
     }
 
-    /// The world with a change added to each number of its parameters: (p,) float64. A change of an orientation is a rotation vector
-    /// (rad) in world axes.
+    /// Copies the world with a change added to each number of its parameters.
+    ///
+    /// Parameters
+    /// ----------
+    /// parameters : list of Parameter
+    ///     Parameters to change, p numbers together.
+    /// changes : (p,) array_like
+    ///     Changes. The change of an orientation is a rotation vector (rad) in world axes.
+    ///
+    /// Returns
+    /// -------
+    /// World
+    ///     Changed copy.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If a parameter does not belong to the world, or a changed number is out of range.
     fn perturbed(
         &self,
         parameters: Vec<Bound<'_, Parameter>>,
@@ -203,22 +264,56 @@ impl World {
     ) -> PyResult<Self> {
         let changes = crate::arrays::list(changes, "changes")?;
         let changed = self.inner.perturbed(&inner(&parameters), &changes);
-        Ok(self.with_inner(changed.map_err(|why| not_differentiated(&why))?))
+        Ok(self.with_inner(changed.map_err(|why| gradient_error(&why))?))
     }
 
-    /// (p,) float64: the values of the parameters. The value of an orientation is a rotation vector (rad, at most π long).
+    /// Returns the values of parameters.
+    ///
+    /// Parameters
+    /// ----------
+    /// parameters : list of Parameter
+    ///     Parameters, p numbers together.
+    ///
+    /// Returns
+    /// -------
+    /// (p,) ndarray of float64
+    ///     Values. The value of an orientation is a rotation vector (rad) with a length of at most π.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If a parameter does not belong to the world.
     fn values<'py>(
         &self,
         py: Python<'py>,
         parameters: Vec<Bound<'_, Parameter>>,
     ) -> PyResult<Floats<'py>> {
         let values = self.inner.values(&inner(&parameters));
-        let values = values.map_err(|why| not_differentiated(&why))?;
+        let values = values.map_err(|why| gradient_error(&why))?;
         array(py, values.as_slice().to_vec(), &[values.len()])
     }
 
-    /// The world with new values of its parameters: (p,) float64, in the order of values. Derivatives with respect to an orientation
-    /// are with respect to a small rotation in world axes: an optimizer of orientations should use perturbed.
+    /// Copies the world with new values of its parameters.
+    ///
+    /// Derivatives with respect to an orientation are with respect to a small rotation in world axes. Therefore an optimizer of
+    /// orientations should use perturbed.
+    ///
+    /// Parameters
+    /// ----------
+    /// parameters : list of Parameter
+    ///     Parameters to set, p numbers together.
+    /// values : (p,) array_like
+    ///     New values, in the order of the method values.
+    ///
+    /// Returns
+    /// -------
+    /// World
+    ///     Changed copy.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If a parameter does not belong to the world, or a value is out of range.
     fn with_values(
         &self,
         parameters: Vec<Bound<'_, Parameter>>,
@@ -226,10 +321,10 @@ impl World {
     ) -> PyResult<Self> {
         let values = crate::arrays::list(values, "values")?;
         let world = self.inner.with_values(&inner(&parameters), &values);
-        Ok(self.with_inner(world.map_err(|why| not_differentiated(&why))?))
+        Ok(self.with_inner(world.map_err(|why| gradient_error(&why))?))
     }
 
-    /// The bodies, as they are now: in the order of every state.
+    /// Bodies with their current settings, in the order of every state.
     #[getter]
     pub fn bodies(&self) -> Vec<Body> {
         let path = |name: &str| {
@@ -247,48 +342,63 @@ impl World {
             .collect()
     }
 
-    /// The names of the bodies, in the order of every state.
+    /// Names of the bodies, in the order of every state.
     #[getter]
     fn names(&self) -> Vec<&str> {
         self.names_of()
     }
 
-    /// The place of a body in every state.
+    /// Returns the index of a body in every state.
+    ///
+    /// Parameters
+    /// ----------
+    /// name : str
+    ///     Name of the body.
+    ///
+    /// Returns
+    /// -------
+    /// int
+    ///     Index, from 0.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If the world has no such body.
     fn index_of(&self, name: &str) -> PyResult<usize> {
-        self.inner.index_of(name).map_err(refused)
+        self.inner.index_of(name).map_err(value_error)
     }
 
-    /// (3,) float64: gravity (m/s²).
+    /// Gravity (m/s²) in world axes, (3,) float64.
     #[getter]
     fn gravity<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
         array(py, self.inner.gravity().as_slice().to_vec(), &[3])
     }
 
-    /// Slip tolerance (m/s).
+    /// Slip tolerance (m/s) of friction in all contacts.
     #[getter]
     fn slip_tolerance(&self) -> f64 {
         self.inner.slip_tolerance()
     }
 
-    /// The forces.
+    /// Forces, without gravity and contact.
     #[getter]
-    fn forces(&self) -> Vec<Shown> {
-        self.inner.forces().iter().map(Shown::from).collect()
+    fn forces(&self) -> Vec<ForceObject> {
+        self.inner.forces().iter().map(ForceObject::from).collect()
     }
 
-    /// The force parameters: {name: value}.
+    /// Values of the force parameters, by name.
     #[getter]
     fn force_parameters(&self) -> BTreeMap<String, f64> {
         self.inner.force_parameters().iter().cloned().collect()
     }
 
-    /// The controls.
+    /// Controls of bodies.
     #[getter]
     fn controls(&self) -> Vec<Control> {
         self.inner.controls().iter().cloned().map(Control).collect()
     }
 
-    /// The pairs of bodies that pass through each other, by name.
+    /// Names of the pairs of bodies that pass through each other.
     #[getter]
     fn ignored(&self) -> Vec<(&str, &str)> {
         let names = self.names_of();
@@ -298,7 +408,7 @@ impl World {
             .collect()
     }
 
-    /// The state that rollouts start from.
+    /// Initial state of rollouts.
     #[getter]
     fn initial_state(&self) -> State {
         State(self.inner.initial_state())

@@ -1,9 +1,9 @@
-//! What a world is in a state: energies, contacts, stable steps, changes between states.
+//! Queries of a world at a state: energies, contacts, stable steps and differences between states.
 
 use crate::arrays::{Floats, array, list};
 use crate::contacts::{Contact, ContactTopology};
 use crate::diagnostics::Diagnostics;
-use crate::errors::refused;
+use crate::errors::value_error;
 use crate::plan::Plan;
 use crate::rollout::Rollout;
 use crate::state::State;
@@ -12,35 +12,101 @@ use pyo3::prelude::*;
 
 #[pymethods]
 impl World {
-    /// The steps from the initial state, or another one, by a plan.
+    /// Starts a rollout.
+    ///
+    /// Parameters
+    /// ----------
+    /// plan : Plan
+    ///     Plan of the rollout.
+    /// start : State, optional
+    ///     State to start from. Default: the initial state of the world.
+    ///
+    /// Returns
+    /// -------
+    /// Rollout
+    ///     Iterator over the steps.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If the state does not fit the world.
     #[pyo3(signature = (plan, *, start=None))]
     fn rollout(&self, plan: &Plan, start: Option<&State>) -> PyResult<Rollout> {
         let rollout = self.inner.rollout(&plan.0);
         let rollout = match start {
-            Some(state) => rollout.with_state(state.0.clone()).map_err(refused)?,
+            Some(state) => rollout.with_state(state.0.clone()).map_err(value_error)?,
             None => rollout,
         };
         Ok(Rollout::of(rollout, plan.0))
     }
 
-    /// The state one time step after another one.
+    /// Takes a single time step.
+    ///
+    /// Parameters
+    /// ----------
+    /// state : State
+    ///     State before the step.
+    /// plan : Plan
+    ///     Plan with the time step and the integrator.
+    ///
+    /// Returns
+    /// -------
+    /// State
+    ///     State after the step.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If the state does not fit the world.
+    /// RolloutError
+    ///     If the step fails.
     fn step(&self, py: Python<'_>, state: &State, plan: &Plan) -> PyResult<State> {
         self.rollout(plan, Some(state))?.next_step(py)
     }
 
-    /// Energies and momentum of a state. The contact energy takes longer than a step.
+    /// Computes energies and momentum of a state. The contact energy takes longer than a step.
+    ///
+    /// Parameters
+    /// ----------
+    /// state : State
+    ///     State of this world.
+    ///
+    /// Returns
+    /// -------
+    /// Diagnostics
+    ///     Energies and momentum.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If the state does not fit the world, or a result is not finite.
     fn diagnostics(&self, py: Python<'_>, state: &State) -> PyResult<Diagnostics> {
         let report = py
             .detach(|| self.inner.diagnostics(&state.0))
-            .map_err(refused)?;
+            .map_err(value_error)?;
         Diagnostics::of(py, &report)
     }
 
-    /// The contacts of a state, sorted by the bodies' places. Bodies that both do not move by forces have none.
+    /// Computes the contacts of a state. Two bodies have no contact if neither is dynamic.
+    ///
+    /// Parameters
+    /// ----------
+    /// state : State
+    ///     State of this world.
+    ///
+    /// Returns
+    /// -------
+    /// list of Contact
+    ///     Contacts, sorted by the indices of the bodies.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If the state does not fit the world, or a result is not finite.
     fn contacts(&self, py: Python<'_>, state: &State) -> PyResult<Vec<Contact>> {
         let contacts = py
             .detach(|| self.inner.contacts(&state.0))
-            .map_err(refused)?;
+            .map_err(value_error)?;
         let names = self.names_of();
         contacts
             .iter()
@@ -48,33 +114,92 @@ impl World {
             .collect()
     }
 
-    /// The bodies, by name, that have passed so far into each other in a state that contact may no longer push them apart: see
-    /// Pair.has_sunk_through.
-    /// Takes as long as a report.
+    /// Returns pairs of bodies that overlap so deeply that contact may no longer push them apart. See Pair.has_sunk_through.
+    ///
+    /// The cost is that of the energies of a state.
+    ///
+    /// Parameters
+    /// ----------
+    /// state : State
+    ///     State of this world.
+    ///
+    /// Returns
+    /// -------
+    /// list of (str, str)
+    ///     Names of the bodies of each pair.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If the state does not fit the world.
     fn fully_submerged(&self, py: Python<'_>, state: &State) -> PyResult<Vec<(&str, &str)>> {
         let sunk = py
             .detach(|| self.inner.fully_submerged(&state.0))
-            .map_err(refused)?;
+            .map_err(value_error)?;
         let names = self.names_of();
         Ok(sunk.iter().map(|&[a, b]| (names[a], names[b])).collect())
     }
 
-    /// Which tetrahedra touch in a state.
+    /// Computes the set of the pairs of tetrahedra that touch in a state.
+    ///
+    /// Parameters
+    /// ----------
+    /// state : State
+    ///     State of this world.
+    ///
+    /// Returns
+    /// -------
+    /// ContactTopology
+    ///     Pairs of tetrahedra.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If the state does not fit the world.
     fn topology(&self, py: Python<'_>, state: &State) -> PyResult<ContactTopology> {
         py.detach(|| self.inner.topology(&state.0))
             .map(ContactTopology)
-            .map_err(refused)
+            .map_err(value_error)
     }
 
-    /// The longest time step (s) with which explicit steps are stable in a state; None where nothing touches. Forces other than
-    /// contact are not in it.
+    /// Computes the longest stable time step of explicit integrators in a state. It ignores forces other than contact.
+    ///
+    /// Parameters
+    /// ----------
+    /// state : State
+    ///     State of this world.
+    ///
+    /// Returns
+    /// -------
+    /// float or None
+    ///     Time step (s). None if no bodies touch.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If the state does not fit the world.
     fn largest_stable_step(&self, py: Python<'_>, state: &State) -> PyResult<Option<f64>> {
         py.detach(|| self.inner.largest_stable_step(&state.0))
-            .map_err(refused)
+            .map_err(value_error)
     }
 
-    /// (12 d,) float64: the change that takes one state to another, 12 numbers for each of d dynamic bodies: the motion of its
-    /// pose (angular, at most half a turn, linear), and the change of its twist (angular, linear).
+    /// Computes the change that moves one state to another. The inverse is integrate.
+    ///
+    /// Parameters
+    /// ----------
+    /// start, end : State
+    ///     States of this world.
+    ///
+    /// Returns
+    /// -------
+    /// (12 d,) ndarray of float64
+    ///     12 numbers for each of d dynamic bodies: the rotation vector (rad, at most half a turn) and the translation (m) of its pose,
+    ///     then the change of its angular velocity (rad/s) and of its velocity (m/s).
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If a state does not fit the world, or a result is not finite.
     #[pyo3(signature = (start, end))]
     fn difference<'py>(
         &self,
@@ -82,16 +207,37 @@ impl World {
         start: &State,
         end: &State,
     ) -> PyResult<Floats<'py>> {
-        let change = self.inner.difference(&start.0, &end.0).map_err(refused)?;
+        let change = self
+            .inner
+            .difference(&start.0, &end.0)
+            .map_err(value_error)?;
         array(py, change.as_slice().to_vec(), &[change.len()])
     }
 
-    /// The state after such a change, the inverse of displacement.
+    /// Moves a state by a change.
+    ///
+    /// Parameters
+    /// ----------
+    /// state : State
+    ///     State of this world.
+    /// change : (12 d,) array_like
+    ///     12 numbers for each of d dynamic bodies: the rotation vector (rad) and the translation (m) of its pose, then the change of its
+    ///     angular velocity (rad/s) and of its velocity (m/s).
+    ///
+    /// Returns
+    /// -------
+    /// State
+    ///     Changed state.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If the state does not fit the world, a number is not finite, or the array has an unexpected shape.
     fn integrate(&self, state: &State, change: &Bound<'_, PyAny>) -> PyResult<State> {
         let change = list(change, "change")?;
         self.inner
             .integrate(&state.0, &change)
             .map(State)
-            .map_err(refused)
+            .map_err(value_error)
     }
 }

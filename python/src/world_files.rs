@@ -1,7 +1,7 @@
-//! Files of what a world did.
+//! Files of trajectories.
 
 use crate::arrays::{real, row, table};
-use crate::errors::refused;
+use crate::errors::value_error;
 use crate::trajectory::Trajectory;
 use crate::world::World;
 use hydroelastic::io::{Recording, write_trajectory};
@@ -12,8 +12,22 @@ use std::path::PathBuf;
 
 #[pymethods]
 impl World {
-    /// Writes a trajectory of this world as a table (.csv): a row for each state and body, with its position (m), orientation
-    /// (unit quaternion, w first), velocity of the center of mass (m/s) and spin (rad/s).
+    /// Writes a trajectory of this world as a table.
+    ///
+    /// The table has a row for each state and body: the position (m), the orientation (unit quaternion, w first), the velocity of the
+    /// center of mass (m/s) and the angular velocity (rad/s).
+    ///
+    /// Parameters
+    /// ----------
+    /// path : path-like
+    ///     File with the extension .csv.
+    /// trajectory : Trajectory
+    ///     Trajectory of this world.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If the trajectory does not fit the world, the extension is wrong, or the file cannot be written.
     fn write_trajectory(
         &self,
         py: Python<'_>,
@@ -21,18 +35,32 @@ impl World {
         trajectory: &Trajectory,
     ) -> PyResult<()> {
         py.detach(|| write_trajectory(path, &self.inner, &trajectory.inner))
-            .map_err(refused)
+            .map_err(value_error)
     }
 
-    /// Writes a trajectory of this world as an animated glTF file (.glb), with contact surfaces colored by pressure and arrows
-    /// for forces, for Blender and any other viewer.
+    /// Writes a trajectory of this world as an animated glTF file, for Blender and other viewers.
+    ///
+    /// Contact surfaces are colored by pressure. Arrows show forces.
     ///
     /// Parameters
     /// ----------
-    /// slowdown : how many seconds a second lasts.
-    /// targets : balls that mark points: {name: ((3,) point (m), radius (m))}.
-    /// paths : lines: {name: (k, 3) float64, points (m)}.
-    /// camera : where it is and where it looks, two points (m).
+    /// path : path-like
+    ///     File with the extension .glb.
+    /// trajectory : Trajectory
+    ///     Trajectory of this world.
+    /// slowdown : float
+    ///     Playback time over simulated time.
+    /// targets : dict of str to ((3,) array_like, float), optional
+    ///     Balls that mark points, by name: center (m) and radius (m).
+    /// paths : dict of str to (k, 3) array_like, optional
+    ///     Lines, by name: points (m).
+    /// camera : pair of (3,) array_like, optional
+    ///     Position of the camera, and the point that the camera looks at (m).
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If the trajectory does not fit the world, the extension is wrong, a number is out of range, or the file cannot be written.
     #[pyo3(signature = (path, trajectory, *, slowdown=1.0, targets=None, paths=None, camera=None))]
     fn write_recording<'py>(
         &self,
@@ -57,6 +85,6 @@ impl World {
             let [eye, point] = [row::<3>(&eye, "camera")?, row::<3>(&point, "camera")?];
             recording = recording.seen_from(eye.into(), point.into());
         }
-        py.detach(|| recording.write(path)).map_err(refused)
+        py.detach(|| recording.write(path)).map_err(value_error)
     }
 }

@@ -1,8 +1,7 @@
 //! Derivatives of rollouts.
 
 use crate::arrays::{Floats, Whole, array, count, real, whole};
-use crate::by_states::ByStates;
-use crate::errors::not_differentiated;
+use crate::errors::gradient_error;
 use crate::interrupt::{Progress, Shared, run};
 use crate::jacobian::{
     AllStates, DerivativeCheck, DifferenceCheck, RecordedPositions, TrajectoryJacobian, both,
@@ -10,6 +9,7 @@ use crate::jacobian::{
 use crate::kink::Kink;
 use crate::parameter::{Parameter, inner};
 use crate::plan::Plan;
+use crate::state_cotangents::StateCotangents;
 use crate::trajectory::Trajectory;
 use crate::world::World;
 use hydroelastic::gradient::{self, Experiment, GradientError, Mode};
@@ -21,7 +21,7 @@ use std::sync::Arc;
 const SWEEPS: usize = 2;
 
 impl World {
-    /// What is read from an experiment, which Ctrl-C stops; with progress over the steps of derivatives by so many numbers.
+    /// Runs a function of an experiment, which Ctrl-C stops. Progress counts the steps of derivatives with respect to `numbers` numbers.
     fn experiment<O: Send>(
         &self,
         py: Python<'_>,
@@ -35,16 +35,16 @@ impl World {
             .with_step_counter(Arc::clone(&shared.done));
         let progress = Progress::of(py, progress, experiment.step_count_for(numbers))?;
         let found = run(py, &shared, progress.as_ref(), || read(&experiment))?;
-        found.map_err(|why| not_differentiated(&why))
+        found.map_err(|why| gradient_error(&why))
     }
 }
 
-/// How many numbers there are in parameters.
+/// Number of components of parameters.
 fn width(parameters: &[gradient::Parameter]) -> usize {
     parameters.iter().map(gradient::Parameter::dimension).sum()
 }
 
-/// A matrix as an array.
+/// Converts a matrix to an array.
 fn by_rows<'py>(py: Python<'py>, matrix: &DMatrix<f64>) -> PyResult<Floats<'py>> {
     let values = matrix.transpose().as_slice().to_vec();
     array(py, values, &[matrix.nrows(), matrix.ncols()])
@@ -52,18 +52,34 @@ fn by_rows<'py>(py: Python<'py>, matrix: &DMatrix<f64>) -> PyResult<Floats<'py>>
 
 #[pymethods]
 impl World {
-    /// The recorded states of a rollout and their derivatives by p numbers of parameters: in forward mode, in one rollout for up
-    /// to 96 numbers. With jacobian.poses[-1, i, :3, 3] the last position of body i is differentiated, by each number.
+    /// Runs a rollout and differentiates the recorded states with respect to parameters, in forward mode.
     ///
-    /// Derivatives are constants to whoever takes them: there are no second ones.
+    /// One rollout computes the derivatives with respect to up to 96 numbers. For example, jacobian.poses[-1, i, :3, 3] has the
+    /// derivatives of the last position of body i with respect to each number. Second derivatives are not available. Ctrl-C ends the
+    /// rollout before its next step, or during an implicit step.
     ///
-    /// progress : True for a progress bar of tqdm, if that is installed; or a function of (done, total) steps. Ctrl-C ends the
-    ///     rollout before its next step, or during an implicit step.
+    /// Parameters
+    /// ----------
+    /// plan : Plan
+    ///     Plan of the rollout.
+    /// parameters : list of Parameter
+    ///     Parameters to differentiate with respect to, p numbers together.
+    /// progress : bool or callable, optional
+    ///     True for a progress bar of tqdm if tqdm is installed, or a function of (done, total) steps.
+    ///
+    /// Returns
+    /// -------
+    /// trajectory : Trajectory
+    ///     Recorded states.
+    /// jacobian : TrajectoryJacobian
+    ///     Derivatives of the recorded states.
     ///
     /// Raises
     /// ------
-    /// HydroelasticError if a parameter is not one of the world's, or a derivative is not finite; RolloutError, without a
-    /// trajectory, if the rollout ends early.
+    /// HydroelasticError
+    ///     If a parameter does not belong to the world, or a derivative is not finite.
+    /// RolloutError
+    ///     If the rollout ends early. The error has no trajectory.
     #[pyo3(signature = (plan, parameters, *, progress=None))]
     fn jacobian(
         &self,
@@ -78,19 +94,39 @@ impl World {
         both(py, &found, self.inner.bodies().len())
     }
 
-    /// (p,) float64: the derivatives of a number by p numbers of parameters, from those by the recorded states, which have the
-    /// shapes of the trajectory's arrays: by_poses (k, n, 4, 4), by_twists (k, n, 6). The same as the product with the Jacobian,
-    /// np.tensordot(by_poses, jacobian.poses, 4) + np.tensordot(by_twists, jacobian.twists, 3), but by a sweep back from the
-    /// last state, in a time that does not depend on p. The rollout is done again for it.
+    /// Computes the gradient of a loss with respect to parameters from its gradient with respect to the recorded states, in reverse mode.
     ///
-    /// Of the derivatives by the entries of a rotation the part counts that turns it, and of prescribed bodies none.
+    /// The result is the vector–Jacobian product
+    /// np.tensordot(by_poses, jacobian.poses, 4) + np.tensordot(by_twists, jacobian.twists, 3).
+    /// A sweep back from the last state computes it in a time that does not depend on p. The method first runs the rollout again.
     ///
-    /// memory : for the steps that the sweep goes over (bytes; 256 MiB if None): steps that do not go into it are computed again.
+    /// Only the part of the derivatives with respect to a rotation matrix that turns the body has an effect. Derivatives with respect to
+    /// kinematic bodies have no effect.
+    ///
+    /// Parameters
+    /// ----------
+    /// plan : Plan
+    ///     Plan of the rollout.
+    /// parameters : list of Parameter
+    ///     Parameters to differentiate with respect to, p numbers together.
+    /// by_poses : (k, n, 4, 4) array_like
+    ///     Derivatives of the loss with respect to the poses of the recorded states.
+    /// by_twists : (k, n, 6) array_like
+    ///     Derivatives of the loss with respect to the twists of the recorded states.
+    /// memory : int, optional
+    ///     Memory (bytes) for stored steps. Steps that do not fit are computed again. Default: 256 MiB.
+    ///
+    /// Returns
+    /// -------
+    /// (p,) ndarray of float64
+    ///     Gradient of the loss.
     ///
     /// Raises
     /// ------
-    /// HydroelasticError if a parameter is not one of the world's, an array has another shape, or a derivative is not finite;
-    /// RolloutError, without a trajectory, if the rollout ends early.
+    /// HydroelasticError
+    ///     If a parameter does not belong to the world, an array has an unexpected shape, or a derivative is not finite.
+    /// RolloutError
+    ///     If the rollout ends early. The error has no trajectory.
     #[pyo3(signature = (plan, parameters, by_poses, by_twists, *, memory=None))]
     fn vjp<'py>(
         &self,
@@ -104,24 +140,38 @@ impl World {
         let memory = memory.map(|it| count(whole(it)?, "memory")).transpose()?;
         let by = inner(&parameters);
         let recorded = (&plan.0, self.inner.bodies().len());
-        let by_states = ByStates::of(by_poses, by_twists, recorded, None)?;
+        let cotangents = StateCotangents::of(by_poses, by_twists, recorded, None)?;
         let found = self.experiment(py, plan, (0, None), |it| {
             let own = memory.map(|memory| it.clone().with_memory(memory));
             let it = own.as_ref().unwrap_or(it);
-            it.vjp(&by, |trajectory| by_states.covectors(0, trajectory))
+            it.vjp(&by, |trajectory| cotangents.covectors(0, trajectory))
         })?;
         array(py, found.as_slice().to_vec(), &[found.len()])
     }
 
-    /// Where a rollout has no derivative, or one of several is taken, in gradients and Jacobians alike: tuples of what it is, the
-    /// names of the bodies, the number of steps, and the first and the last of them, counted from 1.
+    /// Finds the nonsmooth points of a rollout. There, gradients and Jacobians do not exist, or are one of several one-sided derivatives.
     ///
-    /// "flush faces": faces of two bodies coincide. "clamped pressure": they part so fast that it is 0 somewhere. "equal fields":
-    /// both pressures are equal over a volume. "unresolved step": the errors of an implicit step exceed the tolerances of the plan.
+    /// The kinds are:
+    ///
+    /// - "flush faces": faces of two bodies coincide.
+    /// - "clamped pressure": surfaces separate so fast that the pressure is 0 at some points.
+    /// - "equal fields": the pressures of both bodies are equal in a volume.
+    /// - "unresolved step": the errors of an implicit step exceed the tolerances of the plan.
+    ///
+    /// Parameters
+    /// ----------
+    /// plan : Plan
+    ///     Plan of the rollout.
+    ///
+    /// Returns
+    /// -------
+    /// list of Kink
+    ///     Nonsmooth points, summarized by kind and bodies.
     ///
     /// Raises
     /// ------
-    /// RolloutError, without a trajectory, if the rollout ends early.
+    /// RolloutError
+    ///     If the rollout ends early. The error has no trajectory.
     fn kinks(&self, py: Python<'_>, plan: &Plan) -> PyResult<Vec<Kink>> {
         let found = self.experiment(py, plan, (0, None), Experiment::kinks)?;
         let names = self.names_of();
@@ -131,11 +181,11 @@ impl World {
             .collect())
     }
 
-    /// Whether vjp computes the gradients of this many losses with respect to these parameters faster than jacobian.
+    /// Returns whether vjp computes the gradients of several losses with respect to parameters faster than jacobian.
     ///
-    /// For one gradient, vjp is faster if the parameters have more than 12 numbers, or more than 96 if steps are implicit. Two
-    /// calls of vjp take about as long as the rollout of jacobian for every 96 numbers. jacobian gives the Jacobian of all recorded
-    /// states, from which the gradients then have to be computed.
+    /// For one gradient, vjp is faster if the parameters have more than 12 numbers, or more than 96 numbers if steps are implicit. Two
+    /// calls of vjp take about as long as one rollout of jacobian, which covers up to 96 numbers. jacobian returns the Jacobian of all
+    /// recorded states, from which the caller computes the gradients.
     #[pyo3(name = "_sweeps_back", signature = (plan, parameters, losses=1))]
     fn sweeps_back(
         &self,
@@ -150,10 +200,32 @@ impl World {
         Ok(experiment.mode_for(&by) == Mode::Reverse && is_cheaper)
     }
 
-    /// The end of a rollout to first order in local coordinates, 12 numbers for each of d dynamic bodies as of displacement: A
-    /// (12 d, 12 d), by the start, and B (12 d, p), by the parameters. A plan of one step gives that of the step.
+    /// Linearizes the last state of a rollout in local coordinates.
     ///
-    /// progress : as of jacobian.
+    /// Each of d dynamic bodies has 12 local coordinates, as in integrate. A plan with one step gives the linearization of the step.
+    ///
+    /// Parameters
+    /// ----------
+    /// plan : Plan
+    ///     Plan of the rollout.
+    /// parameters : list of Parameter, optional
+    ///     Parameters to differentiate with respect to, p numbers together. Default: none.
+    /// progress : bool or callable, optional
+    ///     True for a progress bar of tqdm if tqdm is installed, or a function of (done, total) steps.
+    ///
+    /// Returns
+    /// -------
+    /// a : (12 d, 12 d) ndarray of float64
+    ///     Derivatives with respect to the initial state.
+    /// b : (12 d, p) ndarray of float64
+    ///     Derivatives with respect to the parameters.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If a parameter does not belong to the world, or a derivative is not finite.
+    /// RolloutError
+    ///     If the rollout ends early. The error has no trajectory.
     #[pyo3(signature = (plan, parameters=vec![], *, progress=None))]
     fn linearize<'py>(
         &self,
@@ -176,15 +248,38 @@ impl World {
         ))
     }
 
-    /// Compares the derivatives of the recorded positions with the slopes of the motion over a width on either side. Takes 4 + 4 p
-    /// rollouts at tight tolerances, and a Jacobian there if a derivative is not right.
+    /// Compares the derivatives of the recorded positions with the slopes of the motion over a width on either side.
     ///
-    /// width : in typical changes of each number, its value for materials and masses, else 1 SI unit: the tolerance to which the
-    /// number matters.
+    /// The check takes 4 + 4 p rollouts at tight tolerances, and a Jacobian at tight tolerances if a derivative is not right. The verdicts
+    /// on a derivative are:
     ///
-    /// The verdict on a derivative is "right"; "kink" if it is the slope on one side only; "unresolved" if
-    /// it is right at tight tolerances, but not at those of the plan; "chaotic" if it is not the slope at any tolerance; and "noisy" if
-    /// it agrees only because the noise of the rollouts exceeds 3 % of the slope: take a larger width.
+    /// - "right": the derivative is the slope.
+    /// - "kink": the derivative is the slope on one side only.
+    /// - "unresolved": the derivative is right at tight tolerances, but not at the tolerances of the plan.
+    /// - "chaotic": the derivative is not the slope at any tolerance.
+    /// - "noisy": the derivative agrees only because the noise of the rollouts exceeds 3 % of the slope. Use a larger width.
+    ///
+    /// Parameters
+    /// ----------
+    /// plan : Plan
+    ///     Plan of the rollout.
+    /// parameters : list of Parameter
+    ///     Parameters to check, p numbers together.
+    /// width : float
+    ///     Width in typical changes of each number: the value of a material number or a mass, and 1 SI unit otherwise. Choose the
+    ///     accuracy to which the numbers matter.
+    ///
+    /// Returns
+    /// -------
+    /// DerivativeCheck
+    ///     Verdict and error of each derivative.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If a parameter does not belong to the world, the width is out of range, or a derivative is not finite.
+    /// RolloutError
+    ///     If a rollout ends early. The error has no trajectory.
     #[pyo3(signature = (plan, parameters, *, width=1e-3))]
     fn derivative_check(
         &self,
@@ -200,8 +295,28 @@ impl World {
         Ok(DerivativeCheck(found))
     }
 
-    /// Compares the derivatives of the recorded states with central differences of the same steps, at seven steps. Takes 1 + 14 p
-    /// rollouts.
+    /// Compares the derivatives of the recorded states with central differences of the same time steps, at seven step sizes.
+    ///
+    /// The check takes 1 + 14 p rollouts.
+    ///
+    /// Parameters
+    /// ----------
+    /// plan : Plan
+    ///     Plan of the rollout.
+    /// parameters : list of Parameter
+    ///     Parameters to check, p numbers together.
+    ///
+    /// Returns
+    /// -------
+    /// DifferenceCheck
+    ///     Errors at each step size.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If a parameter does not belong to the world, or a derivative is not finite.
+    /// RolloutError
+    ///     If a rollout ends early. The error has no trajectory.
     fn difference_check(
         &self,
         py: Python<'_>,

@@ -1,7 +1,7 @@
-//! Worlds and bodies that travel.
+//! Pickling of worlds and bodies.
 
 use crate::body::Body;
-use crate::errors::refused;
+use crate::errors::value_error;
 use crate::path::{Kind, Path};
 use crate::pickle::{Reduced, loaded, reduced};
 use crate::world::{Inner, World};
@@ -14,7 +14,7 @@ impl World {
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
         let mut still = self.inner.clone();
         for (name, _) in &self.paths {
-            still = still.with_path(name, None).map_err(refused)?;
+            still = still.with_path(name, None).map_err(value_error)?;
         }
         let paths: Vec<(&str, &Kind)> = self
             .paths
@@ -27,7 +27,7 @@ impl World {
 
 #[pymethods]
 impl Body {
-    /// As the world of this body alone, at the time of its initial state.
+    /// Pickles a world that has only this body, at the time of its initial state.
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
         let alone = dynamics::World::new(vec![self.inner.clone()]);
         let start = State {
@@ -36,7 +36,7 @@ impl Body {
         };
         let inner = alone
             .and_then(|world| world.with_initial_state(&start)?.with_forces(Vec::new()))
-            .map_err(refused)?;
+            .map_err(value_error)?;
         let name = self.inner.name().to_owned();
         let paths = self.path.iter().map(|path| (name.clone(), path.clone()));
         let world = World {
@@ -49,15 +49,15 @@ impl Body {
     }
 }
 
-/// A body from what pickle has kept.
+/// Restores a body from a pickle.
 #[pyfunction]
 pub fn _load_body(saved: &[u8]) -> PyResult<Body> {
     let world = world_of(saved)?;
     let body = world.bodies().into_iter().next();
-    body.ok_or_else(|| refused("there is no body in what was saved"))
+    body.ok_or_else(|| value_error("there is no body in what was saved"))
 }
 
-/// A world from what pickle has kept.
+/// Restores a world from a pickle.
 #[pyfunction]
 pub fn _load_world(saved: &[u8]) -> PyResult<World> {
     world_of(saved)
@@ -72,7 +72,7 @@ fn world_of(saved: &[u8]) -> PyResult<World> {
     for (name, path) in &paths {
         inner = inner
             .with_path(name, Some(path.function()))
-            .map_err(refused)?;
+            .map_err(value_error)?;
     }
     Ok(World { inner, paths })
 }

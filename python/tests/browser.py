@@ -35,7 +35,7 @@ def is_there():
 
 
 class Listener:
-    """Stands where a proxy of the browser would, and writes down what it is asked for."""
+    """Acts as a proxy of the browser, and records all requests."""
 
     def __init__(self):
         self.asked = []
@@ -62,7 +62,7 @@ class Listener:
 
 
 class Browser:
-    """A page of Chromium, all of whose requests go to a listener."""
+    """Page of Chromium whose requests all go to a listener."""
 
     def __init__(self):
         self.listener = Listener()
@@ -106,11 +106,11 @@ class Browser:
         self._do("/url", {"url": path.as_uri()})
 
     def run(self, script):
-        """What a script returns."""
+        """Runs a script and returns its result."""
         return self._do("/execute/sync", {"script": script, "args": []})
 
-    def enter_frame(self, place=0):
-        self._do("/frame", {"id": place})
+    def enter_frame(self, index=0):
+        self._do("/frame", {"id": index})
 
     def leave_frame(self):
         self._do("/frame", {"id": None})
@@ -125,7 +125,7 @@ class Browser:
         )
 
     def requests(self):
-        """The addresses that pages have asked for since this was last called."""
+        """Returns the addresses that pages have requested since the last call."""
         entries = self._do("/se/log", {"type": "performance"})
         messages = [json.loads(entry["message"])["message"] for entry in entries]
         sent = [
@@ -136,7 +136,7 @@ class Browser:
         return [address for address in sent if not address.startswith("data:")]
 
     def drag(self, x, y):
-        """Drags the middle of the page."""
+        """Drags the middle of the page by x and y pixels."""
         move = {"type": "pointerMove", "origin": "viewport", "duration": 100}
         steps = [
             {**move, "x": 450, "y": 250},
@@ -148,11 +148,11 @@ class Browser:
         self._do("/actions", {"actions": [mouse]})
 
     def screenshot(self):
-        """The page as a PNG file."""
+        """Returns the page as a PNG file."""
         return base64.b64decode(self._ask("GET", f"/session/{self._session}/screenshot"))
 
     def pixels(self):
-        """The page: (height, width, 3) uint8."""
+        """Returns the pixels of the page, (height, width, 3) uint8."""
         return pixels(self.screenshot())
 
     def close(self):
@@ -166,42 +166,42 @@ class Browser:
 
 
 def pixels(png):
-    """The pixels of a PNG file of eight bits a channel, without interlacing: (height, width, 3) uint8."""
-    place, data = 8, b""
-    while place < len(png):
-        (length,), kind = struct.unpack(">I", png[place : place + 4]), png[place + 4 : place + 8]
-        content = png[place + 8 : place + 8 + length]
+    """Decodes a PNG file with eight bits per channel and without interlacing. Returns (height, width, 3) uint8."""
+    offset, data = 8, b""
+    while offset < len(png):
+        (length,), kind = struct.unpack(">I", png[offset : offset + 4]), png[offset + 4 : offset + 8]
+        content = png[offset + 8 : offset + 8 + length]
         if kind == b"IHDR":
             width, height, depth, color, _, _, interlace = struct.unpack(">IIBBBBB", content)
             assert depth == 8 and color in (2, 6) and not interlace
         elif kind == b"IDAT":
             data += content
-        place += 12 + length
+        offset += 12 + length
     channels = 3 if color == 2 else 4
     rows = np.frombuffer(zlib.decompress(data), np.uint8).reshape(height, 1 + width * channels)
     before = np.zeros((width, channels), np.uint8)
     image = np.empty((height, width, channels), np.uint8)
-    for place, row in enumerate(rows):
-        before = image[place] = _unfiltered(int(row[0]), row[1:].reshape(width, channels), before)
+    for index, row in enumerate(rows):
+        before = image[index] = _unfiltered(int(row[0]), row[1:].reshape(width, channels), before)
     return image[..., :3]
 
 
 def _unfiltered(kind, row, above):
-    """A row of PNG without its filter."""
+    """Removes the filter of a row of a PNG file."""
     if kind == 0:
         return row
     if kind == 1:
         return np.cumsum(row, axis=0, dtype=np.uint8)
     if kind == 2:
         return row + above
-    found, width = [], row.shape[1]
+    unfiltered, width = [], row.shape[1]
     left = corner = [0] * width
-    # Whole numbers of Python are faster here than arrays of three.
+    # Python integers are faster here than arrays of three numbers.
     for values, up in zip(row.tolist(), above.tolist(), strict=True):
         guesses = map(_mean, left, up) if kind == 3 else map(_paeth, left, up, corner)
         left, corner = [(value + guess) & 255 for value, guess in zip(values, guesses, strict=True)], up
-        found.append(left)
-    return np.array(found, np.uint8)
+        unfiltered.append(left)
+    return np.array(unfiltered, np.uint8)
 
 
 def _mean(left, up):
@@ -209,7 +209,7 @@ def _mean(left, up):
 
 
 def _paeth(left, up, corner):
-    """Whichever is nearest to left + up - corner."""
+    """Returns the value that is closest to left + up - corner."""
     far_left, far_up, far_corner = abs(up - corner), abs(left - corner), abs(left + up - 2 * corner)
     if far_left <= far_up and far_left <= far_corner:
         return left

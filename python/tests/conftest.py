@@ -8,7 +8,7 @@ import hydroelastic as he
 
 @pytest.fixture(scope="session")
 def ball_on_block():
-    """A pressed-in ball of order 3, turned, with a law: the pair and both poses."""
+    """A rotated ball of order 3 that is pressed into a block, with a surface law: the pair and both poses."""
     ball = he.Shape.icosphere(0.1, 3)
     block = he.Shape.cuboid([0.4, 0.4, 0.2])
     pair = he.Pair(ball, block, 1e5, 1e6, he.SurfaceLaw(0.2, 0.4, 1e-2))
@@ -46,7 +46,7 @@ def scene():
 
 @pytest.fixture(scope="session")
 def driven(scene):
-    """The same scene with forces of every kind and a control."""
+    """The scene with forces of every kind and a control."""
     push = np.array([0.0, 0.0, 0.05, 0.5, 0.0, 0.0])
     return scene.replace(
         forces=[
@@ -60,7 +60,7 @@ def driven(scene):
 
 @pytest.fixture(scope="session")
 def rigid_world():
-    """A ball that rolls over a half-space, pushed by a rigid block."""
+    """A ball that rolls over a half-space and is pushed by a rigid block."""
     skin, hard = he.Material(1e5, 0.2, 0.4), he.Material.rigid(0.5)
     block = he.RigidShape.around(he.Shape.cuboid([0.4, 0.4, 0.2]))
     ball = he.Body.dynamic("ball", he.Shape.icosphere(0.1, 2), skin, 1.0, pose=he.pose([0.0, 0.0, 0.12]))
@@ -73,7 +73,7 @@ def rigid_world():
 
 @pytest.fixture(scope="session")
 def bounce():
-    """A ball that bounces off a floor: the world, and a plan of a fall and the bounce."""
+    """A ball that bounces off a floor: the world, and a plan for the fall and the bounce."""
     skin = he.Material(1e5, 0.2, 0.4)
     ball = he.Body.dynamic(
         "ball", he.Shape.icosphere(0.1, 1), skin, 1.0, pose=he.pose([0.01, 0.02, 0.22]), velocity=[0.5, 0.1, 0.0]

@@ -21,9 +21,9 @@ BLOCK = he.Shape.cuboid([0.4, 0.4, 0.2])
 PAIR = he.Pair(he.Shape.icosphere(0.1, 2), BLOCK, 1e5, 1e6)
 # A contact with enough polygons to use several threads.
 LARGE = he.Pair(he.Shape.icosphere(0.1, 5), BLOCK, 1e5, 1e6, he.SurfaceLaw(0.2, 0.4, 1e-2))
-# A layer of balls that touch the floor and one another, with enough contacts to use several threads.
-PLACES = [[0.19 * (place % 4), 0.19 * (place // 4), 0.095] for place in range(16)]
-BALLS = [he.Body.dynamic(f"ball {place}", BALL, SKIN, 1.0, pose=he.pose(at)) for place, at in enumerate(PLACES)]
+# A layer of balls that touch the floor and each other, with enough contacts to use several threads.
+POSITIONS = [[0.19 * (index % 4), 0.19 * (index // 4), 0.095] for index in range(16)]
+BALLS = [he.Body.dynamic(f"ball {index}", BALL, SKIN, 1.0, pose=he.pose(at)) for index, at in enumerate(POSITIONS)]
 FLOOR = he.Body.fixed("floor", he.HalfSpace(), he.Material.rigid(0.5))
 HEAP = he.World([*BALLS, FLOOR], gravity=[0.0, 0.0, -9.81])
 ONE = he.World([BALLS[0], FLOOR], gravity=[0.0, 0.0, -9.81])
@@ -109,7 +109,7 @@ def data_loader():
         def __len__(self):
             return 4
 
-        def __getitem__(self, place):
+        def __getitem__(self, index):
             return digest()
 
     loader = DataLoader(Digests(), batch_size=None, num_workers=2, multiprocessing_context="fork")

@@ -1,7 +1,8 @@
-"""Prints what Ray takes beside the rollouts: CPU seconds by process, from /proc. python tests/ray_times.py [rollouts]
+"""Prints the CPU time of Ray compared with the rollouts: python tests/ray_times.py [rollouts]
 
-For one and two workers: the CPU time of each worker, that of rollouts on one thread without Ray, and that of everything else of
-Ray (the engine's share), for tasks of some 0.2 s. Wall times mean something on free cores only.
+The program reads CPU seconds by process from /proc. For one and two workers and tasks of about 0.2 s, it prints the CPU
+time of each worker, of rollouts on one thread without Ray, and of all other processes of Ray. Wall times are meaningful
+only on free cores.
 """
 
 import os
@@ -18,7 +19,7 @@ TICK = os.sysconf("SC_CLK_TCK")
 
 
 def cpu_times():
-    """CPU seconds of this process and all that it has begun, by process: {pid: (name, seconds)}."""
+    """Returns CPU seconds of this process and all its descendants: {pid: (name, seconds)}."""
     parents, times = {}, {}
     for process in filter(str.isdigit, os.listdir("/proc")):
         try:
@@ -37,7 +38,7 @@ def cpu_times():
 
 @ray.remote(num_cpus=1, runtime_env=_ENVIRONMENT)
 def process_here():
-    time.sleep(1.0)  # So that each worker has one.
+    time.sleep(1.0)  # The delay gives each worker one task.
     return os.getpid()
 
 
@@ -68,16 +69,16 @@ def main():
         assert all(
             (a.poses == b.poses).all() and (j.poses == k.poses).all() for (a, j), (b, k) in zip(results, expected)
         )
-        spent = {place: (name, seconds - before.get(place, ("", 0.0))[1]) for place, (name, seconds) in after.items()}
-        of_workers = sorted(seconds for place, (_, seconds) in spent.items() if place in workers)
+        spent = {pid: (name, seconds - before.get(pid, ("", 0.0))[1]) for pid, (name, seconds) in after.items()}
+        of_workers = sorted(seconds for pid, (_, seconds) in spent.items() if pid in workers)
         engine = {}
-        for place, (name, seconds) in spent.items():
-            if place not in workers and seconds > 0.0:
+        for pid, (name, seconds) in spent.items():
+            if pid not in workers and seconds > 0.0:
                 engine[name] = engine.get(name, 0.0) + seconds
         whole = sum(of_workers) + sum(engine.values())
         print(
-            f"{cores} workers: {wall:.2f} s; CPU by worker {', '.join(f'{it:.2f}' for it in of_workers)} s; all of Ray beside them "
-            f"{sum(engine.values()):.2f} s, {100.0 * sum(engine.values()) / whole:.1f} % ({', '.join(f'{name} {it:.2f}' for name, it in sorted(engine.items()))}); "
+            f"{cores} workers: {wall:.2f} s; CPU by worker {', '.join(f'{seconds:.2f}' for seconds in of_workers)} s; all of Ray beside them "
+            f"{sum(engine.values()):.2f} s, {100.0 * sum(engine.values()) / whole:.1f} % ({', '.join(f'{name} {seconds:.2f}' for name, seconds in sorted(engine.items()))}); "
             f"{whole:.2f} s in all; load {os.getloadavg()[0]:.1f}"
         )
         ray.shutdown()

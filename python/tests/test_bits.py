@@ -1,4 +1,5 @@
-"""Values have the same bits as the library, on every platform: data/reference_bits.json is the output of examples/reference_bits.rs.
+"""Values have the same bits as the library, on every platform: data/reference_bits.json is the output of
+examples/reference_bits.rs.
 
 NumPy's matrix products and powers have other bits on other processors, so no tested number depends on them.
 """
@@ -11,21 +12,21 @@ import pytest
 
 import hydroelastic as he
 
-# Round-off of a derivative by a turn that is passed to a pullback as derivatives by a rotation matrix.
+# Round-off of a derivative with respect to a rotation that is passed to vjp as derivatives with respect to a matrix.
 TURN_AS_MATRIX = 1e-13
 
 REFERENCE = json.loads((Path(__file__).parent / "data" / "reference_bits.json").read_text())
 
 
-def assert_same(name, found, rounding=0.0):
+def assert_same(name, actual, rounding=0.0):
     bits = np.array([int(number, 16) for number in REFERENCE[name]], dtype=np.uint64)
-    found = np.ascontiguousarray(found, dtype=np.float64).ravel()
-    assert found.size == bits.size > 0
+    actual = np.ascontiguousarray(actual, dtype=np.float64).ravel()
+    assert actual.size == bits.size > 0
     expected = bits.view(np.float64)
     if rounding > 0.0:
-        assert np.abs(found - expected).max() <= rounding * np.abs(expected).max()
+        assert np.abs(actual - expected).max() <= rounding * np.abs(expected).max()
     else:
-        assert np.array_equal(found.view(np.uint64), bits), np.abs(found - expected).max()
+        assert np.array_equal(actual.view(np.uint64), bits), np.abs(actual - expected).max()
 
 
 def test_contacts(ball_on_block, twists):
@@ -108,21 +109,21 @@ def test_rollouts_with_forces_and_controls(driven):
 def test_jacobians(driven):
     by = [he.Parameter.initial_velocity("ball"), he.Parameter.friction("ball"), he.Parameter.control("ball", 1)]
     trajectory, jacobian = driven.jacobian(he.Plan(5e-4, 300, record_every=300), by)
-    # Position, columns of the rotation, velocity, spin: the order of the library's FinalState.
+    # The library's FinalState has the position, the columns of the rotation, the velocity and the angular velocity.
     def end(poses, twists):
         columns = np.swapaxes(poses[:3, :3], 0, 1).reshape(9, *poses.shape[2:])
         return np.concatenate([poses[:3, 3], columns, twists[3:], twists[:3]])
 
     assert_same("end", end(trajectory.poses[-1, 0], trajectory.twists[-1, 0]))
     assert_same("end jacobian", end(jacobian.poses[-1, 0], jacobian.twists[-1, 0]))
-    # Half the cross product's matrix times the rotation has the derivatives by a turn.
+    # Half the cross product matrix times the rotation has the given derivatives with respect to a rotation of the body.
     x, y, z = 0.5 * np.array([0.1, 0.2, 0.3])
     by_poses, by_twists = np.zeros((2, 3, 4, 4)), np.zeros((2, 3, 6))
     by_poses[1, 0, :3, :3] = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]]) @ trajectory.poses[-1, 0, :3, :3]
     by_poses[1, 0, :3, 3] = [1.0, -2.0, 3.0]
     by_twists[1, 0] = [0.01, 0.02, -0.03, -0.1, 0.4, 0.2]
-    found = driven.vjp(he.Plan(5e-4, 300, record_every=300), by, by_poses, by_twists)
-    assert_same("pullback", found, rounding=TURN_AS_MATRIX)
+    actual = driven.vjp(he.Plan(5e-4, 300, record_every=300), by, by_poses, by_twists)
+    assert_same("pullback", actual, rounding=TURN_AS_MATRIX)
     a, b = driven.linearize(he.Plan(1e-3, 100), by)
     assert a.shape == (24, 24) and b.shape == (24, 10)
     assert_same("A", a)

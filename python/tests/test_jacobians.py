@@ -1,12 +1,12 @@
-"""Derivatives against central differences."""
+"""Derivatives compared with central differences."""
 
 import numpy as np
 
 import hydroelastic as he
 
-# Central differences of wrenches over steps of 1e-6: rounding and curvature.
+# Error of central differences of wrenches with steps of 1e-6, from round-off and curvature.
 CONTACT = 1e-6
-# Of a rollout through a bounce, with its facets.
+# Error of central differences of a rollout through a bounce on facets.
 ROLLOUT = 1e-6
 
 
@@ -15,7 +15,7 @@ def difference(function, step):
 
 
 def columns(pair, pose_a, pose_b, twists):
-    """The wrench as a function of each of the 28 numbers."""
+    """Returns the wrench as a function of a change of one of the 28 numbers."""
     moduli, law = np.array(pair.moduli), np.array([pair.law.dissipation, pair.law.friction])
 
     def changed(column, step):
@@ -39,11 +39,11 @@ def test_contact_in_motion(ball_on_block, twists):
     changed = columns(pair, pose_a, pose_b, twists)
     for column in range(28):
         step = 1.0 if column in (24, 25) else 1e-6
-        found = difference(lambda change: changed(column, change), step)
-        # Three columns of one kind have one scale: turns of a ball about itself hardly matter.
+        actual = difference(lambda change: changed(column, change), step)
+        # Three columns of one kind have one scale, because rotations of a ball about its center have almost no effect.
         first = 3 * (column // 3) if column < 24 else column
         scale = np.abs(jacobian[:, first : first + (3 if column < 24 else 1)]).max()
-        assert np.abs(found - jacobian[:, column]).max() <= CONTACT * scale, column
+        assert np.abs(actual - jacobian[:, column]).max() <= CONTACT * scale, column
 
 
 def test_contact_at_rest_is_the_first_columns(ball_on_block):
@@ -95,21 +95,21 @@ def test_rollout_by_every_parameter(bounce):
     assert check.best < ROLLOUT, str(check)
 
     derivatives = world.derivative_check(plan, by[:2])
-    # The orientation hardly moves the ball: by less than the noise of the rollouts over the width.
+    # The orientation moves the ball by less than the noise of the rollouts over the width.
     assert derivatives.verdicts == ["right"] * 3 + ["noisy"] * 3, str(derivatives)
     assert derivatives.errors[:3].max() < 0.03 < derivatives.errors[3:].min() and not derivatives.is_right
     assert world.derivative_check(plan, by[:1]).is_right
     assert derivatives.numbers == check.numbers[: len(derivatives.numbers)] and not any(derivatives.first_mismatch)
 
-    # And one by hand: the last position by the initial velocity.
+    # One derivative is checked explicitly: the last position with respect to the initial velocity.
     def end(step):
         changes = np.zeros(width)
         changes[6] = step
         return world.perturbed(by, changes).rollout(plan).run().poses[-1, 0]
 
-    found = difference(end, 1e-5)
+    actual = difference(end, 1e-5)
     exact = jacobian.poses[-1, 0, ..., 6]
-    assert np.abs(found - exact).max() <= 1e-5 * np.abs(exact).max()
+    assert np.abs(actual - exact).max() <= 1e-5 * np.abs(exact).max()
     assert np.abs(exact[:3, 3]).max() > 0.1
 
     # Every parameter has an effect. Force parameters give the same motion as constants.
@@ -125,7 +125,7 @@ def test_rollout_by_every_parameter(bounce):
 def test_a_step_to_first_order(bounce):
     world, _ = bounce
     plan = he.Plan(1e-3, 1)
-    # Pressed in and sliding.
+    # The ball is pressed into the floor and slides.
     state = he.State(0.0, np.stack([he.pose([0.01, 0.02, 0.19]), he.pose()]), np.array([[0.1] * 6, [0.0] * 6]))
     control = he.Parameter.control("ball", 0)
     world = world.replace(controls=[he.Control("ball", 1.0, np.zeros((1, 6)))], start=state)
@@ -133,7 +133,7 @@ def test_a_step_to_first_order(bounce):
     end = world.step(state, plan)
 
     def after(column):
-        def integrate(step):
+        def displaced(step):
             return world.difference(end, world.step(world.integrate(state, step * np.eye(12)[column]), plan))
 
         return integrate
@@ -162,12 +162,12 @@ def test_jacobians_of_many_worlds_are_those_of_each(bounce):
     world, plan = bounce
     state = world.initial_state
     worlds = [
-        world.replace(start=he.State(0.0, state.poses, state.twists + np.array([[0, 0, 0, 0.1 * place, 0, 0], [0] * 6])))
-        for place in range(3)
+        world.replace(start=he.State(0.0, state.poses, state.twists + np.array([[0, 0, 0, 0.1 * index, 0, 0], [0] * 6])))
+        for index in range(3)
     ]
     by = [he.Parameter.initial_velocity("ball"), he.Parameter.friction("ball")]
-    found = he.Batch(plan).jacobians(worlds, by)
-    for one, (trajectory, jacobian) in zip(worlds, found, strict=True):
+    actual = he.Batch(plan).jacobians(worlds, by)
+    for one, (trajectory, jacobian) in zip(worlds, actual, strict=True):
         expected, derivatives = one.jacobian(plan, by)
         assert np.array_equal(trajectory.poses, expected.poses) and np.array_equal(trajectory.twists, expected.twists)
         assert np.array_equal(jacobian.poses, derivatives.poses) and np.array_equal(jacobian.twists, derivatives.twists)
@@ -188,7 +188,7 @@ def test_progress_of_derivatives_ends_at_the_number_of_steps(bounce):
     seen.clear()
     world.linearize(he.Plan(2e-5, 100), progress=progress)
     assert seen[-1] == (100, 100)
-    # Once for every 96 numbers.
+    # The rollout runs once for every 96 numbers.
     seen.clear()
     controls = [he.Control("ball", 1e-3, np.zeros((17, 6)))]
     by = [he.Parameter.control("ball", interval) for interval in range(17)]

@@ -1,4 +1,4 @@
-"""Wrenches, steps and rollouts in JAX: derivatives in both modes, batches, refusals."""
+"""Wrenches, steps and rollouts in JAX: derivatives in both modes, batches and errors."""
 
 import importlib
 import logging
@@ -9,24 +9,24 @@ import numpy as np
 import pytest
 
 import hydroelastic as he
-from hydroelastic import _rows
+from hydroelastic import _autodiff
 
 jax = pytest.importorskip("jax")
 hj = importlib.import_module("hydroelastic.jax")
 jnp = jax.numpy
 check_grads = importlib.import_module("jax.test_util").check_grads
-# Where it is depends on the version.
+# The module of this function depends on the version of JAX.
 enable_x64 = (jax if hasattr(jax, "enable_x64") else importlib.import_module("jax.experimental")).enable_x64
 
-# Fourth-order differences of wrenches, where no facet begins or ends to touch: what rounding leaves.
+# Round-off of fourth-order differences of wrenches, with no facet that begins or ends contact.
 WRENCH = 1e-9
-# Of rollouts through a bounce: facets come and go, at which the second derivatives jump.
+# Error of differences of rollouts through a bounce. The second derivatives jump as facets begin and end contact.
 ROLLOUT = 1e-7
-# With friction, whose law bends within the slip tolerance.
+# Error with friction, whose law is curved within the slip tolerance.
 FRICTION = 1e-6
-# Entries of a rotation, in another order of rounding.
+# Round-off of the entries of a rotation, computed in another order.
 ROTATION = 1e-15
-# check_grads compares with second-order differences.
+# check_grads uses second-order differences.
 CHECK = {"order": 1, "modes": ("fwd", "rev"), "atol": 1e-5, "rtol": 1e-5, "eps": 1e-6}
 
 
@@ -40,10 +40,10 @@ def precision():
 
 @pytest.fixture(scope="module")
 def start():
-    """Turns and places of A and B, twists of A and B, moduli in units of 1e5 Pa, and the law."""
-    places = [0.3, -0.2, 0.5, 0.013, 0.021, 0.1921, 0.02, -0.03, 0.01, 0.0, 0.0, 0.0]
+    """Rotation vectors and positions of A and B, twists of A and B, moduli in units of 1e5 Pa, and the law."""
+    poses = [0.3, -0.2, 0.5, 0.013, 0.021, 0.1921, 0.02, -0.03, 0.01, 0.0, 0.0, 0.0]
     twists = [0.1, 0.2, -0.3, 0.5, 0.1, -0.05, 0.0, 0.0, 0.1, 0.0, -0.1, 0.0]
-    return np.array(places + twists + [1.0, 10.0, 0.2, 0.4])
+    return np.array(poses + twists + [1.0, 10.0, 0.2, 0.4])
 
 
 def poses(numbers):
@@ -51,12 +51,12 @@ def poses(numbers):
 
 
 def at_rest(pair):
-    """14 numbers to wrenches in units of 10 N, 10 N m."""
+    """Returns the wrenches at rest, in units of 10 N and 10 N m, as a function of 14 numbers."""
     return lambda numbers: hj.wrench(pair, *poses(numbers), moduli=1e5 * numbers[12:]) / 10
 
 
 def in_motion(pair):
-    """28 numbers to wrenches."""
+    """Returns the wrenches in motion as a function of 28 numbers."""
 
     def wrench(numbers):
         moduli, law = 1e5 * numbers[24:26], numbers[26:]
@@ -66,58 +66,58 @@ def in_motion(pair):
 
 
 def differences(function, at, steps):
-    """The Jacobian by central differences of fourth order."""
+    """Computes the Jacobian by central differences of fourth order."""
     columns = []
-    for place, step in enumerate(np.broadcast_to(steps, at.shape)):
-        unit = step * np.eye(len(at))[place]
+    for column, step in enumerate(np.broadcast_to(steps, at.shape)):
+        unit = step * np.eye(len(at))[column]
         near, far = (function(at + k * unit) - function(at - k * unit) for k in (1, 2))
         columns.append((8 * near - far) / (12 * step))
     return np.stack(columns, -1)
 
 
-def deviation(found, expected, kinds=None):
-    """Relative to the largest entry of a column, or of all columns of its kind."""
+def deviation(actual, expected, kinds=None):
+    """Returns the largest deviation, relative to the largest entry of a column or of all columns of its kind."""
     kinds = np.arange(expected.shape[1]) if kinds is None else kinds
     largest = np.abs(expected).max(0)
     scale = np.array([largest[kinds == kind].max() for kind in kinds])
-    return (np.abs(found - expected).max(0) / scale).max()
+    return (np.abs(actual - expected).max(0) / scale).max()
 
 
-# Turns, moves, spins, velocities, moduli, dissipation, friction: the turns of a ball about itself hardly matter beside
-# others.
+# Kind of each number: rotation, translation, angular velocity, velocity, modulus, dissipation or friction. Rotations of
+# a ball about its center have almost no effect, so each kind has one scale.
 KINDS = np.repeat([0, 1, 0, 1, 2, 3, 2, 3, 4, 5, 6], [3, 3, 3, 3, 3, 3, 3, 3, 2, 1, 1])
-# Of them, those of a contact at rest.
+# Numbers of a contact at rest.
 REST = [*range(12), 24, 25]
 STEPS = np.repeat([1e-5, 1e-4, 1e-3], [12, 12, 4])
 
 
-@pytest.mark.parametrize("kind, taken", [(at_rest, REST), (in_motion, range(28))])
-def test_wrench_has_the_derivatives_of_differences(ball_on_block, start, kind, taken):
-    wrench, at, taken = kind(ball_on_block[0]), start[list(taken)], list(taken)
+@pytest.mark.parametrize("kind, columns", [(at_rest, REST), (in_motion, range(28))])
+def test_wrench_has_the_derivatives_of_differences(ball_on_block, start, kind, columns):
+    wrench, at, columns = kind(ball_on_block[0]), start[list(columns)], list(columns)
     forward, reverse = (np.asarray(jacobian(wrench)(at)) for jacobian in (jax.jacfwd, jax.jacrev))
     assert deviation(reverse, forward) < 1e-12
-    assert deviation(differences(jax.jit(wrench), at, STEPS[taken]), forward, KINDS[taken]) < WRENCH
+    assert deviation(differences(jax.jit(wrench), at, STEPS[columns]), forward, KINDS[columns]) < WRENCH
     check_grads(jax.jit(wrench), (at,), **CHECK)
 
 
 def partners():
-    """A rigid half-space, one with a layer and a rigid block: with a modulus, and the height (m) where a ball finds its top."""
+    """Partners of a ball, with their moduli and the height (m) of the frame that puts their top below the ball."""
     block = he.RigidShape.around(he.Shape.cuboid([0.4, 0.4, 0.2]))
     return {"half-space": (he.HalfSpace(), None, 0.1), "layer": (he.HalfSpace(0.05), 1e6, 0.1), "block": (block, None, 0.0)}
 
 
-@pytest.mark.parametrize("kind, taken", [(at_rest, REST), (in_motion, range(28))])
+@pytest.mark.parametrize("kind, columns", [(at_rest, REST), (in_motion, range(28))])
 @pytest.mark.parametrize("name", partners())
-def test_wrench_on_partners_has_the_derivatives_of_differences(start, name, kind, taken):
+def test_wrench_on_partners_has_the_derivatives_of_differences(start, name, kind, columns):
     partner, modulus, height = partners()[name]
     wrench = kind(he.Pair(he.Shape.icosphere(0.1, 3), partner, 1e5, modulus))
-    at, taken = start[list(taken)], list(taken)
+    at, columns = start[list(columns)], list(columns)
     at[11] = height
     forward, reverse = (np.asarray(jacobian(wrench)(at)) for jacobian in (jax.jacfwd, jax.jacrev))
-    assert deviation(reverse, forward, KINDS[taken]) < 1e-12
-    # A rigid one has no modulus.
-    assert forward[:, taken.index(25)].any() == (modulus is not None)
-    assert deviation(differences(jax.jit(wrench), at, STEPS[taken]), forward, KINDS[taken]) < WRENCH
+    assert deviation(reverse, forward, KINDS[columns]) < 1e-12
+    # A rigid partner has no modulus.
+    assert forward[:, columns.index(25)].any() == (modulus is not None)
+    assert deviation(differences(jax.jit(wrench), at, STEPS[columns]), forward, KINDS[columns]) < WRENCH
     check_grads(jax.jit(wrench), (at,), **CHECK)
 
 
@@ -137,8 +137,8 @@ def test_wrench_has_the_bits_of_the_library(ball_on_block, twists):
     assert np.array_equal(hj.wrench(pair, pose_a, pose_b), pair.wrench(pose_a, pose_b))
     expected = pair.wrench(pose_a, pose_b, *twists, moduli=[2e5, 1e6], law=[0.1, 0.3])
     arguments = {"moduli": np.array([2e5, 1e6]), "law": [0.1, 0.3]}
-    found = hj.wrench(pair, pose_a, pose_b, *twists, **arguments)
-    assert np.array_equal(found, expected)
+    actual = hj.wrench(pair, pose_a, pose_b, *twists, **arguments)
+    assert np.array_equal(actual, expected)
     assert np.array_equal(jax.jit(lambda a: hj.wrench(pair, a, pose_b, *twists, **arguments))(pose_a), expected)
     assert np.array_equal(hj.wrench(pair, pose_a, pose_b, twists[0]), pair.wrench(pose_a, pose_b, twists[0]))
 
@@ -147,7 +147,7 @@ def test_a_batch_is_one_call_with_the_same_bits(ball_on_block, monkeypatch):
     pair, pose_a, pose_b = ball_on_block
     many = np.stack([he.moved_pose(pose_a, [0, 0, 0, 0, 0, -1e-4 * k]) for k in range(6)])
     expected = pair.wrench(many, pose_b)
-    calls = counted(monkeypatch, _rows.Wrench)
+    calls = counted(monkeypatch, _autodiff.Wrench)
     mapped = jax.jit(jax.vmap(lambda a: hj.wrench(pair, a, pose_b)))(many)
     assert np.array_equal(mapped, expected)
     assert calls == {"values": 1, "values_and_jacobians": 0, "pullbacks": 0}
@@ -160,7 +160,7 @@ def test_a_batch_is_one_call_with_the_same_bits(ball_on_block, monkeypatch):
 
 
 def counted(monkeypatch, function):
-    """How often its methods are called from now on."""
+    """Counts the calls of the methods of a function."""
     calls = {"values": 0, "values_and_jacobians": 0, "pullbacks": 0}
     for name in calls:
         inner = getattr(function, name)
@@ -181,7 +181,7 @@ def test_no_needless_calls(ball_on_block, start, monkeypatch, jit):
     def loss(numbers):
         return jnp.sum(wrench(numbers) ** 2)
 
-    calls = counted(monkeypatch, _rows.Wrench)
+    calls = counted(monkeypatch, _autodiff.Wrench)
 
     def calls_of(function, *arguments):
         calls.update(values=0, values_and_jacobians=0)
@@ -193,7 +193,7 @@ def test_no_needless_calls(ball_on_block, start, monkeypatch, jit):
     assert calls_of(jit(jax.jacfwd(wrench)), at) == (0, 1)
     assert calls_of(jit(jax.jacrev(wrench)), at) == (0, 1)
     assert calls_of(jit(lambda x: jax.jvp(loss, (x,), (x,))), at) == (0, 1)
-    # No derivative by what is held.
+    # Arguments that are not differentiated need no derivative.
     assert calls_of(jit(jax.grad(lambda x: jnp.sum(x**2) * loss(at))), at) == (1, 0)
 
 
@@ -202,12 +202,12 @@ def test_a_cotangent_of_a_pose_is_that_of_its_twist(ball_on_block):
     weights = np.linspace(-1.0, 1.0, 12)
     _, jacobian = pair.wrench_and_jacobian(pose_a, pose_b)
     by_twist = weights @ jacobian
-    found = jax.grad(lambda a: weights @ hj.wrench(pair, a, pose_b))(pose_a)
+    actual = jax.grad(lambda a: weights @ hj.wrench(pair, a, pose_b))(pose_a)
     x, y, z = by_twist[:3]
     expected = np.zeros((4, 4))
     expected[:3, :3] = 0.5 * np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]]) @ pose_a[:3, :3]
     expected[:3, 3] = by_twist[3:6]
-    assert np.allclose(found, expected, rtol=0, atol=1e-12 * np.abs(expected).max())
+    assert np.allclose(actual, expected, rtol=0, atol=1e-12 * np.abs(expected).max())
     by_moved = jax.grad(lambda t: weights @ hj.wrench(pair, hj.moved_pose(pose_a, t), pose_b))(np.zeros(6))
     assert np.allclose(by_moved, by_twist[:6], rtol=0, atol=1e-12 * np.abs(by_twist[:6]).max())
 
@@ -232,7 +232,7 @@ def test_second_derivatives_are_refused(ball_on_block, start, bounce):
     velocity = [he.Parameter.initial_velocity("ball")]
     with pytest.raises(NotImplementedError, match="rollout of hydroelastic has first derivatives only"):
         jax.hessian(lambda change: jnp.sum(hj.final_state(world, plan, velocity, change).poses ** 2))(np.zeros(3))
-    # Of what does not pass through the library, they are there.
+    # Functions that do not call the library have second derivatives.
     assert jax.hessian(lambda x: x**2 * loss(at))(2.0) == pytest.approx(2 * loss(at))
 
 
@@ -247,7 +247,7 @@ def test_transformations_go_together(ball_on_block, start):
     expected = jax.grad(loss)(at)
     scale = np.abs(expected).max()
     moved = jax.lax.scan(lambda x, _: (x - 1e-9 * jax.grad(loss)(x), None), at, None, 1)[0]
-    for found in (
+    for actual in (
         jax.grad(jax.checkpoint(loss))(at),
         jax.jit(jax.grad(jax.checkpoint(loss)))(at),
         jax.grad(lambda x: jax.lax.cond(x[0] > 0, loss, jnp.sum, x))(at),
@@ -256,7 +256,7 @@ def test_transformations_go_together(ball_on_block, start):
         jax.vmap(jax.grad(loss))(np.stack([at, at]))[1],
         (at - moved) / 1e-9,
     ):
-        assert np.allclose(found, expected, rtol=0, atol=1e-6 * scale)
+        assert np.allclose(actual, expected, rtol=0, atol=1e-6 * scale)
 
 
 def test_rows_that_are_refused_are_nan_with_a_reason(ball_on_block, caplog, monkeypatch):
@@ -274,20 +274,20 @@ def test_rows_that_are_refused_are_nan_with_a_reason(ball_on_block, caplog, monk
 
     for function in (jax.jit(wrench), jax.jit(jax.vmap(wrench)), jax.vmap(wrench)):
         caplog.clear()
-        found = np.asarray(function(many))
-        assert np.isnan(found[1]).all()
-        assert np.array_equal(found[0], expected) and np.array_equal(found[2], expected)
+        actual = np.asarray(function(many))
+        assert np.isnan(actual[1]).all()
+        assert np.array_equal(actual[0], expected) and np.array_equal(actual[2], expected)
         (record,) = caplog.records
         assert (record.name, record.levelno) == ("hydroelastic.jax", logging.WARNING)
         assert "NaN in 1 of 3 rows: row 1 of 3" in record.getMessage()
     slopes = jax.jit(jax.vmap(jax.jacrev(wrench)))(many)
-    # The last row of a pose has no part in anything: zero, or NaN.
+    # The last row of a pose has no effect, so its derivative is zero, or NaN for an invalid row.
     assert np.isnan(slopes[1][:, :3]).all() and np.isfinite(slopes[0]).all() and np.isfinite(slopes[2]).all()
 
     def broken(self, rows):
         raise RuntimeError("out of order")
 
-    monkeypatch.setattr(_rows.Wrench, "values", broken)
+    monkeypatch.setattr(_autodiff.Wrench, "values", broken)
     caplog.clear()
     assert np.isnan(jax.jit(wrench)(pose_a)).all()
     assert "out of order" in caplog.text
@@ -316,14 +316,14 @@ def test_what_is_not_of_float64_is_refused(ball_on_block, monkeypatch):
 def test_without_callbacks_on_buffers_the_bits_are_the_same(ball_on_block, twists, monkeypatch):
     pair, pose_a, pose_b = ball_on_block
 
-    def found():
+    def actual():
         function = jax.vmap(jax.jacobian(lambda a, t: hj.wrench(pair, a, pose_b, t), (0, 1)))
         return jax.tree.leaves(jax.jit(function)(np.stack([pose_a, pose_b]), np.stack(twists)))
 
     assert hj._buffer_callback is not None
-    expected = found()
+    expected = actual()
     monkeypatch.setattr(hj, "_buffer_callback", None)
-    for with_buffers, without in zip(expected, found(), strict=True):
+    for with_buffers, without in zip(expected, actual(), strict=True):
         assert np.array_equal(with_buffers, without)
 
 
@@ -387,7 +387,7 @@ def without_friction(world):
 def test_rollout_has_the_derivatives_of_differences(bounce, friction, tolerance):
     world, plan = bounce
     world = world if friction else without_friction(world)
-    # Whole units: modulus in 1e5 Pa.
+    # The unit of the modulus is 1e5 Pa.
     by = [he.Parameter.initial_position("ball"), he.Parameter.initial_velocity("ball"), he.Parameter.modulus("ball")]
     by += [he.Parameter.dissipation("floor"), he.Parameter.mass("ball"), he.Parameter.gravity()]
     by += [he.Parameter.friction("floor")] if friction else []
@@ -399,13 +399,13 @@ def test_rollout_has_the_derivatives_of_differences(bounce, friction, tolerance)
     zero = np.zeros(len(units))
     forward = np.asarray(jax.jit(jax.jacfwd(run))(zero))
     assert deviation(np.asarray(jax.jacrev(run)(zero)), forward) < 1e-12
-    found = differences(jax.jit(run), zero, 2e-6)
-    assert deviation(found, forward) < tolerance
+    actual = differences(jax.jit(run), zero, 2e-6)
+    assert deviation(actual, forward) < tolerance
     check_grads(jax.jit(run), (zero,), **CHECK)
 
 
 def ground():
-    """A ball that bounces off a half-space and rubs, with what changes, and units: the modulus in 1e5 Pa."""
+    """A ball that bounces off a half-space with friction, parameters, and their units: 1e5 Pa for the modulus."""
     skin = he.Material(1e5, 0.2, 0.4)
     start = he.pose([0.01, 0.02, 0.13], [0.1, 0.2, 0.3])
     ball = he.Body.dynamic("ball", he.Shape.icosphere(0.1, 1), skin, 1.0, pose=start, velocity=[0.5, 0.1, 0.0])
@@ -448,7 +448,7 @@ def test_rollout_by_its_start_has_the_derivatives_of_differences(bounce):
 
 
 def by_many(driven):
-    """A rollout of 13 numbers beside its start, and of its start: they are swept back."""
+    """A rollout that depends on 13 numbers and on its start, so that reverse mode is used."""
     plan = he.Plan(5e-4, 300, record_every=150)
     by = [he.Parameter.friction("ball"), he.Parameter.mass("brick"), *he.Parameter.controls(["ball"], 2)]
     state = hj.initial_state(driven)
@@ -467,13 +467,13 @@ def test_gradients_by_many_numbers_are_swept_back(driven, monkeypatch):
     factors = np.random.default_rng(1).uniform(-1.0, 1.0, run(at).shape)
     twists = np.asarray(driven.initial_state.twists)
     by_numbers, by_twists = jax.jacfwd(run, (0, 1))(at, twists)
-    calls = counted(monkeypatch, _rows.Rollout)
+    calls = counted(monkeypatch, _autodiff.Rollout)
     for jit in (jax.jit, lambda function: function):
         calls.update(values=0, values_and_jacobians=0, pullbacks=0)
-        value, found = jit(jax.value_and_grad(lambda *x: factors @ run(*x), (0, 1)))(at, twists)
+        value, actual = jit(jax.value_and_grad(lambda *x: factors @ run(*x), (0, 1)))(at, twists)
         assert calls == {"values": 1, "values_and_jacobians": 0, "pullbacks": 1}
         assert np.isclose(value, factors @ run(at), rtol=1e-12)
-        for one, jacobian in zip(found, (by_numbers, by_twists)):
+        for one, jacobian in zip(actual, (by_numbers, by_twists)):
             expected = np.tensordot(factors, jacobian, 1)
             assert np.abs(one - expected).max() <= 1e-10 * np.abs(expected).max()
     assert np.abs(jax.grad(lambda x: factors @ of_world(x))(at) - factors @ by_numbers).max() <= 1e-10 * np.abs(factors @ by_numbers).max()
@@ -485,9 +485,9 @@ def test_gradients_by_many_numbers_are_swept_back(driven, monkeypatch):
 
 def test_jacobians_of_many_outputs_are_found_forwards(driven, monkeypatch):
     run, _, at = by_many(driven)
-    calls = counted(monkeypatch, _rows.Rollout)
+    calls = counted(monkeypatch, _autodiff.Rollout)
     forward = np.asarray(jax.jit(jax.jacfwd(run))(at))
-    # One of its Jacobians is that of all columns, and of all rows.
+    # One Jacobian has all columns and all rows.
     assert calls["values_and_jacobians"] == 1
     reverse = np.asarray(jax.jit(jax.jacrev(run))(at))
     assert calls["values_and_jacobians"] == 2
@@ -508,17 +508,17 @@ def test_swept_gradients_pass_through_transformations(driven):
     near = 1e-10 * np.abs(expected).max()
     many = np.stack([at, at + 0.01])
     assert np.abs(jax.vmap(jax.grad(loss))(many)[1] - jax.grad(loss)(many[1])).max() <= near
-    for found in (
+    for actual in (
         jax.grad(jax.checkpoint(loss))(at),
         jax.jit(jax.grad(jax.checkpoint(loss)))(at),
         jax.grad(lambda x: jax.lax.cond(x[0] > -1, loss, jnp.sum, x))(at),
         jax.grad(lambda x: jax.lax.map(loss, jnp.stack([x, x + 0.01]))[0])(at),
         jax.linear_transpose(jax.linearize(loss, at)[1], at)(1.0)[0],
         jax.jit(jax.vmap(jax.grad(loss)))(many)[0],
-        # Many losses of one rollout, each of one of many.
+        # Many losses of one rollout, and one loss for each of many rollouts.
         jax.vmap(jax.vmap(lambda x, y: jax.vjp(run, x)[1](y)[0], (None, 0)), (0, None))(many, np.stack([factors] * 2))[0, 1],
     ):
-        assert np.abs(found - expected).max() <= near
+        assert np.abs(actual - expected).max() <= near
     check_grads(jax.jit(loss), (at,), **CHECK | {"atol": 1e-4, "rtol": 1e-4})
 
 
@@ -526,7 +526,7 @@ def test_swept_rows_that_are_refused_are_nan_with_a_reason(driven, caplog):
     plan = he.Plan(5e-4, 20)
     by = [*he.Parameter.controls(["ball"], 3), he.Parameter.mass("ball")]
     changes = np.zeros((2, 19))
-    # No such mass.
+    # A negative mass is invalid.
     changes[1, -1] = -2.0
 
     def end(change):
@@ -534,7 +534,7 @@ def test_swept_rows_that_are_refused_are_nan_with_a_reason(driven, caplog):
 
     slopes = jax.jit(jax.vmap(jax.grad(end)))(changes)
     assert np.isfinite(slopes[0]).all() and np.isnan(slopes[1]).all()
-    assert [it.getMessage()[:29] for it in caplog.records] == ["rollout: NaN in 1 of 2 rows: "]
+    assert [record.getMessage()[:29] for record in caplog.records] == ["rollout: NaN in 1 of 2 rows: "]
     assert np.isnan(jax.jit(jax.grad(end))(changes[1])).all()
     assert not any(record.exc_info for record in caplog.records)
 
@@ -544,13 +544,13 @@ def test_rollouts_have_the_bits_of_the_library(bounce):
     by = [he.Parameter.initial_velocity("ball")]
     changes = np.array([[0.0, 0.0, 0.0], [0.1, -0.2, 0.3], [1.0, 0.0, 0.0]])
     expected = he.Batch(plan).rollouts_perturbed(world, by, changes)
-    found = jax.jit(jax.vmap(lambda change: hj.rollout(world, plan, by, change)))(changes)
+    actual = jax.jit(jax.vmap(lambda change: hj.rollout(world, plan, by, change)))(changes)
     last = hj.final_state(world, plan, by, changes)
-    assert found.poses.shape == (3, 4, 2, 4, 4) and last.twists.shape == (3, 2, 6)
-    for place, trajectory in enumerate(expected):
-        assert np.array_equal(found.poses[place], trajectory.poses)
-        assert np.array_equal(found.twists[place], trajectory.twists)
-        assert np.array_equal(last.poses[place], trajectory.poses[-1])
+    assert actual.poses.shape == (3, 4, 2, 4, 4) and last.twists.shape == (3, 2, 6)
+    for i, trajectory in enumerate(expected):
+        assert np.array_equal(actual.poses[i], trajectory.poses)
+        assert np.array_equal(actual.twists[i], trajectory.twists)
+        assert np.array_equal(last.poses[i], trajectory.poses[-1])
     many = hj.rollout(world, he.Plan(5e-4, 7, record_every=3))
     assert many.poses.shape == (4, 2, 4, 4)
 
@@ -567,16 +567,16 @@ def test_batches_of_rollouts_have_the_derivatives_of_single_ones(bounce):
 
 
 def test_steps_by_scan_are_a_rollout(driven):
-    """With controls and forces: the derivative of 20 steps, by their chain rule, is that of the rollout."""
-    # A step by itself does not know the substeps of the one before, so error control would divide it differently.
+    """With controls and forces, the chain rule over 20 steps gives the derivative of the rollout."""
+    # A single step does not have the substeps of the step before, so error control would divide it differently.
     undivided = he.Accuracy(1e9, 1e9)
     plan = he.Plan(5e-3, 20, he.Integrator.SDIRK3, record_every=20, accuracy=undivided)
     by = [he.Parameter.friction("ball"), he.Parameter.control("ball", 1)]
     state = hj.initial_state(driven)
 
     def stepped(start, changes):
-        def step(state, taken):
-            return hj.step(driven, plan, state, by, changes, start_step=taken), None
+        def step(state, start_step):
+            return hj.step(driven, plan, state, by, changes, start_step=start_step), None
 
         return flat(jax.lax.scan(step, start, jnp.arange(20))[0])
 
@@ -586,8 +586,8 @@ def test_steps_by_scan_are_a_rollout(driven):
     changes = np.zeros(7)
     assert np.allclose(stepped(state, changes), rolled(state, changes), rtol=0, atol=1e-12)
     for which in range(2):
-        found, expected = (jax.jit(jax.jacrev(it, which))(state, changes) for it in (stepped, rolled))
-        for one, other in zip(jax.tree.leaves(found), jax.tree.leaves(expected)):
+        actual, expected = (jax.jit(jax.jacrev(end, which))(state, changes) for end in (stepped, rolled))
+        for one, other in zip(jax.tree.leaves(actual), jax.tree.leaves(expected)):
             assert np.abs(other).max() > 1e-3
             assert np.allclose(one, other, rtol=0, atol=1e-9 * np.abs(other).max())
 
@@ -596,9 +596,9 @@ def test_the_last_control_acts_after_its_time(driven):
     plan = he.Plan(5e-3, 1)
     state = hj.initial_state(driven)
 
-    def by_interval(interval, taken):
+    def by_interval(interval, start_step):
         by = [he.Parameter.control("ball", interval)]
-        return jax.jacfwd(lambda x: hj.step(driven, plan, state, by, x, start_step=taken).twists[0])(np.zeros(6))
+        return jax.jacfwd(lambda x: hj.step(driven, plan, state, by, x, start_step=start_step).twists[0])(np.zeros(6))
 
     assert np.abs(by_interval(1, 15)).max() > 1e-3
     assert np.abs(by_interval(1, 5)).max() == 0.0
@@ -620,7 +620,7 @@ def test_a_fixed_body_ignores_its_state(bounce):
 
 def test_rollouts_that_end_early_are_nan(bounce, caplog):
     world, _ = bounce
-    # Unstable in the contact: the check ends it.
+    # The stability check ends this rollout in contact.
     plan = he.Plan(4e-2, 20)
     by = [he.Parameter.initial_velocity("ball")]
     changes = np.array([[0.0, 0.0, 20.0], [0.0, 0.0, 0.0]])
@@ -630,8 +630,8 @@ def test_rollouts_that_end_early_are_nan(bounce, caplog):
     def end(change):
         return hj.final_state(world, plan, by, change).poses[0, :3, 3]
 
-    found, slopes = jax.jit(jax.vmap(end))(changes), jax.jit(jax.vmap(jax.jacrev(end)))(changes)
-    assert np.isfinite(found[0]).all() and np.isnan(found[1]).all()
+    actual, slopes = jax.jit(jax.vmap(end))(changes), jax.jit(jax.vmap(jax.jacrev(end)))(changes)
+    assert np.isfinite(actual[0]).all() and np.isnan(actual[1]).all()
     assert np.isfinite(slopes[0]).all() and np.isnan(slopes[1]).all()
     assert "1 of 2 rows" in caplog.text
 
@@ -643,7 +643,7 @@ def test_value_of_a_rollout_takes_no_derivatives(bounce, monkeypatch):
     def loss(change):
         return jnp.sum(hj.final_state(world, plan, by, change).poses ** 2)
 
-    calls = counted(monkeypatch, _rows.Rollout)
+    calls = counted(monkeypatch, _autodiff.Rollout)
     jax.block_until_ready(jax.jit(loss)(np.zeros(3)))
     assert calls == {"values": 1, "values_and_jacobians": 0, "pullbacks": 0}
     jax.block_until_ready(jax.jit(jax.value_and_grad(loss))(np.zeros(3)))
@@ -658,7 +658,7 @@ def test_without_jax_it_is_said_what_to_install():
 
 def test_the_program_of_the_docstring_runs():
     program = "\n".join(line[4:] for line in hj.__doc__.splitlines() if line.startswith("    "))
-    found = {}
-    exec(program, found)
-    wrench, jacobian = found["pair"].wrench_and_jacobian(he.pose([0.0, 0.0, 0.195]), he.pose())
-    assert (found["force"], found["slope"]) == pytest.approx((wrench[5], jacobian[5, 5]), rel=1e-12)
+    namespace = {}
+    exec(program, namespace)
+    wrench, jacobian = namespace["pair"].wrench_and_jacobian(he.pose([0.0, 0.0, 0.195]), he.pose())
+    assert (namespace["force"], namespace["slope"]) == pytest.approx((wrench[5], jacobian[5, 5]), rel=1e-12)

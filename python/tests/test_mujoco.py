@@ -13,7 +13,8 @@ from hydroelastic import mujoco as soft  # noqa: E402
 
 SKIN = he.Material(1e5, 0.2, 0.4)
 SLIP = 1e-2
-# Of positions (m), velocities (m/s) and rotations beside the world's: the same scheme, so the round-off of 1,000 steps.
+# Deviation of positions (m), velocities (m/s) and rotations from those of a world: the round-off of 1,000 steps of the
+# same scheme.
 WORLD = 1e-12
 DROP = """
 <mujoco>
@@ -63,7 +64,7 @@ def stepped(model, contacts, steps, velocity=(0.0,) * 6):
 
 
 def grounds():
-    """Geoms, shapes and materials of what a ball is dropped on, with the poses of the geoms."""
+    """Grounds that a ball is dropped on: geom, shape, material and pose."""
     hard = he.Material.rigid(0.6)
     slab = he.RigidShape.around(he.Shape.cuboid([2.0, 2.0, 0.2]))
     return {
@@ -76,8 +77,8 @@ def grounds():
 
 @pytest.mark.parametrize("name", grounds())
 def test_a_dropped_ball_agrees_with_a_world(name):
-    """With friction and spin, through a bounce, at the same step: both take symplectic Euler steps."""
-    ground, shape, material, place = grounds()[name]
+    """Compares a bounce with friction and spin. Both programs take symplectic Euler steps of the same length."""
+    ground, shape, material, pose = grounds()[name]
     law = SKIN.combined_with(material, SLIP)
     pair = he.Pair(he.Shape.icosphere(0.1, 2), shape, SKIN.modulus, material.modulus, law)
     model, contacts = drop(pair=pair, ground=ground)
@@ -95,11 +96,11 @@ def test_a_dropped_ball_agrees_with_a_world(name):
         velocity=velocity,
         angular_velocity=spin,
     )
-    floor = he.Body.fixed("floor", pair.shapes[1], material, pose=place)
+    floor = he.Body.fixed("floor", pair.shapes[1], material, pose=pose)
     world = he.World([ball, floor], gravity=[0.0, 0.0, -9.81], slip_tolerance=SLIP)
     end = world.rollout(he.Plan(1e-4, steps, he.Integrator.SYMPLECTIC_EULER, record_every=steps)).run()
     mujoco.mj_kinematics(model, data)
-    # It bounced: it moves up.
+    # The ball has bounced, so it moves up.
     assert data.qvel[2] > 0.1
     assert np.abs(data.qpos[:3] - end.poses[-1, 0, :3, 3]).max() < WORLD
     assert np.abs(data.xmat[1].reshape(3, 3) - end.poses[-1, 0, :3, :3]).max() < WORLD
@@ -144,7 +145,7 @@ def test_a_collision_keeps_momentum():
     end = stepped(model, contacts, 600, velocity)
     assert np.abs(end.qvel[:3] - velocity[:3]).max() > 0.1
     after = momentum(model, end)
-    # The angular one about the common center of mass.
+    # The angular momentum is about the common center of mass.
     assert np.abs(after - before).max() < 1e-12
 
 
@@ -162,10 +163,10 @@ def test_a_collision_keeps_energy_without_dissipation_and_friction():
                 mujoco.mj_step(model, data, round(5e-3 / time_step))
                 gain = max(gain, abs(energy(model, data, contacts) - before))
                 lowest = min(lowest, before - contacts.potential_energy(data))
-        # A good part of it was in the contact.
+        # The contact stored a large part of the energy.
         assert lowest < 0.9 * before
         gains.append(gain / before)
-    # A scheme of first order in the step.
+    # The scheme is of first order in the step.
     assert gains[0] < 5e-3 and gains[1] < 0.6 * gains[0], gains
 
 
@@ -180,7 +181,7 @@ def test_transition_differences_see_the_contact():
         mujoco.mjd_transitionFD(model, data, 1e-6, True, a, None, None, None)
     without = np.zeros((size, size))
     mujoco.mjd_transitionFD(model, data, 1e-6, True, without, None, None, None)
-    # The stiffness in closed form: of the new upward velocity by the height.
+    # Derivative of the new upward velocity with respect to the height, from the stiffness in closed form.
     (pose_a, pose_b), time_step = contacts.poses(data)[0], model.opt.timestep
     twist = np.r_[data.xmat[1].reshape(3, 3) @ data.qvel[3:], data.qvel[:3]]
     _, jacobian = contacts.contacts[0].pair.linearized(pose_a, pose_b, twist)
@@ -198,9 +199,9 @@ def test_generalized_forces_are_the_jacobian_transposed():
     mujoco.mj_forward(model, data)
     (pose_a, pose_b), wrenches = contacts.poses(data)[0], contacts.wrenches(data)[0]
     expected, twists = np.zeros(model.nv), []
-    for index, place, wrench in ((1, pose_a, wrenches[:6]), (2, pose_b, wrenches[6:])):
+    for index, pose, wrench in ((1, pose_a, wrenches[:6]), (2, pose_b, wrenches[6:])):
         linear, angular = np.zeros((3, model.nv)), np.zeros((3, model.nv))
-        mujoco.mj_jac(model, data, linear, angular, place[:3, 3], index)
+        mujoco.mj_jac(model, data, linear, angular, pose[:3, 3], index)
         expected += angular.T @ wrench[:3] + linear.T @ wrench[3:]
         twists.append(np.r_[angular @ data.qvel, linear @ data.qvel])
     by_pair = contacts.contacts[0].pair.wrench(pose_a, pose_b, *twists)
@@ -213,22 +214,23 @@ def test_generalized_forces_are_the_jacobian_transposed():
 def test_carriers_are_where_mujoco_has_them():
     model, _ = drop()
     pair = ball_pair()
-    carriers = [soft.geom("ball"), soft.body("ball"), soft.site("inside"), soft.body("ball", he.pose([0.1, 0.2, 0.3]))]
-    contacts = soft.PassiveContacts(model, [soft.ContactPair(pair, it, soft.body("world")) for it in carriers])
+    attachments = [soft.geom("ball"), soft.body("ball"), soft.site("inside"), soft.body("ball", he.pose([0.1, 0.2, 0.3]))]
+    pairs = [soft.ContactPair(pair, attachment, soft.body("world")) for attachment in attachments]
+    contacts = soft.PassiveContacts(model, pairs)
     data = mujoco.MjData(model)
     data.qpos[3:] = [0.5, 0.5, 0.5, 0.5]
     mujoco.mj_forward(model, data)
     rotation, center = data.xmat[1].reshape(3, 3), data.xpos[1]
-    places = [center, center, center + rotation @ [0.01, 0.02, 0.03], center + rotation @ [0.1, 0.2, 0.3]]
-    for (found, world), place in zip(contacts.poses(data), places, strict=True):
-        assert np.abs(found[:3, 3] - place).max() < 1e-12
-        assert np.abs(found[:3, :3] - rotation).max() < 1e-12
+    positions = [center, center, center + rotation @ [0.01, 0.02, 0.03], center + rotation @ [0.1, 0.2, 0.3]]
+    for (actual, world), position in zip(contacts.poses(data), positions, strict=True):
+        assert np.abs(actual[:3, 3] - position).max() < 1e-12
+        assert np.abs(actual[:3, :3] - rotation).max() < 1e-12
         assert np.array_equal(world, np.eye(4))
 
 
 def test_models_are_told_apart_and_contexts_end_in_any_order():
     first, second = drop(), drop(order=1)
-    alone = [stepped(*it, 900).qpos.copy() for it in (first, second)]
+    alone = [stepped(*pair, 900).qpos.copy() for pair in (first, second)]
     assert not np.array_equal(*alone)
     data = [mujoco.MjData(model) for model, _ in (first, second)]
     first[1].__enter__()
@@ -239,7 +241,7 @@ def test_models_are_told_apart_and_contexts_end_in_any_order():
     mujoco.mj_step(second[0], data[1], 200)
     second[1].__exit__(None, None, None)
     assert np.array_equal(data[1].qpos, alone[1])
-    # The first fell through after its context had ended.
+    # The first ball fell through the block after its context had ended.
     mujoco.mj_step(first[0], data[0], 200)
     assert data[0].qpos[2] < alone[0][2]
 
@@ -275,14 +277,14 @@ def test_an_error_in_the_block_or_in_the_callback_clears_it():
 def test_threads_step_their_own_data():
     model, contacts = drop()
     expected = stepped(model, contacts, 300).qpos.copy()
-    found = [mujoco.MjData(model) for _ in range(3)]
+    actual = [mujoco.MjData(model) for _ in range(3)]
     with contacts:
-        threads = [threading.Thread(target=mujoco.mj_step, args=(model, data, 300)) for data in found]
+        threads = [threading.Thread(target=mujoco.mj_step, args=(model, data, 300)) for data in actual]
         for thread in threads:
             thread.start()
         for thread in threads:
             thread.join()
-    assert all(np.array_equal(data.qpos, expected) for data in found)
+    assert all(np.array_equal(data.qpos, expected) for data in actual)
 
 
 def test_contacts_of_both_kinds_at_once_are_refused_until_excluded():
@@ -300,7 +302,7 @@ def test_contacts_of_both_kinds_at_once_are_refused_until_excluded():
         drop(more='<contact><pair geom1="ball" geom2="block"/></contact>')
 
 
-# Bits that do not meet, parent and child, and a contact that is switched off: MuJoCo finds none, and so does the check.
+# MuJoCo finds no contact for disjoint contact bits, for parent and child, and with contacts disabled. The check agrees.
 @pytest.mark.parametrize(
     ("geoms", "flag", "expected"),
     [
@@ -383,14 +385,15 @@ def test_a_step_below_the_limit_oscillates_as_the_scheme_does(kind):
         for _ in range(2000):
             mujoco.mj_step(model, data)
             heights.append(data.qpos[2])
-    # At h²k = 2.56 the amplitude of symplectic steps is 1/√(1 − 0.64) times the initial amplitude; RK4 damps.
+    # At h²k = 2.56, symplectic steps reach 1/√(1 − 0.64) times the initial amplitude, and RK4 damps the motion.
     rest = EDGE / 2 - 9.81 / RATE
     assert np.abs(np.array(heights) - rest).max() < 1.001 / 0.6 * (3e-5 - 9.81 / RATE)
 
 
 @pytest.mark.parametrize("kind", LIMITS)
 def test_joint_damping_raises_the_limit_if_it_is_implicit(kind):
-    """A slide joint with the damping rate d: h²k ≤ 4 + 2hd if the damping is implicit, h²k + 2hd ≤ 4 if it is explicit."""
+    """A slide joint with the damping rate d: h²k ≤ 4 + 2hd if the damping is implicit, h²k + 2hd ≤ 4 if it is explicit.
+    """
     rate = 400.0
     root = np.sqrt(rate**2 + 4.0 * RATE)
     limit = (rate + root) / RATE
@@ -426,13 +429,14 @@ def test_steps_above_the_limit_are_taken_on_request():
     assert np.abs(data.qpos[2] - EDGE / 2) > 1e-3
 
 
-# Relative tolerance of the creep: the initial motion decays over 2,000 steps.
+# Relative tolerance of the creep speed. The initial motion decays over 2,000 steps.
 CREEP = 1e-4
 PRESS, WALL_LAW = 20.0, he.SurfaceLaw(0.5, 0.8, 1e-2)
 
 
 def pressed_to_wall(time_step):
-    """A cube pressed to a wall that carries it by friction. Its weight acts where friction does, so that the cube does not turn."""
+    """A cube that is pressed to a wall and carried by friction. Its weight acts at the wall, so that the cube does not
+    turn."""
     model, data, contacts = cube_on_plane(time_step, WALL_LAW, EDGE / 2 - PRESS / RATE, gravity="0 0 0")
     data.xfrc_applied[1] = [-9.81, 0.0, -PRESS, 0.0, 9.81 * EDGE / 2, 0.0]
     return model, data, contacts
@@ -462,7 +466,7 @@ def test_a_block_that_friction_carries_creeps_by_the_law_or_the_step_is_refused(
             mujoco.mj_step(model, data, 2000)
         # Far above the limit, the first steps have already changed the contact.
         assert excess > 2.0 or caught.value.limit == pytest.approx(limit, rel=0.1)
-    # Between both limits the cube chatters, at some slip tolerances.
+    # Between both limits, the cube chatters at a few slip tolerances.
     model, data, contacts = pressed_to_wall(0.8 * limit)
     with contacts:
         mujoco.mj_step(model, data, 2000)
@@ -470,7 +474,8 @@ def test_a_block_that_friction_carries_creeps_by_the_law_or_the_step_is_refused(
 
 
 def test_a_contact_that_begins_deep_within_a_step_adds_no_energy():
-    """The step is below the limit (h²k = 3), but contact begins early in it, so the cube would leave at 1.9 times its speed."""
+    """The step is below the limit (h²k = 3), but contact begins early in the step, so the cube would leave at 1.9 times
+    its speed."""
     time_step, speed = np.sqrt(3.0 / RATE), 0.01
     gap = 0.03 * time_step * speed
     model, data, contacts = cube_on_plane(time_step, height=EDGE / 2 + gap, gravity="0 0 0")
@@ -479,7 +484,7 @@ def test_a_contact_that_begins_deep_within_a_step_adds_no_energy():
         mujoco.mj_step(model, data, 3)
     assert caught.value.step == 1
     assert caught.value.limit == pytest.approx(np.sqrt(2.0 / 0.97 / RATE), rel=0.01)
-    # The same state raises nothing if it was set.
+    # The same state raises no error if it was set.
     model, data, contacts = cube_on_plane(time_step, height=EDGE / 2 + 1.0, gravity="0 0 0")
     with contacts:
         mujoco.mj_step(model, data)
@@ -511,7 +516,7 @@ def test_an_error_in_a_thread_of_mujoco_is_raised_at_the_end():
     with pytest.raises(soft.TimeStepError, match="step 2"), contacts:
         states, _ = rollout.rollout(model, threads, np.stack([state] * 4), nstep=10)
     assert states.shape[:2] == (4, 10)
-    # The next context starts anew.
+    # The next context starts a new history.
     with contacts:
         mujoco.mj_step(model, data)
 

@@ -1,4 +1,4 @@
-"""Every public callable that takes numbers refuses other types, numbers out of range and wrong shapes."""
+"""Every public callable raises errors for numeric arguments of other types, numbers out of range and wrong shapes."""
 
 import ast
 import importlib
@@ -39,47 +39,47 @@ INFINITE = {"materials"}
 
 
 def refused_values(name, value):
-    """Invalid values in place of a valid one, by what is wrong with them."""
+    """Returns invalid values in place of a valid value, by the reason."""
     if isinstance(value, np.ndarray) and value.dtype.kind == "i":
         return {"shape": value[None], "negative": -1 - value, "floats": value.astype(float)}
     if isinstance(value, np.ndarray):
-        found = {"axes": value[None, None], "length": value.ravel()[:-1], "text": value.astype(str), "complex": value * 1j}
+        invalid = {"axes": value[None, None], "length": value.ravel()[:-1], "text": value.astype(str), "complex": value * 1j}
         numbers = {"NaN": np.nan, "infinite": np.inf, "minus infinity": -np.inf}
         if name in NOT_NEGATIVE:
             numbers["negative"] = -1.0
         if name in INFINITE:
             del numbers["infinite"]
-        return found | {what: changed(value, number) for what, number in numbers.items()}
+        return invalid | {what: changed(value, number) for what, number in numbers.items()}
     if isinstance(value, bool | Signed):
         return {"NaN": np.nan, "a fraction": 1.5}
     if isinstance(value, int):
         return {"negative": -1, "NaN": np.nan, "a fraction": 1.5, "text": "1", "a huge integer": 10**400, "a bool": True}
-    found = {"NaN": np.nan, "infinite": np.inf, "minus infinity": -np.inf, "text": "1", "complex": 1j}
-    found |= {"a huge integer": 10**400, "a bool": True}
+    invalid = {"NaN": np.nan, "infinite": np.inf, "minus infinity": -np.inf, "text": "1", "complex": 1j}
+    invalid |= {"a huge integer": 10**400, "a bool": True}
     if isinstance(value, Named):
-        del found["text"]
+        del invalid["text"]
     if isinstance(value, Positive):
-        found["zero"] = 0.0
+        invalid["zero"] = 0.0
     if isinstance(value, Positive | NotNegative):
-        found["negative"] = -1.0
-    return found
+        invalid["negative"] = -1.0
+    return invalid
 
 
 def changed(value, number):
-    found = np.array(value, dtype=np.float64)
-    found.flat[0] = number
-    return found
+    array = np.array(value, dtype=np.float64)
+    array.flat[0] = number
+    return array
 
 
 def huge_values(value):
-    """Values that must either be refused or give finite results."""
+    """Returns values that must either raise an error or give finite results."""
     if isinstance(value, np.ndarray) and value.dtype.kind == "f":
         return [changed(value, HUGE), changed(value, -HUGE)]
     return [HUGE, 1e-308] if isinstance(value, float) else []
 
 
 def numbers_in(value):
-    """All numbers of a result."""
+    """Yields all numbers of a result."""
     if isinstance(value, float | np.ndarray | np.floating):
         yield np.asarray(value, dtype=np.float64)
     elif isinstance(value, dict):
@@ -96,30 +96,30 @@ def numbers_in(value):
 
 
 def check(call, arguments, takes_batches=False):
-    """Checks that a callable accepts valid arguments and refuses every invalid value, one argument at a time."""
-    for found in numbers_in(call(**arguments)):
-        assert np.isfinite(found).all()
+    """Checks that a callable accepts valid arguments and raises an error for every invalid value of each argument."""
+    for numbers in numbers_in(call(**arguments)):
+        assert np.isfinite(numbers).all()
     for name, value in arguments.items():
         for what, bad in refused_values(name, value).items():
             if takes_batches and what == "axes":
                 continue
             try:
-                found = call(**arguments | {name: bad})
+                result = call(**arguments | {name: bad})
             except REFUSED as error:
                 assert str(error), f"{name}: {what}"
             else:
-                pytest.fail(f"{name}: {what}: {bad!r} was taken, and gave {found!r}")
+                pytest.fail(f"{name}: {what}: {bad!r} was accepted, and gave {result!r}")
         for huge in huge_values(value):
             try:
-                found = call(**arguments | {name: huge})
+                result = call(**arguments | {name: huge})
             except REFUSED:
                 continue
-            for numbers in numbers_in(found):
-                assert np.isfinite(numbers).all(), f"{name}: {huge!r} gave {found!r}"
+            for numbers in numbers_in(result):
+                assert np.isfinite(numbers).all(), f"{name}: {huge!r} gave {result!r}"
 
 
 def raised(results):
-    """The results of a batch, unless one of them is an error."""
+    """Returns the results of a batch. Raises the first error among them."""
     for result in results:
         if isinstance(result, he.HydroelasticError):
             raise result
@@ -139,7 +139,7 @@ EYE, TWIST, POINT = np.eye(4), np.full(6, 0.1), np.full(3, 0.1)
 
 
 def cases(folder):
-    """Callables with valid arguments, by name. A suffix in parentheses distinguishes several cases of one callable."""
+    """Returns callables with valid arguments, by name. A suffix in parentheses distinguishes cases of one callable."""
     ball, skin, world, plan = he.Shape.icosphere(0.1, 1), he.Material(1e5), scene(), he.Plan(1e-3, 2)
     rigid = he.RigidShape.around(ball)
     pair = he.Pair(ball, ball, 1e5, 1e5, he.SurfaceLaw(0.1, 0.2))
@@ -157,7 +157,7 @@ def cases(folder):
     stl = folder / "part.obj"
     stl.write_text("".join(f"v {x} {y} {z}\n" for x, y, z in CORNERS) + "".join(f"f {a} {b} {c}\n" for a, b, c in FACES + 1))
     msh = folder / "part.vtk"
-    given = he.Material(1e5)
+    elastic = he.Material(1e5)
 
     def recording(slowdown, targets, radius, paths, camera, at):
         marks = {"targets": {"a": (targets, radius)}, "paths": {"b": paths}, "camera": (camera, at)}
@@ -204,7 +204,7 @@ def cases(folder):
         "HalfSpace": (he.HalfSpace, {"thickness": Positive(0.1)}),
         "Material": (he.Material, {"modulus": Positive(1e5), "dissipation": NotNegative(0.1), "friction": NotNegative(0.1)}),
         "Material.rigid": (he.Material.rigid, {"friction": NotNegative(0.1)}),
-        "Material.combined_with": (lambda **it: given.combined_with(given, **it), {"slip_tolerance": Positive(1e-3)}),
+        "Material.combined_with": (lambda **it: elastic.combined_with(elastic, **it), {"slip_tolerance": Positive(1e-3)}),
         "SurfaceLaw": (
             he.SurfaceLaw,
             {"dissipation": NotNegative(0.1), "friction": NotNegative(0.1), "slip_tolerance": Positive(1e-3)},
@@ -326,13 +326,14 @@ def takes_numbers(annotation):
 def callables_of_the_stub():
     """Returns the numeric arguments of each callable of the compiled module, by name."""
     stub = ast.parse((Path(he.__file__).parent / "_core.pyi").read_text())
-    found = {}
+    numeric_of = {}
 
     def add(name, function):
         arguments = [*function.args.args, *function.args.kwonlyargs]
-        numeric = {it.arg for it in arguments if it.annotation is not None and takes_numbers(it.annotation)}
+        annotated = [argument for argument in arguments if argument.annotation is not None]
+        numeric = {argument.arg for argument in annotated if takes_numbers(argument.annotation)}
         if numeric:
-            found[name] = numeric
+            numeric_of[name] = numeric
 
     for node in stub.body:
         if isinstance(node, ast.FunctionDef) and not node.name.startswith("_"):
@@ -342,19 +343,19 @@ def callables_of_the_stub():
                 add(node.name, method)
             elif isinstance(method, ast.FunctionDef) and not method.name.startswith("_"):
                 add(f"{node.name}.{method.name}", method)
-    return found
+    return numeric_of
 
 
 def callables_of(module):
     """Returns the numeric arguments of each callable of a Python module, by name, without named tuples."""
-    found = {}
+    numeric_of = {}
 
     def add(name, function):
         parameters = inspect.signature(function).parameters.values()
-        annotated = (it for it in parameters if isinstance(it.annotation, str))
-        numeric = {it.name for it in annotated if takes_numbers(ast.parse(it.annotation).body[0])}
+        annotated = (parameter for parameter in parameters if isinstance(parameter.annotation, str))
+        numeric = {parameter.name for parameter in annotated if takes_numbers(ast.parse(parameter.annotation).body[0])}
         if numeric:
-            found[name] = numeric
+            numeric_of[name] = numeric
 
     for name in module.__all__:
         member = getattr(module, name)
@@ -365,15 +366,15 @@ def callables_of(module):
             for method, function in inspect.getmembers(member, inspect.isfunction):
                 if not method.startswith("_"):
                     add(f"{name}.{method}", function)
-    return found
+    return numeric_of
 
 
 def arguments_in(table):
     """Returns the arguments in a table of cases, by callable."""
-    found = {}
+    numeric_of = {}
     for name, (_, arguments) in table.items():
-        found.setdefault(name.split(" (")[0], set()).update(arguments)
-    return found
+        numeric_of.setdefault(name.split(" (")[0], set()).update(arguments)
+    return numeric_of
 
 
 def assert_complete(expected, table, excluded):
@@ -400,9 +401,9 @@ NAMES = sorted(callables_of_the_stub())
 def test_numbers_out_of_range_are_refused(name, tmp_path):
     if name in ("Pair.write_surface", "Shape.read"):
         pytest.importorskip("meshio")
-    found = {case: it for case, it in cases(tmp_path).items() if case.split(" (")[0] == name and it[1]}
-    assert found
-    for call, arguments in found.values():
+    of_name = {case: item for case, item in cases(tmp_path).items() if case.split(" (")[0] == name and item[1]}
+    assert of_name
+    for call, arguments in of_name.values():
         check(call, arguments)
 
 

@@ -1,4 +1,4 @@
-"""The package: its stubs, its README, its import."""
+"""The package: stubs, README files and import."""
 
 import os
 import re
@@ -15,11 +15,11 @@ READMES = [PACKAGE / "README.md", PACKAGE.parent / "README.md"]
 
 
 def test_stubs_fit_the_module():
-    """Those of the compiled part: the modules in Python have their types in themselves."""
+    """The stubs are those of the compiled part. The Python modules have inline types."""
     pytest.importorskip("mypy")
     command = [sys.executable, "-m", "mypy.stubtest", "hydroelastic._core"]
-    found = subprocess.run(command, capture_output=True, text=True, cwd=os.sep)
-    assert found.returncode == 0, found.stdout + found.stderr
+    completed = subprocess.run(command, capture_output=True, text=True, cwd=os.sep)
+    assert completed.returncode == 0, completed.stdout + completed.stderr
 
 
 @pytest.mark.parametrize("readme", READMES, ids=["package", "library"])
@@ -30,7 +30,7 @@ def test_the_programs_of_the_readme_run(readme, tmp_path, monkeypatch):
     for program in programs:
         try:
             exec(compile(program, str(readme), "exec"), {})
-        except ImportError as missing:  # Of an extra.
+        except ImportError as missing:  # The package of an extra is missing.
             assert "hydroelastic[" in str(missing)
 
 

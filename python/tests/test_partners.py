@@ -9,7 +9,7 @@ import pytest
 
 import hydroelastic as he
 
-# Of volumes, forces and moments.
+# Relative round-off of volumes, forces and moments.
 ROUND_OFF = 1e-13
 EDGE, MODULUS, DEPTH = 0.2, 1e6, 0.01
 HARD = he.Material.rigid(0.5)
@@ -26,12 +26,12 @@ def slab():
 
 
 def force_of_cube(depth):
-    """On a face that goes in by a depth on something rigid: the pressure falls off to the edges."""
+    """Force on a face that is pressed into a rigid body by a depth. The pressure decreases towards the edges."""
     return 2.0 * MODULUS / EDGE * (EDGE**2 * depth - 2.0 * EDGE * depth**2 + 4.0 * depth**3 / 3.0)
 
 
 def grounds():
-    """What there is below z = 0, with a modulus: shapes and poses."""
+    """Shapes, moduli and poses of bodies below z = 0."""
     return [(he.HalfSpace(), None, he.pose()), (slab(), None, he.pose([0.0, 0.0, -0.1]))]
 
 
@@ -60,9 +60,9 @@ def test_a_cube_feels_the_force_of_the_closed_form_and_no_modulus_of_what_is_rig
 def test_a_soft_layer_has_a_modulus():
     layer, modulus, thickness = he.HalfSpace(0.05), 3e5, 0.05
     pair = he.Pair(cube(), layer, MODULUS, modulus)
-    # As springs one after another: the cube goes in by its share of the depth.
-    below, own = modulus / thickness, 2.0 * MODULUS / EDGE
-    expected = force_of_cube(below * DEPTH / (own + below))
+    # Layer and cube act as springs in series, so the cube has a part of the depth.
+    of_layer, of_cube = modulus / thickness, 2.0 * MODULUS / EDGE
+    expected = force_of_cube(of_layer * DEPTH / (of_cube + of_layer))
     wrench, jacobian = pair.wrench_and_jacobian(he.pose([0.0, 0.0, EDGE / 2 - DEPTH]), he.pose())
     assert abs(wrench[5] - expected) < 10 * ROUND_OFF * expected
     assert jacobian[5, 13] > 0.0
@@ -114,7 +114,7 @@ def test_a_rigid_shape_has_what_its_surface_encloses():
 
 
 def written(path, shape, unit):
-    """The surface as Wavefront or as ASCII STL, in the unit (m)."""
+    """Writes the surface as Wavefront or ASCII STL, in a unit (m)."""
     corners = shape.vertices / unit
     if path.suffix == ".obj":
         lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in corners.tolist()]
@@ -175,7 +175,7 @@ def test_what_is_refused(tmp_path):
             he.Pair(a, b, 1e5, 1e5)
     with pytest.raises(TypeError):
         he.Body.fixed("it", 3.0, HARD)
-    # Bodies of which forces move none need no contact.
+    # Two bodies need no contact if neither is dynamic.
     assert he.World([floor, he.Body.fixed("wall", shape, HARD)]).ignored == []
 
 
@@ -183,7 +183,7 @@ def test_materials():
     assert HARD == he.Material(None, friction=0.5) != SKIN
     assert HARD.modulus is None and SKIN.modulus == MODULUS
     assert repr(HARD) == "Material(modulus=None, dissipation=0.0, friction=0.5)"
-    # What is rigid dissipates nothing, whatever it says.
+    # A rigid body dissipates nothing, whatever the dissipation of its material.
     law = SKIN.combined_with(he.Material(None, 7.0, 0.4))
     assert law == he.Material(None, 7.0, 0.4).combined_with(SKIN)
     assert law.dissipation == SKIN.dissipation and abs(law.friction - 0.4) < ROUND_OFF
@@ -194,8 +194,8 @@ def test_bodies_give_their_shapes_back():
     kinds = {he.HalfSpace(): HARD, he.HalfSpace(0.3): SKIN, slab(): HARD, cube(): SKIN}
     for shape, material in kinds.items():
         for body in (he.Body.fixed("it", shape, material), he.Body.kinematic("it", shape, material, path)):
-            for it in (body, again(body), he.World([body]).bodies[0], again(he.World([body])).bodies[0]):
-                assert type(it.shape) is type(shape) and repr(it.shape) == repr(shape) and it.material == material
+            for each in (body, again(body), he.World([body]).bodies[0], again(he.World([body])).bodies[0]):
+                assert type(each.shape) is type(shape) and repr(each.shape) == repr(shape) and each.material == material
     tool = he.Body.dynamic("tool", slab(), HARD, density=10.0)
     assert abs(tool.mass - 2.0) < 2.0 * ROUND_OFF and again(tool).mass == tool.mass
 
@@ -212,8 +212,8 @@ def test_what_was_pickled_has_the_bits_of_what_it_was(rigid_world):
         pose_a = he.pose([0.0, 0.0, 0.09])
         assert np.array_equal(again(pair).wrench(pose_a, pose_b), pair.wrench(pose_a, pose_b)) and repr(again(pair)) == repr(pair)
     plan = he.Plan(5e-3, 40, he.Integrator.SDIRK3, record_every=20)
-    expected, found = (it.rollout(plan).run() for it in (rigid_world, again(rigid_world)))
-    assert np.array_equal(expected.poses, found.poses) and np.array_equal(expected.twists, found.twists)
+    expected, actual = (world.rollout(plan).run() for world in (rigid_world, again(rigid_world)))
+    assert np.array_equal(expected.poses, actual.poses) and np.array_equal(expected.twists, actual.twists)
     assert again(rigid_world).ignored == [("block", "ground")]
 
 
@@ -221,10 +221,11 @@ def test_a_rigid_world_moves_and_has_derivatives(rigid_world):
     plan = he.Plan(1e-3, 300, he.Integrator.SDIRK3, record_every=300)
     by = [he.Parameter.initial_velocity("block"), he.Parameter.friction("ground"), he.Parameter.modulus("ball")]
     trajectory, jacobian = rigid_world.jacobian(plan, by)
-    # The block, above the ground's friction, has pushed the ball.
+    # The block, which the ground does not slow down, has pushed the ball.
     assert trajectory.poses[-1, 0, 0, 3] > 0.01
     state = trajectory[-1]
-    assert {tuple(sorted(it.bodies)) for it in rigid_world.contacts(state)} <= {("ball", "block"), ("ball", "ground")}
+    touching = {tuple(sorted(contact.bodies)) for contact in rigid_world.contacts(state)}
+    assert touching <= {("ball", "block"), ("ball", "ground")}
     assert rigid_world.topology(state).polygon_count > 0 and rigid_world.largest_stable_step(state) > 0.0
     assert np.isfinite(jacobian.poses).all() and jacobian.poses[-1, 0, 0, 3].any()
     batch = he.Batch(plan).jacobians([rigid_world] * 2, by)

@@ -1,4 +1,4 @@
-"""What was pickled has the bits of what it was."""
+"""Pickled objects keep all bits."""
 
 import copy
 import pickle
@@ -20,14 +20,14 @@ def same(a, b):
 
 def test_worlds(driven):
     plan = he.Plan(2e-4, 600, record_every=200)
-    # Not the numbers it was made with, so that bits are lost if they can be.
+    # These are not the numbers of the constructor, so any loss of bits shows.
     start = list(driven.rollout(he.Plan(3e-4, 3)))[-1]
     world = driven.replace(start=start).perturbed([he.Parameter.mass("brick")], [0.1 / 3])
     loaded = again(world)
-    expected, found = (it.rollout(plan).run() for it in (world, loaded))
-    same(expected.poses, found.poses)
-    same(expected.twists, found.twists)
-    same(expected.times, found.times)
+    expected, actual = (each.rollout(plan).run() for each in (world, loaded))
+    same(expected.poses, actual.poses)
+    same(expected.twists, actual.twists)
+    same(expected.times, actual.times)
     assert repr(loaded) == repr(world) and loaded.slip_tolerance == world.slip_tolerance
     by = [he.Parameter.control("ball", 1)]
     same(world.jacobian(plan, by)[1].poses, loaded.jacobian(plan, by)[1].poses)
@@ -43,9 +43,9 @@ def test_worlds_with_paths():
     table = he.Body.kinematic("table", he.Shape.cylinder(0.5, 0.1, 24), skin, disk)
     world = he.World([ball, belt, table], gravity=[0.0, 0.0, -9.81], ignoring=[("ball", "table")])
     plan = he.Plan(5e-4, 200)
-    expected, found = (it.rollout(plan).run() for it in (world, again(world)))
-    same(expected.poses, found.poses)
-    same(expected.twists, found.twists)
+    expected, actual = (each.rollout(plan).run() for each in (world, again(world)))
+    same(expected.poses, actual.poses)
+    same(expected.twists, actual.twists)
     assert again(world).ignored == [("ball", "table")]
     assert abs(expected.poses[-1, 1, 0, 3] - 0.03) < 1e-4 and expected.poses[-1, 0, 0, 3] > 1e-3
 
@@ -77,7 +77,7 @@ def test_states_and_trajectories(scene):
     state = trajectory[-2]
     rebuilt = he.State(state.time, state.poses, state.twists)
     plan = he.Plan(2e-4, 50)
-    ends = [scene.rollout(plan, start=it).run()[-1] for it in (state, again(state), rebuilt)]
+    ends = [scene.rollout(plan, start=start).run()[-1] for start in (state, again(state), rebuilt)]
     for end in ends[1:]:
         same(ends[0].poses, end.poses)
         same(ends[0].twists, end.twists)
@@ -140,9 +140,9 @@ def test_integrators_and_parameters_differ_from_one_another():
         assert len(set(values)) == len(values) == len(set(map(repr, values)))
         assert set(map(again, values)) == set(values)
         assert [eval(repr(value), {"Integrator": he.Integrator, "Parameter": he.Parameter}) for value in values] == values
-    assert [he.Plan(1e-3, 1, it).integrator for it in INTEGRATORS] == INTEGRATORS
+    assert [he.Plan(1e-3, 1, integrator).integrator for integrator in INTEGRATORS] == INTEGRATORS
     assert he.Plan(1e-3, 1).integrator == he.Integrator.LEAPFROG
-    assert [it.body for it in PARAMETERS] == ["ball"] * 9 + [None, None]
+    assert [parameter.body for parameter in PARAMETERS] == ["ball"] * 9 + [None, None]
 
 
 def test_forces_by_name(driven):
@@ -151,8 +151,8 @@ def test_forces_by_name(driven):
     loaded = again(world)
     assert loaded.force_parameters == world.force_parameters == {"k": 20.0, "c": 0.1 / 3, "d": 0.2}
     assert repr(loaded.forces) == repr(again(world.forces)) == repr(world.forces)
-    found = again(spring)
-    assert (found.rest_length, found.stiffness, found.damping) == (0.5, "k", "c")
+    actual = again(spring)
+    assert (actual.rest_length, actual.stiffness, actual.damping) == (0.5, "k", "c")
     assert 'stiffness="k"' in repr(spring) and loaded.forces[1].linear == "d"
     plan, by = he.Plan(5e-4, 20), [he.Parameter.force_parameter("c")]
     same(world.jacobian(plan, by)[1].poses, loaded.jacobian(plan, by)[1].poses)
@@ -170,8 +170,10 @@ def test_bodies(driven, bounce):
         same(loaded.twist, body.twist)
         same(loaded.shape.vertices, body.shape.vertices)
     plan = he.Plan(5e-4, 200, record_every=200)
-    expected, found = (he.World(it, gravity=[0.0, 0.0, -9.81]).rollout(plan).run() for it in (bodies, again(bodies)))
-    same(expected.poses, found.poses)
+    expected, actual = (
+        he.World(each, gravity=[0.0, 0.0, -9.81]).rollout(plan).run() for each in (bodies, again(bodies))
+    )
+    same(expected.poses, actual.poses)
     same(again(belt).path.at(0.3)[0], path.at(0.3)[0])
 
 

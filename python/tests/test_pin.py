@@ -1,4 +1,4 @@
-"""hydroelastic.pin: robots of Pinocchio in contact. Differences, and the world of the library, are the oracles."""
+"""hydroelastic.pin: robots of Pinocchio in contact. Finite differences and worlds of the library are the oracles."""
 
 import pickle
 
@@ -11,26 +11,27 @@ pinocchio = pytest.importorskip("pinocchio")
 
 from hydroelastic.pin import ContactPair, Feedback, Robot, TimeStepError  # noqa: E402
 
-# Of derivatives, relative to the largest entry: central differences over steps of 1e-6 have round-off of 1e-10 and more.
+# Error of derivatives, relative to the largest entry. Central differences with steps of 1e-6 have a round-off of at
+# least 1e-10.
 DERIVATIVE = 1e-8
 STEP = 1e-6
 LAW = he.SurfaceLaw(0.3, 0.5, 1e-2)
 
 
 def arm(base=None, links=((0, 0.3), (0, 0.3), (1, 0.2)), name="finger", model=None, start=0):
-    """Hinges about y (0) and x (1), and a frame at the end of the last link."""
+    """An arm with hinges about y (0) and x (1), and a frame at the end of the last link."""
     model = model or pinocchio.Model()
-    joint, place = start, pinocchio.SE3.Identity()
+    joint, placement = start, pinocchio.SE3.Identity()
     for number, (axis, length) in enumerate(links):
         hinge = (pinocchio.JointModelRY(), pinocchio.JointModelRX())[axis]
-        joint = model.addJoint(joint, hinge, base or place, f"{name}{number}")
+        joint = model.addJoint(joint, hinge, base or placement, f"{name}{number}")
         base = None
         middle = pinocchio.SE3(np.eye(3), np.array([0.0, 0.0, -length / 2]))
         model.appendBodyToJoint(joint, pinocchio.Inertia.FromCylinder(1.0, 0.02, length), middle)
-        place = pinocchio.SE3(np.eye(3), np.array([0.0, 0.0, -length]))
-    # Turned: axes of the frame and of the joint differ.
+        placement = pinocchio.SE3(np.eye(3), np.array([0.0, 0.0, -length]))
+    # The rotation makes the axes of the frame and of the joint different.
     turned = pinocchio.SE3(he.pose([0.0, 0.0, 0.0], [0.3, -0.2, 0.5]))
-    model.addFrame(pinocchio.Frame(name, joint, place * turned, pinocchio.FrameType.OP_FRAME))
+    model.addFrame(pinocchio.Frame(name, joint, placement * turned, pinocchio.FrameType.OP_FRAME))
     return model
 
 
@@ -45,21 +46,22 @@ def frame_place(model, name, q):
 
 
 def pressed_arm(law=LAW, order=3):
-    """A fingertip 3 mm deep in a block, sliding."""
+    """A fingertip that slides 3 mm deep in a block."""
     model, state = arm(), (np.array([0.25, -0.45, 0.1]), np.array([0.2, 0.4, -0.3]), np.array([0.5, -0.2, 0.1]))
     pair = he.Pair(he.Shape.icosphere(0.05, order), he.Shape.cuboid([0.6, 0.6, 0.2]), 1e5, 1e6, law)
-    # The shape is off the frame's origin too.
+    # The shape also has an offset from the origin of the frame.
     offset = he.pose([0.004, -0.003, 0.002], [0.1, 0.2, 0.0])
-    place = (frame_pose(model, "finger", state[0]) @ offset)[:3, 3] + [0.013, -0.02, -0.05 + 0.003 - 0.1]
-    return Robot(model, [ContactPair(pair, "finger", pose_a=offset, pose_b=he.pose(place))]), state
+    position = (frame_pose(model, "finger", state[0]) @ offset)[:3, 3] + [0.013, -0.02, -0.05 + 0.003 - 0.1]
+    return Robot(model, [ContactPair(pair, "finger", pose_a=offset, pose_b=he.pose(position))]), state
 
 
 def gripped_ball(ball_is_a=True):
-    """Two arms squeeze a free ball that lies on a floor: contacts of frame and frame, and of frame and world."""
+    """Two arms that squeeze a free ball on a floor, with contacts between two frames, and between a frame and the
+    world."""
     model = arm(pinocchio.SE3(np.eye(3), np.array([0.0, -0.09, 0.6])), name="left")
     model = arm(pinocchio.SE3(np.eye(3), np.array([0.0, 0.09, 0.6])), name="right", model=model)
     joint = model.addJoint(0, pinocchio.JointModelFreeFlyer(), pinocchio.SE3.Identity(), "ball")
-    # With a center of mass beside the joint's origin.
+    # The center of mass is not at the origin of the joint.
     mass = pinocchio.Inertia(0.7, np.array([0.003, -0.002, 0.004]), np.diag([1e-3, 1.2e-3, 0.9e-3]))
     model.appendBodyToJoint(joint, mass, pinocchio.SE3.Identity())
     model.addFrame(pinocchio.Frame("ball", joint, pinocchio.SE3.Identity(), pinocchio.FrameType.OP_FRAME))
@@ -97,7 +99,8 @@ CART = """
 
 
 def driven_cart():
-    """From a URDF: a floating base, whose wheel on a continuous joint (nq 2, nv 1) spins on a floor, and whose runner slides."""
+    """A floating base from a URDF. Its wheel on a continuous joint (nq 2, nv 1) spins on a floor, and its runner
+    slides."""
     model = pinocchio.buildModelFromXML(CART, pinocchio.JointModelFreeFlyer())
     q = pinocchio.integrate(model, pinocchio.neutral(model), np.array([0.1, 0.2, 0.3, 0.05, -0.04, 0.3, 0.8]))
     law = he.SurfaceLaw(0.2, 0.6, 2e-2)
@@ -124,40 +127,41 @@ def case(request):
 
 
 def slopes(function, count, step=STEP):
-    """Central differences of a function of a vector at zero, columns last."""
-    found = [(function(step * unit) - function(-step * unit)) / (2 * step) for unit in np.eye(count)]
-    return np.stack(found, axis=-1)
+    """Computes central differences of a function of a vector at zero. Columns are the last axis."""
+    actual = [(function(step * unit) - function(-step * unit)) / (2 * step) for unit in np.eye(count)]
+    return np.stack(actual, axis=-1)
 
 
-def deviation(exact, found):
-    assert exact.shape == found.shape
-    assert np.abs(found).max() > 0.0
-    return np.abs(exact - found).max() / np.abs(found).max()
+def deviation(exact, actual):
+    assert exact.shape == actual.shape
+    assert np.abs(actual).max() > 0.0
+    return np.abs(exact - actual).max() / np.abs(actual).max()
 
 
 def by_materials(robot, function):
-    """Differences of a function of a robot by each number of each material."""
+    """Computes differences of a function of a robot with respect to each number of each material."""
     materials, columns = robot.materials, []
-    for place in np.ndindex(*materials.shape):
+    for index in np.ndindex(*materials.shape):
         change = np.zeros_like(materials)
-        # Longer than those of a state: a wrench changes little by them, and so has more round-off.
-        change[place] = STEP * (10.0 * materials[place] if place[1] < 2 else 30.0)
+        # These steps are longer than those of a state, because a wrench changes little and so has more round-off.
+        change[index] = STEP * (10.0 * materials[index] if index[1] < 2 else 30.0)
         ends = [function(robot.with_materials(materials + sign * change)) for sign in (1, -1)]
-        columns.append((ends[0] - ends[1]) / (2 * change[place]))
+        columns.append((ends[0] - ends[1]) / (2 * change[index]))
     return np.stack(columns, axis=-1).reshape(*columns[0].shape, *materials.shape)
 
 
-def material_deviation(exact, found):
-    """Moduli, dissipation and friction have units of their own: each by its own scale."""
-    return max(deviation(exact[..., column], found[..., column]) for column in range(4))
+def material_deviation(exact, actual):
+    """Returns the largest deviation. Moduli, dissipation and friction have different units, so each has its own scale.
+    """
+    return max(deviation(exact[..., column], actual[..., column]) for column in range(4))
 
 
 def grounded_arm(shape, modulus):
-    """The same fingertip in what there is at the upper side of that block."""
+    """The same fingertip in a partner whose top is that of the block."""
     robot, state = pressed_arm(order=2)
     contact = robot.contacts[0]
     pair = he.Pair(contact.pair.shapes[0], shape, 1e5, modulus, LAW)
-    # The frame of a half-space is at its surface, that of a rigid block at its center.
+    # The frame of a half-space is at its surface. The frame of a rigid block is at its center.
     up = he.pose([0.0, 0.0, 0.1 if isinstance(shape, he.HalfSpace) else 0.0])
     return Robot(robot.model, [ContactPair(pair, "finger", pose_a=contact.pose_a, pose_b=contact.pose_b @ up)]), state
 
@@ -171,23 +175,23 @@ def test_surroundings_may_be_rigid_and_half_spaces(shape, modulus):
     robot, (q, v, tau) = grounded_arm(shape, modulus)
     model = robot.model
     assert robot.wrenches(q, v)[0, 5] > 0.1
-    found = robot.linearized(q, v, tau)
+    actual = robot.linearized(q, v, tau)
     by_q = slopes(lambda dq: robot.acceleration(pinocchio.integrate(model, q, dq), v, tau), model.nv)
-    assert deviation(found.by_q, by_q) <= DERIVATIVE
+    assert deviation(actual.by_q, by_q) <= DERIVATIVE
     by_v = slopes(lambda dv: robot.acceleration(q, v + dv, tau), model.nv)
-    assert deviation(found.by_v, by_v) <= DERIVATIVE
+    assert deviation(actual.by_v, by_v) <= DERIVATIVE
     if modulus is None:
-        assert robot.materials[0, 1] == np.inf and not found.by_material[..., 1].any()
-        # Any number in its place does the same.
+        assert robot.materials[0, 1] == np.inf and not actual.by_material[..., 1].any()
+        # Any other modulus of B has the same result.
         other = robot.with_materials(np.where(np.isinf(robot.materials), 1e6, robot.materials))
         assert np.array_equal(other.acceleration(q, v, tau), robot.acceleration(q, v, tau))
         robot = other
         by_material = by_materials(robot, lambda other: other.acceleration(q, v, tau))
         assert not by_material[..., 1].any()
-        assert max(deviation(found.by_material[..., k], by_material[..., k]) for k in (0, 2, 3)) <= DERIVATIVE
+        assert max(deviation(actual.by_material[..., k], by_material[..., k]) for k in (0, 2, 3)) <= DERIVATIVE
     else:
         by_material = by_materials(robot, lambda other: other.acceleration(q, v, tau))
-        assert material_deviation(found.by_material, by_material) <= DERIVATIVE
+        assert material_deviation(actual.by_material, by_material) <= DERIVATIVE
     same = pickle.loads(pickle.dumps(robot))
     assert np.array_equal(same.acceleration(q, v, tau), robot.acceleration(q, v, tau))
 
@@ -201,45 +205,46 @@ def test_every_contact_of_the_scenes_presses(case):
 def test_accelerations_by_q_v_and_torques(case):
     robot, (q, v, tau) = case
     model = robot.model
-    found = robot.linearized(q, v, tau)
+    actual = robot.linearized(q, v, tau)
     plain = robot.acceleration(q, v, tau)
-    assert np.abs(found.a - plain).max() <= 1e-12 * np.abs(plain).max()
+    assert np.abs(actual.a - plain).max() <= 1e-12 * np.abs(plain).max()
     by_q = slopes(lambda dq: robot.acceleration(pinocchio.integrate(model, q, dq), v, tau), model.nv)
     by_v = slopes(lambda dv: robot.acceleration(q, v + dv, tau), model.nv)
     by_tau = slopes(lambda change: robot.acceleration(q, v, tau + change), model.nv)
-    assert deviation(found.by_q, by_q) <= DERIVATIVE
-    assert deviation(found.by_v, by_v) <= DERIVATIVE
-    assert deviation(found.by_tau, by_tau) <= DERIVATIVE
+    assert deviation(actual.by_q, by_q) <= DERIVATIVE
+    assert deviation(actual.by_v, by_v) <= DERIVATIVE
+    assert deviation(actual.by_tau, by_tau) <= DERIVATIVE
 
 
 def test_accelerations_by_material(case):
     robot, (q, v, tau) = case
-    found = by_materials(robot, lambda other: other.acceleration(q, v, tau))
-    assert material_deviation(robot.linearized(q, v, tau).by_material, found) <= DERIVATIVE
+    actual = by_materials(robot, lambda other: other.acceleration(q, v, tau))
+    assert material_deviation(robot.linearized(q, v, tau).by_material, actual) <= DERIVATIVE
 
 
 def test_wrenches_by_q_v_and_material(case):
     robot, (q, v, _) = case
     model = robot.model
-    found = robot.linearized_wrenches(q, v)
-    assert np.abs(found.wrenches - robot.wrenches(q, v)).max() <= 1e-12 * np.abs(found.wrenches).max()
+    actual = robot.linearized_wrenches(q, v)
+    assert np.abs(actual.wrenches - robot.wrenches(q, v)).max() <= 1e-12 * np.abs(actual.wrenches).max()
     by_q = slopes(lambda dq: robot.wrenches(pinocchio.integrate(model, q, dq), v), model.nv)
-    assert deviation(found.by_q, by_q) <= DERIVATIVE
-    assert deviation(found.by_v, slopes(lambda dv: robot.wrenches(q, v + dv), model.nv)) <= DERIVATIVE
+    assert deviation(actual.by_q, by_q) <= DERIVATIVE
+    assert deviation(actual.by_v, slopes(lambda dv: robot.wrenches(q, v + dv), model.nv)) <= DERIVATIVE
     by_own = by_materials(robot, lambda other: other.wrenches(q, v))
     for contact in range(len(robot.contacts)):
-        assert material_deviation(found.by_material[contact], by_own[contact, :, contact]) <= DERIVATIVE
+        assert material_deviation(actual.by_material[contact], by_own[contact, :, contact]) <= DERIVATIVE
 
 
 def test_the_velocity_of_a_point_that_moves_is_what_counts():
-    """Pinocchio's derivative of a frame's twist is at a fixed point of the world: taken for the shape's, 3e-3 wrong here."""
+    """Pinocchio differentiates the twist of a frame at a fixed point of the world. For the shape, that is wrong by 3e-3
+    here."""
     robot, (q, v, tau) = pressed_arm()
     model, contact = robot.model, robot.contacts[0]
     frame = model.frames[model.getFrameId("finger")]
-    place = frame.placement * pinocchio.SE3(contact.pose_a)
+    placement = frame.placement * pinocchio.SE3(contact.pose_a)
     data, aligned = model.createData(), pinocchio.ReferenceFrame.LOCAL_WORLD_ALIGNED
     pinocchio.computeForwardKinematicsDerivatives(model, data, q, v, np.zeros(3))
-    _, jacobian = pinocchio.getFrameVelocityDerivatives(model, data, frame.parentJoint, place, aligned)
+    _, jacobian = pinocchio.getFrameVelocityDerivatives(model, data, frame.parentJoint, placement, aligned)
     jacobian = np.vstack([jacobian[3:], jacobian[:3]])
     _, by_all = contact.pair.linearized(*robot.poses(q)[0], jacobian @ v, np.zeros(6))
     lost = np.cross((jacobian[:3] @ v)[:, None], jacobian[3:], axis=0)
@@ -252,11 +257,11 @@ def test_without_contact_it_is_pinocchio_alone():
     robot, (q, v, tau) = pressed_arm()
     model, data = robot.model, robot.model.createData()
     away = q + [0.0, 1.0, 0.0]
-    found = robot.linearized(away, v, tau)
+    actual = robot.linearized(away, v, tau)
     by_q, by_v, by_tau = pinocchio.computeABADerivatives(model, data, away, v, tau)
-    assert np.array_equal(found.by_q, by_q) and np.array_equal(found.by_v, by_v) and np.array_equal(found.by_tau, by_tau)
+    assert np.array_equal(actual.by_q, by_q) and np.array_equal(actual.by_v, by_v) and np.array_equal(actual.by_tau, by_tau)
     assert np.array_equal(robot.acceleration(away, v, tau), pinocchio.aba(model, data, away, v, tau))
-    assert not found.by_material.any() and not robot.wrenches(away, v).any()
+    assert not actual.by_material.any() and not robot.wrenches(away, v).any()
 
 
 def test_wrenches_are_those_of_the_pair_at_the_poses(case):
@@ -292,13 +297,13 @@ def ball_and_floor(velocity, spin):
     model.appendBodyToJoint(joint, pinocchio.Inertia(1.0, center, inertia), pinocchio.SE3.Identity())
     model.addBodyFrame("ball", joint, pinocchio.SE3.Identity(), 0)
     robot = Robot(model, [ContactPair(he.Pair(shape, floor, 1e5, 1e5, skin.combined_with(skin, 1e-2)), "ball")])
-    # Velocities in the ball's axes.
+    # Velocities are in the axes of the ball.
     v = np.concatenate([np.array(velocity) @ pose[:3, :3], np.array(spin) @ pose[:3, :3]])
     return world, robot, pinocchio.SE3ToXYZQUAT(pinocchio.SE3(pose)), v
 
 
 def gap_to_world(velocity, spin, time_step):
-    """Largest difference of the pose after 0.06 s from that of the world, and how far the ball moved."""
+    """Returns the largest difference from the pose of the world after 0.06 s, and the distance that the ball moved."""
     world, robot, q, v = ball_and_floor(velocity, spin)
     steps = round(0.06 / time_step)
     plan = he.Plan(time_step, steps, he.Integrator.SYMPLECTIC_EULER, record_every=steps)
@@ -309,18 +314,20 @@ def gap_to_world(velocity, spin, time_step):
 
 
 def test_a_free_flyer_bounces_as_a_body_of_a_world():
-    """Pinocchio's velocity turns with the body, so the schemes differ in the first order of the step where it spins."""
+    """Pinocchio's velocity turns with the body, so the schemes of a spinning body differ in the first order of the
+    step."""
     coarse, _ = gap_to_world([0.5, 0.1, -0.3], [0.5, -1.0, 2.0], 2e-4)
     fine, moved = gap_to_world([0.5, 0.1, -0.3], [0.5, -1.0, 2.0], 1e-4)
     assert coarse < 2e-5 and fine < 0.51 * coarse, (coarse, fine)
-    # A straight fall on facets hardly spins.
+    # After a straight fall on facets, the ball hardly spins.
     gap, fallen = gap_to_world([0.0, 0.0, -0.3], [0.0, 0.0, 0.0], 2e-4)
     assert gap < 1e-6 and fallen > 0.02
     assert moved > 0.02
 
 
 def resting_ball(depth=9.2e-3):
-    """Returns world, robot, q and the limit of the world for the ball of ``ball_and_floor``, about as deep in the floor as at rest."""
+    """Returns world, robot, q and the limit of the world for the ball of ``ball_and_floor``, about as deep as at rest.
+    """
     world, robot, q, _ = ball_and_floor([0.0, 0.0, 0.0], [0.0, 0.0, 0.0])
     q[2] = 0.2 - depth
     body, floor = world.bodies
@@ -328,7 +335,8 @@ def resting_ball(depth=9.2e-3):
     return world, robot, q, world.largest_stable_step(state)
 
 
-# Relative tolerance of a limit: if two modes are nearly as stiff, the search of the world ends early, at a shorter step.
+# Relative tolerance of a limit. If two modes are almost equally stiff, the search of the world ends early at a shorter
+# step.
 LIMIT = 1e-3
 
 
@@ -360,12 +368,12 @@ def test_rollouts_above_the_limit_raise_and_keep_the_states_before():
 def test_below_the_limit_a_rollout_converges_and_so_do_its_derivatives():
     _, robot, q, limit = resting_ball()
     still, end = np.zeros(6), 0.05
-    found = []
+    actual = []
     for part in (0.8, 0.02):
         steps = round(end / (part * limit))
         motion, jacobian = robot.linearized_rollout(q, still, still, end / steps, steps, record_every=steps)
-        found.append((motion.q[-1, 2], jacobian.by_start[-1]))
-    (coarse, by_start), (fine, of_fine) = found
+        actual.append((motion.q[-1, 2], jacobian.by_start[-1]))
+    (coarse, by_start), (fine, of_fine) = actual
     assert abs(coarse - fine) < 0.1 * abs(fine - q[2])
     # Above the limit, derivatives grow with each step.
     assert np.abs(by_start).max() < 2.0 * np.abs(of_fine).max()
@@ -411,26 +419,26 @@ def test_a_step_to_first_order(case):
     robot, (q, v, tau) = case
     model, nv = robot.model, robot.model.nv
     time_step = 1e-3
-    found = robot.linearized_step(q, v, tau, time_step)
+    actual = robot.linearized_step(q, v, tau, time_step)
     plain = robot.step(q, v, tau, time_step)
-    assert np.allclose(found.q, plain[0], rtol=0.0, atol=1e-13) and np.allclose(found.v, plain[1], rtol=1e-12, atol=1e-13)
+    assert np.allclose(actual.q, plain[0], rtol=0.0, atol=1e-13) and np.allclose(actual.v, plain[1], rtol=1e-12, atol=1e-13)
 
-    def after_a_step(change, torque=np.zeros(nv), robot=robot):
+    def displaced(change, torque=np.zeros(nv), robot=robot):
         start = pinocchio.integrate(model, q, change[:nv])
         after = robot.step(start, v + change[nv:], tau + torque, time_step)
-        return np.r_[pinocchio.difference(model, found.q, after[0]), after[1] - found.v]
+        return np.r_[pinocchio.difference(model, actual.q, after[0]), after[1] - actual.v]
 
     still = np.zeros(2 * nv)
-    assert deviation(found.by_state, slopes(after_a_step, 2 * nv)) <= DERIVATIVE
-    assert deviation(found.by_tau, slopes(lambda torque: after_a_step(still, torque), nv)) <= DERIVATIVE
-    by_material = by_materials(robot, lambda other: after_a_step(still, robot=other))
-    assert material_deviation(found.by_material[nv:], by_material[nv:]) <= DERIVATIVE
-    # A step moves q by the new velocity alone; differences of q itself have the round-off of q.
-    assert material_deviation(found.by_material[:nv], by_material[:nv]) <= 1e-4
+    assert deviation(actual.by_state, slopes(displaced, 2 * nv)) <= DERIVATIVE
+    assert deviation(actual.by_tau, slopes(lambda torque: displaced(still, torque), nv)) <= DERIVATIVE
+    by_material = by_materials(robot, lambda other: displaced(still, robot=other))
+    assert material_deviation(actual.by_material[nv:], by_material[nv:]) <= DERIVATIVE
+    # A step moves q by the new velocity only, and differences of q have the round-off of q.
+    assert material_deviation(actual.by_material[:nv], by_material[:nv]) <= 1e-4
 
 
 def contact_share(robot, motion):
-    """How many of the recorded states are in contact."""
+    """Counts the recorded states in contact."""
     return np.mean([robot.wrenches(q, v).any() for q, v in zip(motion.q, motion.v)])
 
 
@@ -447,8 +455,8 @@ def test_500_steps_with_contact_and_friction():
 
     assert np.abs(end(np.zeros(6)) - np.r_[motion.q[-1], motion.v[-1]]).max() < 1e-10
     assert deviation(jacobian.by_start[-1], slopes(end, 6)) <= DERIVATIVE
-    found = by_materials(robot, lambda other: end(np.zeros(6), other))
-    assert material_deviation(jacobian.by_material[-1], found) <= DERIVATIVE
+    actual = by_materials(robot, lambda other: end(np.zeros(6), other))
+    assert material_deviation(jacobian.by_material[-1], actual) <= DERIVATIVE
 
 
 def test_a_controlled_rollout_by_its_parameters_and_a_quaternion_start():
@@ -475,11 +483,12 @@ def test_a_controlled_rollout_by_its_parameters_and_a_quaternion_start():
         return np.r_[pinocchio.difference(model, motion.q[-1], after.q[-1]), after.v[-1]]
 
     still = np.zeros(2 * nv)
-    # Shorter steps: the curvature of the rollout counts for 2.5e-8 at 1e-6, and for a hundredth of that at 1e-7.
+    # These steps are shorter. The curvature of the rollout contributes 2.5e-8 with steps of 1e-6, and 1 % of that with
+    # 1e-7.
     assert deviation(jacobian.by_start[-1], slopes(end, 2 * nv, 1e-7)) <= DERIVATIVE
-    # Longer ones: 40 steps change by little with the gains, and the round-off of the ball's spin counts.
-    found = slopes(lambda change: end(still, gains + change), 2, 2e-4)
-    assert deviation(jacobian.by_parameters[-1], found) <= DERIVATIVE
+    # These steps are longer, because 40 steps depend little on the gains, and the spin of the ball has round-off.
+    actual = slopes(lambda change: end(still, gains + change), 2, 2e-4)
+    assert deviation(jacobian.by_parameters[-1], actual) <= DERIVATIVE
 
 
 def test_torques_of_each_step():
@@ -506,7 +515,7 @@ def test_energy_is_kept_without_dissipation_and_friction():
         energies = [energy(*state) for state in zip(motion.q, motion.v)]
         drifts.append(np.abs(np.array(energies) - energies[0]).max())
     assert robot.contact_energy(q) > 1e-3
-    # First order in the step, and small beside the energy in the contact.
+    # The change is of first order in the step, and small compared with the energy of the contact.
     assert drifts[0] < 0.05 and drifts[1] < 0.6 * drifts[0], drifts
 
 

@@ -1,18 +1,18 @@
-"""Gradients by a sweep back over a rollout, against the Jacobian of the same steps."""
+"""Gradients of rollouts in reverse mode, compared with the Jacobian of the same steps."""
 
 import numpy as np
 import pytest
 
 import hydroelastic as he
 
-# The same derivatives in another order of rounding, over hundreds of steps: of the largest of a parameter's.
+# Round-off of derivatives over hundreds of steps, relative to the largest derivative with respect to a parameter.
 SAME = 1e-10
 
 PLAN = he.Plan(2e-4, 900, record_every=250)
 
 
 def everything(world):
-    """Parameters of all kinds that the driven scene has."""
+    """Parameters of all kinds in the driven scene."""
     p = he.Parameter
     starts = (p.initial_position, p.initial_orientation, p.initial_velocity, p.initial_angular_velocity, p.mass)
     skins = (p.modulus, p.dissipation, p.friction)
@@ -23,17 +23,17 @@ def everything(world):
 
 def covectors(trajectory, seed=1):
     random = np.random.default_rng(seed)
-    return [random.uniform(-1.0, 1.0, it.shape) for it in (trajectory.poses, trajectory.twists)]
+    return [random.uniform(-1.0, 1.0, array.shape) for array in (trajectory.poses, trajectory.twists)]
 
 
 def product(by_poses, by_twists, jacobian):
     return np.tensordot(by_poses, jacobian.poses, 4) + np.tensordot(by_twists, jacobian.twists, 3)
 
 
-def assert_same(found, expected, by):
-    assert found.shape == expected.shape
-    ends = np.cumsum([it.dimension for it in by])
-    for parameter, one, other in zip(by, np.split(found, ends), np.split(expected, ends)):
+def assert_same(actual, expected, by):
+    assert actual.shape == expected.shape
+    ends = np.cumsum([parameter.dimension for parameter in by])
+    for parameter, one, other in zip(by, np.split(actual, ends), np.split(expected, ends)):
         assert np.abs(other).max() > 0.0, parameter
         assert np.abs(one - other).max() <= SAME * np.abs(other).max(), parameter
 
@@ -79,11 +79,11 @@ def test_worlds_of_a_batch_have_the_bits_of_each(driven):
     by = everything(driven)
     worlds = [driven.perturbed([he.Parameter.friction("ball")], [change]) for change in (0.0, 0.1, -0.1)]
     trajectory = driven.rollout(PLAN).run()
-    by_poses, by_twists = (np.stack(it) for it in zip(*(covectors(trajectory, seed) for seed in range(3))))
-    found = he.Batch(PLAN).vjps(worlds, by, by_poses, by_twists)
-    for world, one, *by_states in zip(worlds, found, by_poses, by_twists):
+    by_poses, by_twists = (np.stack(arrays) for arrays in zip(*(covectors(trajectory, seed) for seed in range(3))))
+    actual = he.Batch(PLAN).vjps(worlds, by, by_poses, by_twists)
+    for world, one, *by_states in zip(worlds, actual, by_poses, by_twists):
         assert np.array_equal(one, world.vjp(PLAN, by, *by_states))
-    assert not np.array_equal(found[0], found[1])
+    assert not np.array_equal(actual[0], actual[1])
 
 
 @pytest.mark.parametrize(
@@ -96,22 +96,22 @@ def test_worlds_of_a_batch_have_the_bits_of_each(driven):
     ],
 )
 def test_reverse_mode_begins_at_as_many_numbers_as_in_the_library(driven, integrator, most):
-    # The numbers of tests/gradient/trajectory_gradients.rs.
+    # tests/gradient/trajectory_gradients.rs has the same numbers.
     plan, by = he.Plan(1e-3, 2, integrator), [he.Parameter.mass("ball")]
     assert not driven._sweeps_back(plan, by * most)
     assert driven._sweeps_back(plan, by * (most + 1))
-    # Two sweeps take about as long as a rollout that carries 96 derivatives.
+    # Two reverse sweeps take about as long as a rollout with 96 derivatives.
     assert driven._sweeps_back(plan, by * 97, 4) and not driven._sweeps_back(plan, by * 97, 5)
 
 
 def test_controls_of_bodies_over_time_are_an_array():
     by = he.Parameter.controls(["a", "b"], 3)
-    assert [repr(it) for it in by[:3]] == [
+    assert [repr(parameter) for parameter in by[:3]] == [
         'Parameter.control("a", 0)',
         'Parameter.control("b", 0)',
         'Parameter.control("a", 1)',
     ]
-    assert sum(it.dimension for it in by) == 3 * 2 * 6
+    assert sum(parameter.dimension for parameter in by) == 3 * 2 * 6
 
 
 def test_what_does_not_fit_is_refused(driven):
@@ -128,5 +128,5 @@ def test_what_does_not_fit_is_refused(driven):
     with pytest.raises(he.HydroelasticError, match='state of body "brick" before step 501 is not finite'):
         driven.vjp(PLAN, by, poses, twists)
     long = he.Plan(0.1, 20)
-    (found,) = he.Batch(long).vjps([driven], by, np.zeros((1, 21, 3, 4, 4)), np.zeros((1, 21, 3, 6)))
-    assert isinstance(found, he.RolloutError)
+    (actual,) = he.Batch(long).vjps([driven], by, np.zeros((1, 21, 3, 4, 4)), np.zeros((1, 21, 3, 6)))
+    assert isinstance(actual, he.RolloutError)

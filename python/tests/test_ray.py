@@ -1,4 +1,4 @@
-"""Batches over a cluster of two nodes on one machine: the same bits, whatever is lost on the way."""
+"""Batches on a Ray cluster of two nodes on one machine. They have the same bits after the loss of workers and nodes."""
 
 import os
 import signal
@@ -14,13 +14,13 @@ os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")
 ray = pytest.importorskip("ray")
 cluster_utils = pytest.importorskip("ray.cluster_utils")
 
-# What a raylet takes for objects; these are small.
+# Object store memory of a raylet (bytes). The objects of these tests are small.
 STORE = 100 << 20
 
 
 @pytest.fixture(scope="module")
 def heard_ctrl_c():
-    """A shell that starts a program in the background has it ignore Ctrl-C, and all that it starts."""
+    """Restores the handler of Ctrl-C, because a shell makes background programs and their children ignore Ctrl-C."""
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     yield
     signal.signal(signal.SIGINT, before)
@@ -46,7 +46,7 @@ def Batch(cluster):
 
 
 def bits(result):
-    """The bytes of a result: of a trajectory, of one with its Jacobian, or of an exception."""
+    """Returns the bytes of a trajectory, of a trajectory with its Jacobian, or of an exception."""
     if isinstance(result, he.RolloutError):
         return (str(result), bits(result.trajectory))
     if isinstance(result, Exception):
@@ -56,8 +56,8 @@ def bits(result):
     return None if result is None else (result.times.tobytes(), result.poses.tobytes(), result.twists.tobytes())
 
 
-def same(found, expected):
-    assert [bits(result) for result in found] == [bits(result) for result in expected]
+def same(actual, expected):
+    assert [bits(result) for result in actual] == [bits(result) for result in expected]
     assert len({bits(result) for result in expected}) > 1
 
 
@@ -65,31 +65,31 @@ BY = [he.Parameter.initial_velocity("ball"), he.Parameter.friction("ball")]
 
 
 def throws(count):
-    """Changes of the velocity and the friction."""
+    """Returns random changes of the velocity and the friction."""
     return np.random.default_rng(3).normal(size=(count, 4)) * [0.5, 0.5, 0.2, 0.0] + [0.0, 0.0, 0.0, 0.1]
 
 
 def test_every_method_has_the_results_of_the_local_batch(Batch, bounce):
     world, plan = bounce
     samples = throws(7)
-    samples[3, 3] = -1.0  # A friction coefficient below zero.
+    samples[3, 3] = -1.0  # This friction coefficient is negative.
     worlds = [world.perturbed(BY, sample) for sample in np.delete(samples, 3, axis=0)]
     states = [other.initial_state for other in worlds]
-    told = []
-    here, there = he.Batch(plan), Batch(plan, chunk=3, progress=lambda done, total: told.append((done, total)))
+    reports = []
+    here, there = he.Batch(plan), Batch(plan, chunk=3, progress=lambda done, total: reports.append((done, total)))
     same(there.rollouts_perturbed(world, BY, samples), here.rollouts_perturbed(world, BY, samples))
     same(there.jacobians_perturbed(world, BY, samples), here.jacobians_perturbed(world, BY, samples))
     same(there.jacobians(worlds, BY), here.jacobians(worlds, BY))
     same(there.rollouts(worlds), here.rollouts(worlds))
     same(there.rollouts_from(world, states), here.rollouts_from(world, states))
-    assert told[:3][-1] == (7, 7) and told[-1] == (6, 6) and len(told) == 3 + 3 + 2 + 2 + 2
+    assert reports[:3][-1] == (7, 7) and reports[-1] == (6, 6) and len(reports) == 3 + 3 + 2 + 2 + 2
     assert isinstance(there.jacobians_perturbed(world, BY, samples)[3], he.HydroelasticError)
     assert there.rollouts([]) == [] and there.plan == plan
 
 
 def test_rollouts_that_end_early_come_back_as_values(Batch, bounce):
     world, _ = bounce
-    plan = he.Plan(5e-2, 60)  # Far above the stable step.
+    plan = he.Plan(5e-2, 60)  # This step is far above the stable step.
     samples = throws(4)
     expected = he.Batch(plan).rollouts_perturbed(world, BY, samples)
     assert any(isinstance(result, he.RolloutError) and len(result.trajectory) > 1 for result in expected)
@@ -109,9 +109,9 @@ def test_bad_arguments_are_refused_as_by_the_local_batch(Batch, bounce):
     for call in calls:
         with pytest.raises((TypeError, ValueError)) as expected:
             call(he.Batch(plan))
-        with pytest.raises(expected.type) as found:
+        with pytest.raises(expected.type) as actual:
             call(Batch(plan))
-        assert str(found.value) == str(expected.value)
+        assert str(actual.value) == str(expected.value)
     with pytest.raises(TypeError, match="World"):
         Batch(plan).rollouts([3])
     with pytest.raises(TypeError, match="progress must be"):
@@ -122,12 +122,12 @@ def test_bad_arguments_are_refused_as_by_the_local_batch(Batch, bounce):
 
 
 def long_batch(world):
-    """A plan, and throws: 12 tasks of 4, each of some tenths of a second."""
+    """Returns a plan and 48 throws, for 12 tasks of a few tenths of a second each."""
     return he.Plan(2e-4, 2500, record_every=500), throws(48)
 
 
 def at_work(process):
-    """Whether a process of Ray runs a part of a batch now: it has the name of its task."""
+    """Returns whether a process of Ray runs a part of a batch now. Its title is then the name of the task."""
     try:
         with open(f"/proc/{process}/cmdline", "rb") as file:
             return file.read().startswith(b"ray::hydroelastic")
@@ -136,7 +136,7 @@ def at_work(process):
 
 
 def descendants(process):
-    """The processes that a process has started, and those that these have."""
+    """Returns the children of a process, and their children."""
     children = []
     for task in os.listdir(f"/proc/{process}/task"):
         try:
@@ -153,23 +153,23 @@ def descendants(process):
 
 
 def raylet(node):
-    """The process of a node that starts its workers."""
+    """Returns the process of a node that starts the workers of the node."""
     (information,) = node.all_processes["raylet"]
     return information.process.pid
 
 
 def working(*nodes):
-    """The workers of nodes that run a part of a batch now."""
+    """Returns the workers of nodes that run a part of a batch now."""
     return [worker for node in nodes for worker in descendants(raylet(node)) if at_work(worker)]
 
 
 def wait_for(condition, seconds=10):
-    """Waits until something is so, and returns it."""
+    """Waits until a condition is true, and returns its value."""
     for _ in range(100 * seconds):
-        if found := condition():
-            return found
+        if value := condition():
+            return value
         time.sleep(1e-2)
-    raise AssertionError(f"it did not happen in {seconds} s")
+    raise AssertionError(f"the condition was not true within {seconds} s")
 
 
 def test_a_killed_worker_costs_nothing_but_time(cluster, Batch, bounce):
@@ -184,9 +184,9 @@ def test_a_killed_worker_costs_nothing_but_time(cluster, Batch, bounce):
             os.kill(at_hand[0], signal.SIGKILL)
             killed.append(at_hand[0])
 
-    found = Batch(plan, chunk=4, progress=kill).jacobians_perturbed(world, BY, samples)
+    actual = Batch(plan, chunk=4, progress=kill).jacobians_perturbed(world, BY, samples)
     assert killed and not at_work(killed[0])
-    same(found, expected)
+    same(actual, expected)
 
 
 def test_what_is_lost_more_often_than_it_is_tried_is_an_exception_and_the_others_go_on(cluster, Batch, bounce):
@@ -200,13 +200,13 @@ def test_what_is_lost_more_often_than_it_is_tried_is_an_exception_and_the_others
             os.kill(at_hand[0], signal.SIGKILL)
             killed.append(at_hand[0])
 
-    found = Batch(plan, chunk=4, max_retries=0, progress=kill).rollouts_perturbed(world, BY, samples)
-    lost = [place for place, result in enumerate(found) if isinstance(result, he.RolloutError)]
+    actual = Batch(plan, chunk=4, max_retries=0, progress=kill).rollouts_perturbed(world, BY, samples)
+    lost = [index for index, result in enumerate(actual) if isinstance(result, he.RolloutError)]
     assert len(lost) == 4 and lost[0] % 4 == 0 and lost[3] == lost[0] + 3
-    assert "worker" in str(found[lost[0]]) and isinstance(found[lost[0]].__cause__, ray.exceptions.WorkerCrashedError)
+    assert "worker" in str(actual[lost[0]]) and isinstance(actual[lost[0]].__cause__, ray.exceptions.WorkerCrashedError)
     expected = he.Batch(plan).rollouts_perturbed(world, BY, samples)
-    left = [place for place in range(len(found)) if place not in lost]
-    same([found[place] for place in left], [expected[place] for place in left])
+    left = [index for index in range(len(actual)) if index not in lost]
+    same([actual[index] for index in left], [expected[index] for index in left])
 
 
 def test_workers_have_one_thread(cluster, Batch, bounce):
@@ -248,7 +248,7 @@ def test_an_exception_of_the_progress_function_and_ctrl_c_end_the_batch(cluster,
         Batch(he.Plan(2e-4, 10), chunk=1, progress=stop).rollouts([world] * 4)
 
 
-# The last of the cluster: it loses a node.
+# This test is the last on the cluster, because a node is lost.
 def test_a_lost_node_costs_nothing_but_time(cluster, Batch, bounce):
     world, _ = bounce
     plan, samples = long_batch(world)
@@ -256,14 +256,14 @@ def test_a_lost_node_costs_nothing_but_time(cluster, Batch, bounce):
     lost = []
 
     def lose(done, total):
-        # A node that is gone has no processes to look at.
+        # A lost node has no processes.
         busy = None if lost else next(filter(working, cluster.ours), None)
         if done >= total // 3 and busy:
             cluster.remove_node(busy, allow_graceful=False)
             lost.append(busy)
 
-    found = Batch(plan, chunk=4, progress=lose).jacobians_perturbed(world, BY, samples)
+    actual = Batch(plan, chunk=4, progress=lose).jacobians_perturbed(world, BY, samples)
     assert lost
-    same(found, expected)
-    # The head and the node that is left; Ray looks for some 14 s before it gives a node up.
+    same(actual, expected)
+    # The head and one node remain. Ray searches for about 14 s before it declares a node dead.
     wait_for(lambda: sum(node["Alive"] for node in ray.nodes()) == 2, seconds=60)

@@ -1,4 +1,4 @@
-"""What is refused, with which exception and reason."""
+"""Errors of invalid arguments: types of exceptions and reasons."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Derivatives of contacts by the shapes of their bodies, against differences and against each other."""
+"""Derivatives of contacts with respect to shapes, compared with differences and with each other."""
 
 import pickle
 
@@ -7,14 +7,14 @@ import pytest
 
 import hydroelastic as he
 
-# Second-order differences of wrenches of some 10 N over steps of 1e-7 m.
+# Error of second-order differences of wrenches of about 10 N with steps of 1e-7 m.
 DIFFERENCES = 1e-6
-# Sums in another order.
+# Round-off of sums in another order.
 ROUNDING = 1e-12
 
 
 def reshaped(shape, moves, changes):
-    """The shape with its vertices moved, and its extents changed."""
+    """Returns the shape with moved vertices and changed extents."""
     return he.Shape(shape.vertices + moves, shape.tets, shape.extents + changes, inert_tets=True)
 
 
@@ -30,24 +30,24 @@ def test_gradients_are_those_of_differences(ball_on_block, twists, by_wrenches, 
     gradients = pair.shape_gradients(pose_a, pose_b, by_wrenches, *motion)
     random = np.random.default_rng(2)
     for side in range(2):
-        shape, found = pair.shapes[side], gradients[side]
-        assert found.by_vertices.shape == shape.vertices.shape and found.by_extents.shape == shape.extents.shape
+        shape, actual = pair.shapes[side], gradients[side]
+        assert actual.by_vertices.shape == shape.vertices.shape and actual.by_extents.shape == shape.extents.shape
         moves = random.uniform(-1.0, 1.0, shape.vertices.shape)
-        # The surface stays at 0.
+        # The extents of the surface stay 0.
         changes = np.where(shape.extents > 0.0, random.uniform(-1.0, 1.0, shape.extents.shape), 0.0)
         for along, step, expected in (
-            ((moves, 0.0 * changes), 1e-7, np.sum(moves * found.by_vertices)),
-            ((0.0 * moves, changes), 1e-6, np.sum(changes * found.by_extents)),
+            ((moves, 0.0 * changes), 1e-7, np.sum(moves * actual.by_vertices)),
+            ((0.0 * moves, changes), 1e-6, np.sum(changes * actual.by_extents)),
         ):
 
             def value(sign):
                 shapes = list(pair.shapes)
-                shapes[side] = reshaped(shape, *(sign * step * it for it in along))
+                shapes[side] = reshaped(shape, *(sign * step * direction for direction in along))
                 return by_wrenches @ he.Pair(*shapes, *pair.moduli, pair.law).wrench(pose_a, pose_b, *motion)
 
             difference = (value(1.0) - value(-1.0)) / (2.0 * step)
             assert abs(difference) > 0.0
-            assert abs(difference - expected) < DIFFERENCES * np.abs(found.by_vertices).sum()
+            assert abs(difference - expected) < DIFFERENCES * np.abs(actual.by_vertices).sum()
 
 
 @pytest.mark.parametrize("moving", [False, True])
@@ -55,8 +55,8 @@ def test_jacobians_by_vertices_are_rows_of_the_gradients(ball_on_block, twists, 
     pair, pose_a, pose_b = ball_on_block
     motion = twists if moving else (None, None)
     gradients = pair.shape_gradients(pose_a, pose_b, by_wrenches, *motion)
-    touched = [np.flatnonzero(np.abs(it.by_vertices).max(1))[:5] for it in gradients]
-    assert all(len(it) > 2 for it in touched)
+    touched = [np.flatnonzero(np.abs(gradient.by_vertices).max(1))[:5] for gradient in gradients]
+    assert all(len(vertices) > 2 for vertices in touched)
     jacobians = pair.vertex_jacobians(pose_a, pose_b, *touched, *motion)
     for vertices, jacobian, gradient in zip(touched, jacobians, gradients):
         assert jacobian.shape == (len(vertices), 12, 3)
@@ -70,11 +70,11 @@ def test_batches_have_the_bits_of_single_calls(ball_on_block, twists, by_wrenche
     pair, pose_a, pose_b = ball_on_block
     many = np.stack([he.moved_pose(pose_a, [0, 0, 0, 0, 0, -1e-4 * k]) for k in range(6)])
     covectors = np.stack([(k + 1) * by_wrenches for k in range(6)])
-    found = pair.shape_gradients(many, pose_b, covectors, *twists)
+    actual = pair.shape_gradients(many, pose_b, covectors, *twists)
     jacobians = pair.vertex_jacobians(many, pose_b, [0, 1], [2], *twists)
     for k in range(6):
         expected = pair.shape_gradients(many[k], pose_b, covectors[k], *twists)
-        for one, other in zip(found, expected):
+        for one, other in zip(actual, expected):
             assert np.array_equal(one.by_vertices[k], other.by_vertices)
             assert np.array_equal(one.by_extents[k], other.by_extents)
         for one, other in zip(jacobians, pair.vertex_jacobians(many[k], pose_b, [0, 1], [2], *twists)):
@@ -85,13 +85,13 @@ def test_empty_batches_and_no_vertices_give_empty_arrays(ball_on_block, by_wrenc
     pair, pose_a, pose_b = ball_on_block
     empty = np.zeros((0, 4, 4))
     for poses, shape in ((pose_a, ()), (np.stack([pose_a] * 5), (5,)), (empty, (0,))):
-        for found in pair.vertex_jacobians(poses, pose_b):
-            assert found.shape == (*shape, 0, 12, 3)
+        for actual in pair.vertex_jacobians(poses, pose_b):
+            assert actual.shape == (*shape, 0, 12, 3)
         by_a, by_b = pair.vertex_jacobians(poses, pose_b, [0, 1])
         assert by_a.shape == (*shape, 2, 12, 3) and by_b.shape == (*shape, 0, 12, 3)
     for call in (pair.wrench, pair.potential_energy, pair.linearized, pair.wrench_and_jacobian):
-        found = call(empty, pose_b)
-        assert all(len(it) == 0 for it in (found if isinstance(found, tuple) else (found,)))
+        actual = call(empty, pose_b)
+        assert all(len(array) == 0 for array in (actual if isinstance(actual, tuple) else (actual,)))
     for gradient in pair.shape_gradients(empty, pose_b, by_wrenches):
         assert gradient.by_vertices.shape[0] == gradient.by_extents.shape[0] == 0
 
@@ -112,12 +112,12 @@ def test_partners_have_the_vertices_of_their_kind(ball_on_block, by_wrenches):
         assert (np.abs(on_partner.by_vertices).max(initial=0.0) > 0.0) == (vertices > 0)
 
 
-@pytest.mark.parametrize("kind", [lambda it: it, he.RigidShape.around])
+@pytest.mark.parametrize("kind", [lambda shape: shape, he.RigidShape.around])
 def test_mass_gradient_is_that_of_differences(kind):
     shape = kind(he.Shape.ellipsoid([0.1, 0.2, 0.3], 1))
     random = np.random.default_rng(3)
     by_mass, by_center, by_inertia = 0.7, random.normal(size=3), random.normal(size=(3, 3))
-    found = shape.mass_gradient(500.0, by_mass, by_center, by_inertia)
+    actual = shape.mass_gradient(500.0, by_mass, by_center, by_inertia)
     moves = random.uniform(-1.0, 1.0, shape.vertices.shape)
 
     def value(step):
@@ -130,7 +130,7 @@ def test_mass_gradient_is_that_of_differences(kind):
         return by_mass * mass + by_center @ center + np.sum(by_inertia * inertia)
 
     difference = (value(1e-6) - value(-1e-6)) / 2e-6
-    assert abs(np.sum(found * moves) - difference) < DIFFERENCES * abs(difference)
+    assert abs(np.sum(actual * moves) - difference) < DIFFERENCES * abs(difference)
 
 
 def test_what_does_not_fit_is_refused(ball_on_block, by_wrenches):
@@ -157,11 +157,11 @@ def test_gradients_can_be_pickled(ball_on_block, by_wrenches):
 
 
 MADE_OF = {
-    "icosphere": (lambda it: he.Shape.icosphere(it[0], 2), lambda it: he.Shape.icosphere_rates(it[0], 2), [0.1]),
-    "ellipsoid": (lambda it: he.Shape.ellipsoid(it, 1), lambda it: he.Shape.ellipsoid_rates(it, 1), [0.1, 0.12, 0.11]),
+    "icosphere": (lambda x: he.Shape.icosphere(x[0], 2), lambda x: he.Shape.icosphere_rates(x[0], 2), [0.1]),
+    "ellipsoid": (lambda x: he.Shape.ellipsoid(x, 1), lambda x: he.Shape.ellipsoid_rates(x, 1), [0.1, 0.12, 0.11]),
     "cuboid": (he.Shape.cuboid, he.Shape.cuboid_rates, [0.2, 0.2, 0.2]),
     "distance_cuboid": (he.Shape.distance_cuboid, he.Shape.distance_cuboid_rates, [0.2, 0.25, 0.3]),
-    "cylinder": (lambda it: he.Shape.cylinder(*it, 7), lambda it: he.Shape.cylinder_rates(*it, 7), [0.1, 0.3]),
+    "cylinder": (lambda x: he.Shape.cylinder(*x, 7), lambda x: he.Shape.cylinder_rates(*x, 7), [0.1, 0.3]),
 }
 
 
@@ -175,18 +175,18 @@ def test_dimensions_of_shapes_equal_differences(kind, ball_on_block, by_wrenches
     assert rates.vertices.shape == (count, *shape.vertices.shape) and rates.extents.shape == (count, len(shape.extents))
     assert rates.ambiguous == []
     gradient, of_block = he.Pair(shape, block, *pair.moduli).shape_gradients(pose_a, pose_b, by_wrenches)
-    found = gradient.along(rates)
-    assert found.shape == (count,)
-    for place in range(count):
+    actual = gradient.along(rates)
+    assert actual.shape == (count,)
+    for index in range(count):
 
         def value(change):
             changed = np.array(dimensions)
-            changed[place] += change
+            changed[index] += change
             return by_wrenches @ he.Pair(make(list(changed)), block, *pair.moduli).wrench(pose_a, pose_b)
 
         difference = (value(1e-7) - value(-1e-7)) / 2e-7
         assert abs(difference) > 0.0
-        assert abs(difference - found[place]) < DIFFERENCES * np.abs(gradient.by_vertices).sum()
+        assert abs(difference - actual[index]) < DIFFERENCES * np.abs(gradient.by_vertices).sum()
     with pytest.raises(he.HydroelasticError, match="the vertices of the rates must have the shape"):
         of_block.along(he.ShapeRates(np.zeros((4, 3)), np.zeros(4)))
 
@@ -196,12 +196,12 @@ def test_rates_of_batches_and_rates_of_one_number(ball_on_block, by_wrenches):
     many = np.stack([he.moved_pose(pose_a, [0, 0, 0, 0, 0, -1e-4 * k]) for k in range(4)])
     gradients, _ = pair.shape_gradients(many, pose_b, by_wrenches)
     rates = he.Shape.ellipsoid_rates([0.1, 0.1, 0.1], 3)
-    found = gradients.along(rates)
-    assert found.shape == (4, 3)
+    actual = gradients.along(rates)
+    assert actual.shape == (4, 3)
     one = he.ShapeRates(rates.vertices[1], rates.extents[1])
-    assert np.allclose(gradients.along(one), found[:, 1], rtol=ROUNDING, atol=0.0)
+    assert np.allclose(gradients.along(one), actual[:, 1], rtol=ROUNDING, atol=0.0)
     single, _ = pair.shape_gradients(many[2], pose_b, by_wrenches)
-    assert np.allclose(single.along(one), found[2, 1], rtol=ROUNDING, atol=0.0)
+    assert np.allclose(single.along(one), actual[2, 1], rtol=ROUNDING, atol=0.0)
     assert he.Shape.distance_cuboid_rates([0.2, 0.2, 0.2]).ambiguous == [8]
 
 
@@ -211,7 +211,7 @@ def test_meshes_below_fields_of_distances_equal_differences(ball_on_block, by_wr
     block = pair.shapes[1]
     random = np.random.default_rng(5)
     solid = he.Shape.icosphere(0.1, 1)
-    # Without symmetries.
+    # The shape has no symmetries.
     vertices = solid.vertices + 1e-3 * random.uniform(-1.0, 1.0, solid.vertices.shape)
     made = he.LinearizedShape(vertices, solid.tets, depth)
     assert made.ambiguous == []
@@ -226,9 +226,9 @@ def test_meshes_below_fields_of_distances_equal_differences(ball_on_block, by_wr
 
     difference = (value(1e-7) - value(-1e-7)) / 2e-7
     scale = DIFFERENCES * np.abs(gradient.by_vertices).sum()
-    found = np.sum(by_mesh * velocities)
-    assert abs(difference - found) < scale
-    assert np.isclose(gradient.along(made.rates(velocities)), found, rtol=0.0, atol=1e-6 * scale)
+    actual = np.sum(by_mesh * velocities)
+    assert abs(difference - actual) < scale
+    assert np.isclose(gradient.along(made.rates(velocities)), actual, rtol=0.0, atol=1e-6 * scale)
     difference = (value(0.0, 1e-7) - value(0.0, -1e-7)) / 2e-7
     assert abs(difference - by_depth) < scale
     assert np.isclose(gradient.along(made.rates_by_depth()), by_depth, rtol=0.0, atol=1e-6 * scale)

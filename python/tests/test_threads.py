@@ -21,39 +21,39 @@ def long_world():
 
 def test_a_batch_of_contacts_has_the_bits_of_a_loop(ball_on_block, twists):
     pair, pose_a, pose_b = ball_on_block
-    poses = np.stack([he.moved_pose(pose_a, [0, 0, 0, 0, 0, -1e-4 * place]) for place in range(40)])
-    moduli = np.array([[1e5 + 1e3 * place, 1e6] for place in range(40)])
+    poses = np.stack([he.moved_pose(pose_a, [0, 0, 0, 0, 0, -1e-4 * index]) for index in range(40)])
+    moduli = np.array([[1e5 + 1e3 * index, 1e6] for index in range(40)])
     wrenches, jacobians = pair.linearized(poses, pose_b, *twists, moduli=moduli)
     assert wrenches.shape == (40, 12) and jacobians.shape == (40, 12, 28)
     elastic, at_rest = pair.wrench_and_jacobian(poses, pose_b)
     energies = pair.potential_energy(poses, pose_b)
-    for place in range(40):
-        wrench, jacobian = pair.linearized(poses[place], pose_b, *twists, moduli=moduli[place])
-        assert wrenches[place].tobytes() == wrench.tobytes()
-        assert jacobians[place].tobytes() == jacobian.tobytes()
-        wrench, jacobian = pair.wrench_and_jacobian(poses[place], pose_b)
-        assert elastic[place].tobytes() == wrench.tobytes()
-        assert at_rest[place].tobytes() == jacobian.tobytes()
-        assert energies[place] == pair.potential_energy(poses[place], pose_b)
+    for index in range(40):
+        wrench, jacobian = pair.linearized(poses[index], pose_b, *twists, moduli=moduli[index])
+        assert wrenches[index].tobytes() == wrench.tobytes()
+        assert jacobians[index].tobytes() == jacobian.tobytes()
+        wrench, jacobian = pair.wrench_and_jacobian(poses[index], pose_b)
+        assert elastic[index].tobytes() == wrench.tobytes()
+        assert at_rest[index].tobytes() == jacobian.tobytes()
+        assert energies[index] == pair.potential_energy(poses[index], pose_b)
     assert len({wrench.tobytes() for wrench in wrenches}) == 40
     assert pair.wrench(np.zeros((0, 4, 4)), pose_b).shape == (0, 12)
-    # Arrays that are not contiguous are read in their own order.
+    # Arrays that are not contiguous are read in the order of their indices.
     assert pair.wrench(poses[::2], pose_b).tobytes() == pair.wrench(poses[::2].copy(), pose_b).tobytes()
 
 
 def test_batches_of_rollouts_have_the_bits_of_a_loop(bounce):
     world, plan = bounce
     by = [he.Parameter.initial_velocity("ball"), he.Parameter.friction("ball")]
-    samples = np.array([[0.1 * place, 0.0, -0.2 * place, 0.01 * place] for place in range(6)])
+    samples = np.array([[0.1 * index, 0.0, -0.2 * index, 0.01 * index] for index in range(6)])
     told = []
     batch = he.Batch(plan, progress=lambda done, total: told.append((done, total)))
     trajectories = batch.rollouts_perturbed(world, by, samples)
     jacobians = batch.jacobians_perturbed(world, by, samples)
     worlds = [world.perturbed(by, sample) for sample in samples]
-    for place, other in enumerate(worlds):
+    for index, other in enumerate(worlds):
         expected = other.rollout(plan).run()
-        assert trajectories[place].poses.tobytes() == expected.poses.tobytes()
-        (trajectory, jacobian), (same, exact) = jacobians[place], other.jacobian(plan, by)
+        assert trajectories[index].poses.tobytes() == expected.poses.tobytes()
+        (trajectory, jacobian), (same, exact) = jacobians[index], other.jacobian(plan, by)
         assert trajectory.poses.tobytes() == same.poses.tobytes()
         assert jacobian.twists.tobytes() == exact.twists.tobytes()
     rollouts = batch.rollouts(worlds)
@@ -101,7 +101,7 @@ def test_other_threads_run_while_a_rollout_does(work):
     is_over.set()
     thread.join()
     during = [tick for tick in ticks if start < tick < end]
-    # One that held the GIL would let the other thread run at its ends alone.
+    # A call that held the GIL would let the other thread run only at its start and end.
     assert end - start > 0.05 and len(during) > 10
 
 
@@ -121,7 +121,7 @@ except KeyboardInterrupt:
 """
 
 
-# A body of 1,000 t spins in a floor: one step has 128 parts, and needs about 10 s of contact evaluations.
+# A body of 1,000 t spins in a floor. One step has 128 substeps, and needs about 10 s of contact evaluations.
 LONG_STEP = """
 import hydroelastic as he, signal
 signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -186,8 +186,8 @@ def test_a_stopped_rollout_can_go_on():
     rollout = long_world().rollout(he.Plan(2e-4, 2_000, record_every=2_000))
     with pytest.raises(ZeroDivisionError):
         rollout.run(progress=lambda done, total: 1 / 0)
-    taken = rollout.steps_taken
-    assert 0 < taken < 2_000
+    steps_taken = rollout.steps_taken
+    assert 0 < steps_taken < 2_000
     rest = rollout.run()
     expected = long_world().rollout(he.Plan(2e-4, 2_000, record_every=2_000)).run()
     assert rollout.steps_taken == 2_000 and rest[-1].poses.tobytes() == expected[-1].poses.tobytes()

@@ -1,4 +1,4 @@
-"""Wrenches, steps and rollouts in PyTorch: derivatives in both modes, batches, refusals."""
+"""Wrenches, steps and rollouts in PyTorch: derivatives in both modes, batches and errors."""
 
 import importlib
 import subprocess
@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import hydroelastic as he
-from hydroelastic import _rows
+from hydroelastic import _autodiff
 
 torch = pytest.importorskip("torch")
 ht = importlib.import_module("hydroelastic.torch")
@@ -16,31 +16,31 @@ forward_ad = torch.autograd.forward_ad
 
 pytestmark = pytest.mark.torch
 
-# Fourth-order differences of wrenches, where no facet begins or ends to touch: what rounding leaves.
+# Round-off of fourth-order differences of wrenches, with no facet that begins or ends contact.
 WRENCH = 1e-9
-# Of rollouts through a bounce: facets come and go, at which the second derivatives jump.
+# Error of differences of rollouts through a bounce. The second derivatives jump as facets begin and end contact.
 ROLLOUT = 1e-7
-# With friction, whose law bends within the slip tolerance.
+# Error with friction, whose law is curved within the slip tolerance.
 FRICTION = 1e-6
-# Entries of a rotation, in another order of rounding.
+# Round-off of the entries of a rotation, computed in another order.
 ROTATION = 1e-15
-# gradcheck compares with second-order differences.
+# gradcheck uses second-order differences.
 CHECK = {"eps": 1e-6, "atol": 1e-5, "rtol": 1e-5, "check_forward_ad": True}
 
-# Turns, moves, spins, velocities, moduli, dissipation, friction: the turns of a ball about itself hardly matter beside
-# others.
+# Kind of each number: rotation, translation, angular velocity, velocity, modulus, dissipation or friction. Rotations of
+# a ball about its center have almost no effect, so each kind has one scale.
 KINDS = np.repeat([0, 1, 0, 1, 2, 3, 2, 3, 4, 5, 6], [3, 3, 3, 3, 3, 3, 3, 3, 2, 1, 1])
-# Of them, those of a contact at rest.
+# Numbers of a contact at rest.
 REST = [*range(12), 24, 25]
 STEPS = np.repeat([1e-5, 1e-4, 1e-3], [12, 12, 4])
 
 
 @pytest.fixture(scope="module")
 def start():
-    """Turns and places of A and B, twists of A and B, moduli in units of 1e5 Pa, and the law."""
-    places = [0.3, -0.2, 0.5, 0.013, 0.021, 0.1921, 0.02, -0.03, 0.01, 0.0, 0.0, 0.0]
+    """Rotation vectors and positions of A and B, twists of A and B, moduli in units of 1e5 Pa, and the law."""
+    poses = [0.3, -0.2, 0.5, 0.013, 0.021, 0.1921, 0.02, -0.03, 0.01, 0.0, 0.0, 0.0]
     twists = [0.1, 0.2, -0.3, 0.5, 0.1, -0.05, 0.0, 0.0, 0.1, 0.0, -0.1, 0.0]
-    return np.array(places + twists + [1.0, 10.0, 0.2, 0.4])
+    return np.array(poses + twists + [1.0, 10.0, 0.2, 0.4])
 
 
 def variable(numbers):
@@ -52,12 +52,12 @@ def poses(numbers):
 
 
 def at_rest(pair):
-    """14 numbers to wrenches in units of 10 N, 10 N m."""
+    """Returns the wrenches at rest, in units of 10 N and 10 N m, as a function of 14 numbers."""
     return lambda numbers: ht.wrench(pair, *poses(numbers), moduli=1e5 * numbers[..., 12:]) / 10
 
 
 def in_motion(pair):
-    """28 numbers to wrenches."""
+    """Returns the wrenches in motion as a function of 28 numbers."""
 
     def wrench(numbers):
         moduli, law = 1e5 * numbers[..., 24:26], numbers[..., 26:]
@@ -67,10 +67,10 @@ def in_motion(pair):
 
 
 def differences(function, at, steps):
-    """The Jacobian by central differences of fourth order."""
+    """Computes the Jacobian by central differences of fourth order."""
     columns = []
-    for place, step in enumerate(np.broadcast_to(steps, at.shape)):
-        unit = step * np.eye(len(at))[place]
+    for column, step in enumerate(np.broadcast_to(steps, at.shape)):
+        unit = step * np.eye(len(at))[column]
         near, far = (
             function(torch.from_numpy(at + k * unit)).numpy() - function(torch.from_numpy(at - k * unit)).numpy()
             for k in (1, 2)
@@ -79,46 +79,46 @@ def differences(function, at, steps):
     return np.stack(columns, -1)
 
 
-def deviation(found, expected, kinds=None):
-    """Relative to the largest entry of a column, or of all columns of its kind."""
+def deviation(actual, expected, kinds=None):
+    """Returns the largest deviation, relative to the largest entry of a column or of all columns of its kind."""
     kinds = np.arange(expected.shape[1]) if kinds is None else kinds
     largest = np.abs(expected).max(0)
     scale = np.array([largest[kinds == kind].max() for kind in kinds])
-    return (np.abs(found - expected).max(0) / scale).max()
+    return (np.abs(actual - expected).max(0) / scale).max()
 
 
 def jacobians(function, at):
-    """In forward and reverse mode."""
+    """Computes the Jacobian in forward and in reverse mode."""
     at = torch.from_numpy(at)
     return torch.func.jacfwd(function)(at).numpy(), torch.func.jacrev(function)(at).numpy()
 
 
-@pytest.mark.parametrize("kind, taken", [(at_rest, REST), (in_motion, range(28))])
-def test_wrench_has_the_derivatives_of_differences(ball_on_block, start, kind, taken):
-    wrench, at, taken = kind(ball_on_block[0]), start[list(taken)], list(taken)
+@pytest.mark.parametrize("kind, columns", [(at_rest, REST), (in_motion, range(28))])
+def test_wrench_has_the_derivatives_of_differences(ball_on_block, start, kind, columns):
+    wrench, at, columns = kind(ball_on_block[0]), start[list(columns)], list(columns)
     forward, reverse = jacobians(wrench, at)
     assert deviation(reverse, forward) < 1e-12
-    assert deviation(differences(wrench, at, STEPS[taken]), forward, KINDS[taken]) < WRENCH
+    assert deviation(differences(wrench, at, STEPS[columns]), forward, KINDS[columns]) < WRENCH
     assert torch.autograd.gradcheck(wrench, variable(at), check_batched_grad=True, **CHECK)
 
 
 def partners():
-    """A rigid half-space, one with a layer and a rigid block: with a modulus, and the height (m) where a ball finds its top."""
+    """Partners of a ball, with their moduli and the height (m) of the frame that puts their top below the ball."""
     block = he.RigidShape.around(he.Shape.cuboid([0.4, 0.4, 0.2]))
     return {"half-space": (he.HalfSpace(), None, 0.1), "layer": (he.HalfSpace(0.05), 1e6, 0.1), "block": (block, None, 0.0)}
 
 
-@pytest.mark.parametrize("kind, taken", [(at_rest, REST), (in_motion, range(28))])
+@pytest.mark.parametrize("kind, columns", [(at_rest, REST), (in_motion, range(28))])
 @pytest.mark.parametrize("name", partners())
-def test_wrench_on_partners_has_the_derivatives_of_differences(start, name, kind, taken):
+def test_wrench_on_partners_has_the_derivatives_of_differences(start, name, kind, columns):
     partner, modulus, height = partners()[name]
     wrench = kind(he.Pair(he.Shape.icosphere(0.1, 3), partner, 1e5, modulus))
-    at, taken = start[list(taken)], list(taken)
+    at, columns = start[list(columns)], list(columns)
     at[11] = height
     forward, reverse = jacobians(wrench, at)
-    assert deviation(reverse, forward, KINDS[taken]) < 1e-12
-    assert forward[:, taken.index(25)].any() == (modulus is not None)
-    assert deviation(differences(wrench, at, STEPS[taken]), forward, KINDS[taken]) < WRENCH
+    assert deviation(reverse, forward, KINDS[columns]) < 1e-12
+    assert forward[:, columns.index(25)].any() == (modulus is not None)
+    assert deviation(differences(wrench, at, STEPS[columns]), forward, KINDS[columns]) < WRENCH
     assert torch.autograd.gradcheck(wrench, variable(at), **CHECK)
 
 
@@ -133,13 +133,13 @@ def test_wrench_has_the_bits_of_the_library(ball_on_block, twists):
     pair, pose_a, pose_b = ball_on_block
     assert np.array_equal(ht.wrench(pair, pose_a, pose_b), pair.wrench(pose_a, pose_b))
     expected = pair.wrench(pose_a, pose_b, *twists, moduli=[2e5, 1e6], law=[0.1, 0.3])
-    found = ht.wrench(pair, torch.from_numpy(pose_a), pose_b, *twists, moduli=[2e5, 1e6], law=[0.1, 0.3])
-    assert np.array_equal(found, expected)
+    actual = ht.wrench(pair, torch.from_numpy(pose_a), pose_b, *twists, moduli=[2e5, 1e6], law=[0.1, 0.3])
+    assert np.array_equal(actual, expected)
     assert np.array_equal(ht.wrench(pair, pose_a, pose_b, twists[0]), pair.wrench(pose_a, pose_b, twists[0]))
 
 
 def counted(monkeypatch, function):
-    """How often its methods are called from now on."""
+    """Counts the calls of the methods of a function."""
     calls = {"values": 0, "values_and_jacobians": 0, "pullbacks": 0}
     for name in calls:
         inner = getattr(function, name)
@@ -156,7 +156,7 @@ def test_a_batch_is_one_call_with_the_same_bits(ball_on_block, monkeypatch):
     pair, pose_a, pose_b = ball_on_block
     many = np.stack([he.moved_pose(pose_a, [0, 0, 0, 0, 0, -1e-4 * k]) for k in range(6)])
     expected = pair.wrench(many, pose_b)
-    calls = counted(monkeypatch, _rows.Wrench)
+    calls = counted(monkeypatch, _autodiff.Wrench)
     assert np.array_equal(ht.wrench(pair, many.reshape(2, 3, 4, 4), pose_b), expected.reshape(2, 3, 12))
     assert calls == {"values": 1, "values_and_jacobians": 0, "pullbacks": 0}
 
@@ -164,9 +164,9 @@ def test_a_batch_is_one_call_with_the_same_bits(ball_on_block, monkeypatch):
         return ht.wrench(pair, pose, pose_b)
 
     tensors = torch.from_numpy(many)
-    for place in (0, 2):
-        moved = tensors.movedim(0, place)
-        assert np.array_equal(torch.func.vmap(wrench, in_dims=place)(moved), expected)
+    for axis in (0, 2):
+        moved = tensors.movedim(0, axis)
+        assert np.array_equal(torch.func.vmap(wrench, in_dims=axis)(moved), expected)
     assert calls == {"values": 3, "values_and_jacobians": 0, "pullbacks": 0}
     alone = torch.func.jacfwd(wrench)(tensors[4]).numpy()
     calls.update(values=0, values_and_jacobians=0)
@@ -179,7 +179,7 @@ def test_a_batch_is_one_call_with_the_same_bits(ball_on_block, monkeypatch):
 
 def test_no_needless_calls(ball_on_block, start, monkeypatch):
     wrench, at = at_rest(ball_on_block[0]), start[REST]
-    calls = counted(monkeypatch, _rows.Wrench)
+    calls = counted(monkeypatch, _autodiff.Wrench)
 
     def calls_of(function):
         calls.update(values=0, values_and_jacobians=0)
@@ -257,7 +257,7 @@ def test_second_derivatives_are_refused(ball_on_block, start, bounce):
     velocity = [he.Parameter.initial_velocity("ball")]
     with pytest.raises(NotImplementedError, match="rollout of hydroelastic has first derivatives only"):
         torch.func.hessian(lambda x: (ht.final_state(world, plan, velocity, x).poses ** 2).sum())(at[:3])
-    # Of what does not pass through the library, they are there.
+    # Functions that do not call the library have second derivatives.
     two = torch.tensor(2.0, dtype=torch.float64)
     assert torch.func.hessian(lambda x: x**2 * loss(at))(two).item() == pytest.approx(2 * loss(at).item())
 
@@ -292,7 +292,7 @@ def test_arguments_of_rollouts_that_are_refused(bounce):
         ht.rollout(world, plan, start_step=3)
     with pytest.raises(TypeError, match="start_step must be an integer"):
         ht.step(world, plan, ht.initial_state(world), start_step=0.5)
-    # Unstable in the contact: the check ends it.
+    # The stability check ends this rollout in contact.
     coarse = he.Plan(4e-2, 20)
     changes = variable([[0.0, 0.0, 20.0], [0.0, 0.0, 0.0]])
     with pytest.raises(he.RolloutError, match="row 1 of 2"):
@@ -328,7 +328,7 @@ def test_rollout_has_the_derivatives_of_differences(bounce, friction, tolerance)
     by = [he.Parameter.initial_position("ball"), he.Parameter.initial_velocity("ball"), he.Parameter.modulus("ball")]
     by += [he.Parameter.dissipation("floor"), he.Parameter.mass("ball"), he.Parameter.gravity()]
     by += [he.Parameter.friction("floor")] if friction else []
-    # The modulus in 1e5 Pa.
+    # The unit of the modulus is 1e5 Pa.
     units = torch.tensor([1.0] * 6 + [1e5] + [1.0] * 5 + [1.0] * friction, dtype=torch.float64)
 
     def run(numbers):
@@ -342,7 +342,7 @@ def test_rollout_has_the_derivatives_of_differences(bounce, friction, tolerance)
 
 
 def ground():
-    """A ball that bounces off a half-space and rubs, with what changes, and units: the modulus in 1e5 Pa."""
+    """A ball that bounces off a half-space with friction, parameters, and their units: 1e5 Pa for the modulus."""
     skin = he.Material(1e5, 0.2, 0.4)
     start = he.pose([0.01, 0.02, 0.13], [0.1, 0.2, 0.3])
     ball = he.Body.dynamic("ball", he.Shape.icosphere(0.1, 1), skin, 1.0, pose=start, velocity=[0.5, 0.1, 0.0])
@@ -393,7 +393,7 @@ def test_gradients_by_many_numbers_are_swept_back(driven, monkeypatch):
 
     at = torch.zeros(14, dtype=torch.float64)
     factors = torch.from_numpy(np.random.default_rng(1).uniform(-1.0, 1.0, run(at).shape))
-    calls = counted(monkeypatch, _rows.Rollout)
+    calls = counted(monkeypatch, _autodiff.Rollout)
     forward = torch.func.jacfwd(run)(at).numpy()
     calls.update(values=0, values_and_jacobians=0, pullbacks=0)
     numbers = variable(at)
@@ -418,18 +418,18 @@ def test_rollouts_have_the_bits_of_the_library(bounce):
     by = [he.Parameter.initial_velocity("ball")]
     changes = np.array([[0.0, 0.0, 0.0], [0.1, -0.2, 0.3], [1.0, 0.0, 0.0]])
     expected = he.Batch(plan).rollouts_perturbed(world, by, changes)
-    found = ht.rollout(world, plan, by, changes)
+    actual = ht.rollout(world, plan, by, changes)
     last = torch.func.vmap(lambda change: ht.final_state(world, plan, by, change))(torch.from_numpy(changes))
-    assert found.poses.shape == (3, 4, 2, 4, 4) and last.twists.shape == (3, 2, 6)
-    for place, trajectory in enumerate(expected):
-        assert np.array_equal(found.poses[place], trajectory.poses)
-        assert np.array_equal(found.twists[place], trajectory.twists)
-        assert np.array_equal(last.poses[place], trajectory.poses[-1])
+    assert actual.poses.shape == (3, 4, 2, 4, 4) and last.twists.shape == (3, 2, 6)
+    for i, trajectory in enumerate(expected):
+        assert np.array_equal(actual.poses[i], trajectory.poses)
+        assert np.array_equal(actual.twists[i], trajectory.twists)
+        assert np.array_equal(last.poses[i], trajectory.poses[-1])
     assert ht.rollout(world, he.Plan(5e-4, 7, record_every=3)).poses.shape == (4, 2, 4, 4)
 
 
 def test_steps_are_a_rollout(driven):
-    """With controls and forces: the derivative of 20 steps, by their chain rule, is that of the rollout."""
+    """With controls and forces, the chain rule over 20 steps gives the derivative of the rollout."""
     plan = he.Plan(5e-3, 20, he.Integrator.SDIRK3, record_every=20)
     by = [he.Parameter.friction("ball"), he.Parameter.control("ball", 1)]
     weights = torch.linspace(-1.0, 1.0, 66, dtype=torch.float64)
@@ -441,8 +441,8 @@ def test_steps_are_a_rollout(driven):
         return [state.poses.grad, state.twists.grad, changes.grad]
 
     def stepped(state, changes):
-        for taken in range(20):
-            state = ht.step(driven, plan, state, by, changes, start_step=taken)
+        for start_step in range(20):
+            state = ht.step(driven, plan, state, by, changes, start_step=start_step)
         return state
 
     def rolled(state, changes):
@@ -459,10 +459,10 @@ def test_compiled_functions_call_the_library(ball_on_block):
     def loss(pose):
         return (ht.wrench(pair, pose, pose_b) ** 2).sum()
 
-    expected, found = variable(pose_a), variable(pose_a)
+    expected, actual = variable(pose_a), variable(pose_a)
     loss(expected).backward()
-    torch.compile(loss, backend="eager")(found).backward()
-    assert np.array_equal(found.grad, expected.grad)
+    torch.compile(loss, backend="eager")(actual).backward()
+    assert np.array_equal(actual.grad, expected.grad)
 
 
 def test_without_torch_it_is_said_what_to_install():
@@ -473,7 +473,7 @@ def test_without_torch_it_is_said_what_to_install():
 
 def test_the_program_of_the_docstring_runs():
     program = "\n".join(line[4:] for line in ht.__doc__.splitlines() if line.startswith("    "))
-    found = {}
-    exec(program, found)
-    _, jacobian = found["pair"].wrench_and_jacobian(he.pose([0.0, 0.0, 0.195]), he.pose())
-    assert found["height"].grad.item() == pytest.approx(jacobian[5, 5], rel=1e-12)
+    namespace = {}
+    exec(program, namespace)
+    _, jacobian = namespace["pair"].wrench_and_jacobian(he.pose([0.0, 0.0, 0.195]), he.pose())
+    assert namespace["height"].grad.item() == pytest.approx(jacobian[5, 5], rel=1e-12)

@@ -1,4 +1,4 @@
-"""Pictures: what is in them, and, with a browser, what is seen."""
+"""Pictures: their content, and their pixels in a browser."""
 
 import base64
 import html
@@ -18,14 +18,14 @@ from hydroelastic import view
 sys.path.insert(0, str(Path(__file__).parent))
 import browser as chromium
 
-# A picture in a notebook.
+# Frame of a picture in a notebook.
 LARGEST = 1_000_000
 # Coordinates are rounded to the 65535th part of a box.
 GRID = 0.5001 / 65535
 
 
 class Content:
-    """What a page holds, unpacked as the viewer does."""
+    """Content of a page, unpacked like in the viewer."""
 
     def __init__(self, page):
         packed = base64.b64decode(re.search("const DATA = '(.*?)'", page)[1])
@@ -34,8 +34,8 @@ class Content:
         self.head = json.loads(data[4 : 4 + length])
         self._data = data[4 + length :]
 
-    def array(self, place):
-        kind, first, count = place
+    def array(self, reference):
+        kind, first, count = reference
         return np.frombuffer(self._data, "<" + kind, count, first)
 
     def points(self, part):
@@ -82,8 +82,8 @@ def test_a_world_has_its_bodies_and_contacts(scene):
     assert [body["name"] for body in content.head["bodies"]] == scene.names
     assert [body["moves"] for body in content.head["bodies"]] == [True, True, False]
     assert len({body["color"] for body in content.head["bodies"]}) == 3
-    found = content.array(content.head["poses"]).reshape(1, 3, 3, 4)
-    assert np.abs(found[0] - poses[:, :3]).max() < 1e-7
+    actual = content.array(content.head["poses"]).reshape(1, 3, 3, 4)
+    assert np.abs(actual[0] - poses[:, :3]).max() < 1e-7
     assert len(content.head["patches"]) == len(scene.contacts(pressed)) > 0
     for body, drawn in zip(scene.bodies, content.head["bodies"], strict=True):
         shape = content.head["shapes"][drawn["shape"]]
@@ -105,10 +105,10 @@ def test_a_half_space_is_a_tile_below_what_moves(rigid_world):
         (layered.show(), layered, 0.05),
     ):
         content = Content(picture.html)
-        places = {body["name"]: body["shape"] for body in content.head["bodies"]}
-        tile = content.head["shapes"][places["ground"]]
+        shape_indices = {body["name"]: body["shape"] for body in content.head["bodies"]}
+        tile = content.head["shapes"][shape_indices["ground"]]
         corners, triangles = content.points(tile), content.array(tile["triangles"]).reshape(-1, 3)
-        solid = he.RigidShape(corners, triangles)  # Closed, and turned outwards.
+        solid = he.RigidShape(corners, triangles)  # The surface is closed and oriented outwards.
         low, high = (np.array(content.head[end]) for end in ("low", "high"))
         width = 2.0 * np.linalg.norm(high - low)
         size = np.ptp(corners, axis=0)
@@ -118,8 +118,8 @@ def test_a_half_space_is_a_tile_below_what_moves(rigid_world):
         pose = world.bodies[-1].pose
         middle = pose[:3, :3] @ (corners.min(axis=0) + corners.max(axis=0)) / 2 + pose[:3, 3]
         assert np.allclose(middle[:2], (low + high)[:2] / 2, atol=1e-4 * width)
-        if "block" in places:
-            block = content.head["shapes"][places["block"]]
+        if "block" in shape_indices:
+            block = content.head["shapes"][shape_indices["block"]]
             shape = rigid_world.bodies[1].shape
             assert np.allclose(content.points(block), shape.vertices, atol=1e-5)
             assert np.array_equal(content.array(block["triangles"]).reshape(-1, 3), shape.triangles)
@@ -129,7 +129,7 @@ def test_a_half_space_is_a_tile_below_what_moves(rigid_world):
 
 def test_bodies_of_the_same_shape_share_it():
     skin, shape = he.Material(1e5), he.Shape.icosphere(0.1, 1)
-    bodies = [he.Body.dynamic(str(place), shape, skin, 1.0, pose=he.pose([place, 0.0, 0.0])) for place in range(3)]
+    bodies = [he.Body.dynamic(str(index), shape, skin, 1.0, pose=he.pose([index, 0.0, 0.0])) for index in range(3)]
     head = Content(he.World(bodies).show().html).head
     assert len(head["shapes"]) == 1 and [body["shape"] for body in head["bodies"]] == [0, 0, 0]
 
@@ -150,10 +150,10 @@ def test_a_trajectory_has_frames_from_the_first_to_the_last(bounce, thrown):
     assert len(thrown) == 101
     content = Content(thrown.show(world, frames=21).html)
     assert content.head["times"] == thrown.times[::5].tolist()
-    touching = [place for place in range(21) if world.contacts(thrown[5 * place])]
+    touching = [index for index in range(21) if world.contacts(thrown[5 * index])]
     assert [patch["frame"] for patch in content.head["patches"]] == touching != []
     greatest = max(
-        contact.surface.pressures.max() for place in touching for contact in world.contacts(thrown[5 * place])
+        contact.surface.pressures.max() for index in touching for contact in world.contacts(thrown[5 * index])
     )
     assert content.head["limit"] == greatest
     assert Content(thrown.show().html).head["bodies"] == []
@@ -173,8 +173,8 @@ def test_meshes_that_take_more_are_told_of():
     rng = np.random.default_rng(0)
     shape = he.Shape.icosphere(0.1, 5)
     noisy = he.Shape(shape.vertices + 1e-4 * rng.normal(size=shape.vertices.shape), shape.tets, shape.extents)
-    others = [he.Shape(noisy.vertices * (1.0 + 1e-3 * place), noisy.tets, noisy.extents) for place in range(9)]
-    world = he.World([he.Body.fixed(str(place), other, he.Material(1e5)) for place, other in enumerate(others)])
+    others = [he.Shape(noisy.vertices * (1.0 + 1e-3 * index), noisy.tets, noisy.extents) for index in range(9)]
+    world = he.World([he.Body.fixed(str(index), other, he.Material(1e5)) for index, other in enumerate(others)])
     with pytest.warns(UserWarning, match="MB"):
         world.show()
 
@@ -219,7 +219,7 @@ def test_bad_arguments_are_refused(bounce, scene, surface, thrown):
 
 
 def lab(colors):
-    """CIELAB coordinates (n, 3) of sRGB colors (n, 3) between 0 and 1, in daylight of 6500 K."""
+    """Converts sRGB colors (n, 3) between 0 and 1 to CIELAB coordinates (n, 3), in daylight of 6500 K."""
     linear = np.where(colors <= 0.04045, colors / 12.92, ((colors + 0.055) / 1.055) ** 2.4)
     to_xyz = np.array(
         [[0.4124564, 0.3575761, 0.1804375], [0.2126729, 0.7151522, 0.0721750], [0.0193339, 0.1191920, 0.9503041]]
@@ -231,11 +231,11 @@ def lab(colors):
 
 def test_the_color_map_is_perceptually_uniform():
     colors = np.array([[int(color[i : i + 2], 16) / 255 for i in (0, 2, 4)] for color in view.PRESSURE_COLORS])
-    places = np.linspace(0, len(colors) - 1, 256)
-    between = np.stack([np.interp(places, range(len(colors)), colors[:, i]) for i in range(3)], axis=1)
+    positions = np.linspace(0, len(colors) - 1, 256)
+    between = np.stack([np.interp(positions, range(len(colors)), colors[:, i]) for i in range(3)], axis=1)
     lightness = lab(between)[:, 0]
     assert (np.diff(lightness) > 0.0).all() and lightness[0] < 20.0 and lightness[-1] > 85.0
-    # Lightness alone tells the pressure: it is nowhere farther from a straight line than 5 of 100.
+    # Lightness alone shows the pressure, because it deviates from a straight line by at most 5 of 100.
     assert np.abs(lightness - np.linspace(lightness[0], lightness[-1], 256)).max() < 5.0
 
 
@@ -249,17 +249,17 @@ def page():
 
 
 def colored(pixels):
-    """How many pixels are neither white, gray nor black."""
+    """Counts the pixels that are not white, gray or black."""
     return int((np.ptp(pixels.astype(int), axis=2) > 40).sum())
 
 
 def wait_for(condition):
-    """Waits until something is so."""
+    """Waits until a condition is true."""
     for _ in range(50):
         if condition():
             return
         time.sleep(0.2)
-    raise AssertionError("it did not happen in 10 s")
+    raise AssertionError("the condition was not true within 10 s")
 
 
 DRAWN = "document.body.dataset.drawn === 'true'"
@@ -271,7 +271,7 @@ def test_a_surface_is_seen_in_the_colors_of_its_pressures(page, surface, tmp_pat
     page.open(tmp_path / "surface.html")
     page.wait_until(DRAWN)
     pixels = page.pixels()
-    # Left of the color bar.
+    # This region is left of the color bar.
     seen = pixels[:, : pixels.shape[1] - 150].reshape(-1, 3).astype(int)
     for color in (view.PRESSURE_COLORS[0], view.PRESSURE_COLORS[8], view.PRESSURE_COLORS[-1]):
         rgb = [int(color[i : i + 2], 16) for i in (0, 2, 4)]
@@ -321,13 +321,13 @@ def test_a_picture_out_of_sight_gives_its_context_back_and_takes_it_again(page, 
     frames = "".join(scene._repr_html_() for _ in range(24))
     (tmp_path / "many.html").write_text(f"<meta charset=utf-8>{frames}", encoding="utf-8")
     page.open(tmp_path / "many.html")
-    for place in (0, 23, 0):
-        page.run(f"document.querySelectorAll('iframe')[{place}].scrollIntoView()")
-        page.enter_frame(place)
+    for index in (0, 23, 0):
+        page.run(f"document.querySelectorAll('iframe')[{index}].scrollIntoView()")
+        page.enter_frame(index)
         page.wait_until(DRAWN)
         page.wait_until("!document.querySelector('canvas').getContext('webgl2').isContextLost()")
         page.leave_frame()
-        # The bodies; without them, the legend and the axes have fewer than a thousand pixels of color.
+        # The bodies are visible. Without them, the legend and the axes have fewer than a thousand colored pixels.
         wait_for(lambda: colored(page.pixels()) > 10_000)
     page.enter_frame(23)
     page.wait_until("document.querySelector('canvas').getContext('webgl2').isContextLost()")
@@ -351,7 +351,7 @@ def test_no_request_leaves_the_page(page, scene, thrown, bounce, tmp_path):
         if name != "free":
             page.wait_until(DRAWN)
         time.sleep(1.0)
-    # The browser asks for some things of its own; what a page asks for has its name.
+    # The browser itself sends some requests. Requests of a page have the name of the page.
     asked = " ".join(page.listener.asked)
     assert "free.invalid" in asked
     assert "world.invalid" not in asked and "throw.invalid" not in asked

@@ -1,4 +1,4 @@
-"""Files of VTK: meshes by meshio, contact surfaces by our own writer."""
+"""VTK files: meshes that meshio reads, and contact surfaces that the package writes."""
 
 import base64
 import sys
@@ -13,13 +13,13 @@ import hydroelastic as he
 MESHES = Path(__file__).parents[2] / "tests" / "data" / "meshes_from_mesher"
 HOSTILE = MESHES.parent / "hostile_files"
 
-# What numbers written as text may be off by.
+# Error of numbers that are written as text.
 TEXT = 1e-10
 
 
-def assert_same(found, expected):
-    assert np.array_equal(found.vertices, expected.vertices) and np.array_equal(found.tets, expected.tets)
-    assert np.array_equal(found.extents, expected.extents)
+def assert_same(actual, expected):
+    assert np.array_equal(actual.vertices, expected.vertices) and np.array_equal(actual.tets, expected.tets)
+    assert np.array_equal(actual.extents, expected.extents)
 
 
 def test_meshes_are_those_of_the_reader_of_gmsh():
@@ -34,11 +34,11 @@ def test_extents_come_from_point_data():
     assert first.tets.shape == (1781, 4) and first.extents.shape == (609,) and first.extents.max() == 1.0
     for name in ("bracket_extents_binary.vtk", "bracket_extents_zlib.vtu"):
         assert_same(he.Shape.read(str(MESHES / name), extents="extent"), first)
-    # Text has some digits less.
+    # Text has fewer digits.
     for name in ("bracket_extents.vtk", "bracket_extents.vtu"):
-        found = he.Shape.read(MESHES / name, "extent")
-        assert np.array_equal(found.tets, first.tets) and np.abs(found.vertices - first.vertices).max() < TEXT
-        assert np.abs(found.extents - first.extents).max() < TEXT
+        actual = he.Shape.read(MESHES / name, "extent")
+        assert np.array_equal(actual.tets, first.tets) and np.abs(actual.vertices - first.vertices).max() < TEXT
+        assert np.abs(actual.extents - first.extents).max() < TEXT
     with pytest.raises(he.HydroelasticError, match=r"no point-data array 'position' with one number.*only \['extent'\]"):
         he.Shape.read(MESHES / "bracket_extents.vtk", "position")
 
@@ -96,23 +96,23 @@ def test_a_file_that_is_not_there_is_said_to_be_so(tmp_path):
 
 
 def arrays_of(path):
-    """The arrays of a .vtp file, by where they are and their names."""
-    found = {}
+    """Returns the arrays of a .vtp file, by their group and name."""
+    actual = {}
     for group in ElementTree.parse(path).getroot().find("PolyData/Piece"):
         for array in group.findall("DataArray"):
             data = base64.b64decode(array.text)
             assert int.from_bytes(data[:8], "little") == len(data) - 8
             values = np.frombuffer(data[8:], {"Float64": "<f8", "Int64": "<i8"}[array.get("type")])
             columns = int(array.get("NumberOfComponents"))
-            found[group.tag, array.get("Name")] = values.reshape(-1, columns) if columns > 1 else values
-    return found
+            actual[group.tag, array.get("Name")] = values.reshape(-1, columns) if columns > 1 else values
+    return actual
 
 
 def test_surfaces_of_xml_hold_polygons_and_pressures(ball_on_block, tmp_path):
     pair, pose_a, pose_b = ball_on_block
     surface = pair.surface(pose_a, pose_b)
     pair.write_surface(tmp_path / "surface.vtp", pose_a, pose_b)
-    found = arrays_of(tmp_path / "surface.vtp")
+    actual = arrays_of(tmp_path / "surface.vtp")
     expected = {
         ("PointData", "pressure"): surface.pressures,
         ("CellData", "pressure"): surface.mean_pressures,
@@ -122,9 +122,9 @@ def test_surfaces_of_xml_hold_polygons_and_pressures(ball_on_block, tmp_path):
         ("Polys", "connectivity"): np.arange(len(surface.vertices)),
         ("Polys", "offsets"): surface.offsets[1:],
     }
-    assert found.keys() == expected.keys()
+    assert actual.keys() == expected.keys()
     for key, values in expected.items():
-        assert np.array_equal(found[key], values), key
+        assert np.array_equal(actual[key], values), key
     assert [path.name for path in tmp_path.iterdir()] == ["surface.vtp"]
 
 

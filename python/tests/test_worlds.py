@@ -1,4 +1,4 @@
-"""Worlds: what they tell, paths, reports, files."""
+"""Worlds: attributes, paths, reports and files."""
 
 import numpy as np
 import pytest
@@ -62,7 +62,7 @@ def test_energies_contacts_and_stable_steps(bounce):
     assert world.topology(pressed).touches(0, 1)
     assert world.topology(pressed).changes_since(world.topology(world.initial_state)) == len(contact.surface)
     step = world.largest_stable_step(pressed)
-    # Friction sets this limit, but the check leaves friction out.
+    # Friction determines this limit, but the check ignores friction.
     assert 1e-5 < step < 1.0 and world.largest_stable_step(world.initial_state) is None
     with pytest.raises(he.RolloutError, match="the stability limit of the contacts"):
         world.rollout(he.Plan(32 * step, 3), start=pressed).run()

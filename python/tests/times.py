@@ -1,4 +1,4 @@
-"""Prints what calls take, beside examples/contact_times.rs: python tests/times.py."""
+"""Prints times of calls, for comparison with examples/contact_times.rs: python tests/times.py."""
 
 import subprocess
 import sys
@@ -10,7 +10,7 @@ import hydroelastic as he
 
 
 def least(function, count=3000):
-    """The least of so many times (µs)."""
+    """Returns the minimum time of a function over ``count`` calls (µs)."""
     times = []
     for _ in range(count):
         start = time.perf_counter()
@@ -41,7 +41,7 @@ apart = he.pose([5.0, 0.0, 0.0])
 print(f"bodies apart: {least(lambda: pair.wrench(apart, pose_b), 20_000):.2f}")
 
 pair = he.Pair(he.Shape.icosphere(0.1, 3), block, 1e5, 1e6)
-poses = np.stack([he.moved_pose(pose_a, [0, 0, 0, 0, 0, -1e-5 * place]) for place in range(400)])
+poses = np.stack([he.moved_pose(pose_a, [0, 0, 0, 0, 0, -1e-5 * index]) for index in range(400)])
 batch = least(lambda: pair.wrench_and_jacobian(poses, pose_b), 30) / 400
 loop = least(lambda: [pair.wrench_and_jacobian(pose, pose_b) for pose in poses], 30) / 400
 print(f"400 contacts with Jacobians, each: loop {loop:.2f}, batch {batch:.2f}")

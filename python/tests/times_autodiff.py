@@ -1,4 +1,4 @@
-"""Prints what calls through JAX and PyTorch take, of those that are installed: python tests/times_autodiff.py."""
+"""Prints times of calls through JAX and PyTorch, if they are installed: python tests/times_autodiff.py."""
 
 import importlib.util
 import time
@@ -9,7 +9,7 @@ import hydroelastic as he
 
 
 def least(function, count=3000):
-    """The least of so many times (µs), after some calls that do not count."""
+    """Returns the minimum time of a function over ``count`` calls (µs), after 20 warm-up calls."""
     times = []
     for _ in range(count + 20):
         start = time.perf_counter()
@@ -24,7 +24,7 @@ pair = he.Pair(he.Shape.icosphere(0.1, 3), he.Shape.cuboid([0.4, 0.4, 0.2]), 1e5
 pose_a = he.pose([0.013, 0.021, 0.1921], [0.3, -0.2, 0.5])
 pose_b = he.pose([0.0, 0.0, 0.0], [0.02, -0.03, 0.01])
 twist = np.array([0.1, 0.2, -0.3, 0.5, 0.1, -0.05])
-many = np.stack([he.moved_pose(pose_a, [0, 0, 0, 0, 0, -1e-6 * place]) for place in range(1000)])
+many = np.stack([he.moved_pose(pose_a, [0, 0, 0, 0, 0, -1e-6 * index]) for index in range(1000)])
 
 skin = he.Material(1e5, 0.2, 0.4)
 ball = he.Body.dynamic("ball", he.Shape.icosphere(0.1, 2), skin, 1.0, pose=he.pose([0, 0, 0.4]), velocity=[0.5, 0, 0])
@@ -80,7 +80,8 @@ def jax_times():
 
 
 def times_by_controls():
-    """A ball that is pushed over a half-space for 1,000 steps, and the gradient by the 6,000 numbers of its controls."""
+    """Times 1,000 steps of a ball that is pushed over a half-space, and the gradient with respect to its 6,000 control
+    numbers."""
     import jax
     import jax.numpy as jnp
 
@@ -101,7 +102,7 @@ def times_by_controls():
     plain = least(lambda: world.rollout(plan).run(), 10)
     gradient = jax.jit(jax.value_and_grad(effort_and_miss))
     both = least(lambda: jax.block_until_ready(gradient(at)), 10)
-    print(f"1,000 steps of contact: {1e-3 * plain:.1f} ms, value and gradient by 6,000 numbers {1e-3 * both:.1f} ms")
+    print(f"1,000 steps of contact: {1e-3 * plain:.1f} ms, value and gradient (6,000 numbers) {1e-3 * both:.1f} ms")
 
 
 def torch_times():

@@ -1,4 +1,4 @@
-"""Prints what accelerations of a robot in contact and their derivatives take: python tests/times_pin.py."""
+"""Prints times of accelerations of a robot in contact and of their derivatives: python tests/times_pin.py."""
 
 import time
 
@@ -8,14 +8,15 @@ from hydroelastic.pin import Robot
 
 
 def least(functions, count=2000):
-    """The least of so many times (µs) of each, in turn: what else runs here slows all of them."""
-    found = [float("inf")] * len(functions)
+    """Returns the minimum time of each function over ``count`` calls (µs). The functions alternate, so that other
+    programs slow all of them."""
+    times = [float("inf")] * len(functions)
     for _ in range(count):
-        for place, function in enumerate(functions):
+        for index, function in enumerate(functions):
             start = time.perf_counter()
             function()
-            found[place] = min(found[place], 1e6 * (time.perf_counter() - start))
-    return found
+            times[index] = min(times[index], 1e6 * (time.perf_counter() - start))
+    return times
 
 
 for order in range(1, 5):
@@ -27,7 +28,7 @@ for order in range(1, 5):
     states = {"checked": (q, v), "unchecked": (q, v)}
 
     def go_on(name, of):
-        # Each step goes on from the last one, since the first step of a rollout costs more.
+        # Each step continues from the last step, because the first step of a rollout costs more.
         states[name] = of.step(*states[name], tau, 1e-7)
 
     moved = (*contact.poses, *contact.twists)

@@ -1,17 +1,19 @@
 """Differentiable pressure-field (hydroelastic) contact between soft-skinned rigid bodies.
 
-Conventions, everywhere:
+All functions and classes share these conventions:
 
-- SI units, world frame.
-- Poses are (4, 4) float64 arrays that map coordinates in a body frame to the world; n poses are (n, 4, 4).
-- 6-vectors have the angular part first: wrenches are (torque, force), twists (angular, linear).
-- Derivatives by a pose are by a twist in world axes: the body turns about its own origin, which moves (``moved_pose``).
-- The normal of a contact points out of B into A; the wrench on B is the negative of that on A about the same point.
-- Arrays have type float64 or integer, or are lists of numbers. Other types are refused, because a conversion
-  would lose digits silently.
-- Numbers that are not finite or out of range are refused, and so are arguments for which a result would not be finite.
-
-What the library refuses raises ``HydroelasticError``, a ``ValueError``; an array of another type raises ``TypeError``.
+- Quantities have SI units and are in the world frame, unless the documentation names another frame.
+- A pose is a (4, 4) array of float64 that maps coordinates in a body frame to the world. n poses are an (n, 4, 4)
+  array.
+- 6-vectors have the angular part first: a wrench is (torque, force), and a twist is (angular, linear).
+- Derivatives with respect to a pose are with respect to a twist in world axes. The body turns about the origin of its
+  frame, and the origin moves (``moved_pose``).
+- The normal of a contact points out of B into A. The wrench on B is the negative of the wrench on A about the same
+  point.
+- Arguments are arrays of integers or of floats of up to 64 bits, or lists of numbers. Other types raise ``TypeError``,
+  because a conversion to float64 could lose digits silently.
+- Numbers that are not finite or out of range raise ``HydroelasticError``, a ``ValueError``. So do arguments for which a
+  result would not be finite.
 """
 
 from ._core import (

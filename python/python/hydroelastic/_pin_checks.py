@@ -1,4 +1,4 @@
-"""Checks of arguments and results that ``pin``, ``mujoco``, ``ray`` and ``view`` share."""
+"""Checks of arguments and results, which ``pin``, ``mujoco``, ``ray`` and ``view`` share."""
 
 from __future__ import annotations
 
@@ -16,8 +16,10 @@ Floats: TypeAlias = NDArray[np.float64]
 
 
 def checked(array: Any, name: str, shape: tuple[int, ...], infinite: bool = False) -> Floats:
-    """Returns an array of float64 or integers, or a list, as a float64 array. Raises an error if the shape is another one, if a number
-    is NaN, or if a number is infinite and ``infinite`` is false."""
+    """Converts an array of float64 or integers, or a list, to a float64 array.
+
+    Raises an error if the shape is unexpected, a number is NaN, or a number is infinite and ``infinite`` is false.
+    """
     values = np.asarray(array) if isinstance(array, list | tuple) else array
     if not isinstance(values, np.ndarray) or (values.dtype != np.float64 and values.dtype.kind not in "iu"):
         kind = values.dtype if isinstance(values, np.ndarray) else type(array).__name__
@@ -49,7 +51,7 @@ def check_count(count: Any, name: str, least: int = 0) -> int:
 
 
 def checked_pose(argument: Any) -> Floats:
-    """Returns the pose of a shape in its frame. Raises an error if it is not rigid."""
+    """Converts the pose of a shape in its frame. Raises an error if the pose is not rigid."""
     pose = checked(argument, "pose", (4, 4))
     rotation = pose[:3, :3]
     if not (np.allclose(rotation @ rotation.T, np.eye(3), rtol=0.0, atol=1e-9) and np.linalg.det(rotation) > 0.0):
@@ -66,7 +68,8 @@ def check_time_step(time_step: float) -> None:
 
 
 def finite(values: Floats, name: str = "the acceleration") -> Floats:
-    # One sum is cheaper than a test of each number. A motion of finite numbers whose sum overflows has diverged too.
+    # One sum is cheaper than a test of each number. If the sum of finite numbers overflows, the motion has diverged
+    # too.
     if not math.isfinite(values.sum()):
         raise HydroelasticError(f"{name} is not finite: q, v, tau or the time step is too large, or the motion has diverged")
     return values

@@ -1,6 +1,6 @@
-"""The contacts of a Pinocchio model: how their shapes move with its joints, and what they push.
+"""Contacts of a Pinocchio model: the motion of their shapes with the joints, and the joint torques of their wrenches.
 
-``hydroelastic.pin`` says first what to install where Pinocchio is missing.
+``hydroelastic.pin`` imports this module after its own import of Pinocchio, whose error names the package to install.
 """
 
 from __future__ import annotations
@@ -17,21 +17,21 @@ from ._pin_checks import Floats, checked_pose
 if TYPE_CHECKING:
     from .pin import ContactPair
 
-# The moduli, and dissipation and friction.
+# Moduli (2,), and dissipation and friction (2,).
 Material: TypeAlias = tuple[Floats, Floats]
 
 WORLD_AXES = pinocchio.ReferenceFrame.LOCAL_WORLD_ALIGNED
-# Between (linear, angular) and (angular, linear).
+# Order of the components that converts between (linear, angular) and (angular, linear).
 SWAPPED = np.array([3, 4, 5, 0, 1, 2])
-# Times a vector, its cross product matrix by rows.
+# Matrix that maps a vector to its cross product matrix, by rows.
 CROSS = np.zeros((9, 3))
 CROSS[[1, 2, 3, 5, 6, 7], [2, 1, 2, 0, 1, 0]] = [-1.0, 1.0, 1.0, -1.0, -1.0, 1.0]
-# The same of both halves of a wrench.
+# The same map for both halves of a wrench.
 CROSSES = np.kron(np.eye(2), CROSS)
 
 
 class Mount:
-    """A shape on a joint, with views of the rows that its motion has in the buffer of its contact."""
+    """Shape on a joint, with views of the rows of its motion in the buffer of its contact."""
 
     def __init__(self, side: int, joint: int, placement: Any, motion: Floats, nv: int) -> None:
         self.side = side
@@ -40,17 +40,19 @@ class Mount:
         self.part = slice(6 * side, 6 * side + 6)
         self.turn = slice(6 * side, 6 * side + 3)
         self.jacobian = motion[self.part, :nv]
-        # Blocks of three rows: angular, linear. Pinocchio's, linear first, go in reversed.
+        # Blocks of three rows: angular, then linear. Blocks of Pinocchio have the linear part first, so the views are
+        # reversed.
         of_pose, of_twist = motion[:12].reshape(2, 2, 3, -1)[side], motion[12:24].reshape(2, 2, 3, -1)[side]
         self.pose_by_q = of_pose[::-1, :, :nv]
         self.twist_by_q = of_twist[::-1, :, :nv]
         self.twist_by_v = of_twist[::-1, :, nv : 2 * nv]
         self.velocity_by_q = of_twist[1, :, :nv]
 
-    # Matrices of this size cost more to call than to multiply: ``dot`` is called in half the time of ``@``.
+    # For matrices of this size, the call costs more than the product, and a call of ``dot`` takes half the time of
+    # ``@``.
 
     def move(self, model: Any, data: Any, v: Floats) -> tuple[Any, Floats]:
-        """The placement and twist; derivatives of both are written to the buffer."""
+        """Returns the placement and the twist. Writes the derivatives of both to the buffer."""
         placement = data.oMi[self.joint] * self.placement
         twist_by_q, twist_by_v = pinocchio.getFrameVelocityDerivatives(
             model, data, self.joint, self.placement, WORLD_AXES
@@ -59,8 +61,9 @@ class Mount:
         self.pose_by_q[...] = blocks
         self.twist_by_v[...] = blocks
         self.twist_by_q[...] = twist_by_q.reshape(blocks.shape)
-        # The linear part of this derivative is the one at a fixed point of the world: the velocity of the shape's origin,
-        # which moves, has ω × ∂p/∂q besides. Pinocchio's derivative of a point's velocity has both.
+        # The linear part of this derivative is that of the velocity at a fixed point of the world. The origin of the
+        # shape moves, so its velocity has the additional term ω × ∂p/∂q. Pinocchio's derivative of the velocity of a
+        # point has both terms.
         self.velocity_by_q[...], _ = pinocchio.getPointVelocityDerivatives(
             model, data, self.joint, self.placement, WORLD_AXES
         )
@@ -68,7 +71,7 @@ class Mount:
 
 
 class Contact:
-    """A contact of a model, ready to be evaluated."""
+    """Contact of a model, with buffers for its evaluation."""
 
     def __init__(self, model: Any, contact: ContactPair, column: int, width: int) -> None:
         nv = model.nv
@@ -76,7 +79,8 @@ class Contact:
         self.name = f"frame {contact.frame_a!r} and frame {contact.frame_b!r}"
         self.poses: list[Floats] = []
         self.twists = [np.zeros(6), np.zeros(6)]
-        # Rows are the columns of Pair.linearized, columns those of ``Robot``: q, v and the materials of all contacts.
+        # Rows: the columns of Pair.linearized. Columns: those of ``Robot``, which are q, v and the materials of all
+        # contacts.
         self.motion = np.zeros((28, width))
         self.motion[24:, column : column + 4] = np.eye(4)
         self.both_jacobians = self.motion[:12, :nv]
@@ -95,13 +99,13 @@ class Contact:
                 f"frames {contact.frame_a!r} and {contact.frame_b!r} are fixed to each other: expected two that move"
             )
 
-    def place(self, data: Any) -> None:
-        """Takes the poses of the data."""
+    def update_poses(self, data: Any) -> None:
+        """Updates the poses from the data."""
         for mount in self.moving:
             self.poses[mount.side] = (data.oMi[mount.joint] * mount.placement).homogeneous
 
     def joint_torques(self, model: Any, data: Any, v: Floats, material: Material) -> Floats | None:
-        """Jᵀ w, after ``computeJointJacobians``; None without contact."""
+        """Returns Jᵀ w after ``computeJointJacobians``, or None without contact."""
         jacobians = []
         for mount in self.moving:
             self.poses[mount.side] = (data.oMi[mount.joint] * mount.placement).homogeneous
@@ -112,11 +116,12 @@ class Contact:
         if not wrenches.dot(wrenches):
             return None
         torques = [wrenches[m.part].take(SWAPPED).dot(j) for m, j in zip(self.moving, jacobians, strict=True)]
-        found: Floats = torques[0] if len(torques) == 1 else torques[0] + torques[1]
-        return found
+        total: Floats = torques[0] if len(torques) == 1 else torques[0] + torques[1]
+        return total
 
     def move(self, model: Any, data: Any, v: Floats) -> list[Any]:
-        """Takes the motion of the data, after ``computeForwardKinematicsDerivatives``. Placements of the moving shapes."""
+        """Updates the motion from the data after ``computeForwardKinematicsDerivatives``. Returns the placements of the
+        moving shapes."""
         placements = []
         for mount in self.moving:
             placement, self.twists[mount.side] = mount.move(model, data, v)
@@ -125,7 +130,7 @@ class Contact:
         return placements
 
     def wrench(self, material: Material) -> Floats:
-        """The wrenches, (12,), at the poses and twists."""
+        """Returns the wrenches, (12,), at the poses and twists."""
         try:
             wrenches = self.pair.wrench(*self.poses, *self.twists, moduli=material[0], law=material[1])
         except HydroelasticError as error:
@@ -133,7 +138,7 @@ class Contact:
         return self._finite(wrenches)
 
     def linearized(self, material: Material) -> tuple[Floats, Floats]:
-        """The wrenches and their derivatives, (12, 28)."""
+        """Returns the wrenches and their derivatives, (12, 28)."""
         try:
             wrenches, jacobian = self.pair.linearized(*self.poses, *self.twists, moduli=material[0], law=material[1])
         except HydroelasticError as error:
@@ -148,15 +153,18 @@ class Contact:
     def joint_torque_slopes(
         self, model: Any, data: Any, v: Floats, material: Material, forces: Any
     ) -> tuple[Floats, Floats] | tuple[None, None]:
-        """Adds the wrenches to the forces on the joints, in the axes of the joints. Returns Jᵀ w and its derivatives by q, v and the
-        materials, without the contribution of constant joint forces. Returns None without contact."""
+        """Adds the wrenches to the forces on the joints, in the axes of the joints.
+
+        Returns Jᵀ w and its derivatives with respect to q, v and the materials, without the contribution of constant
+        joint forces. Returns a pair of None without contact.
+        """
         self.move(model, data, v)
         wrenches, jacobian = self.linearized(material)
         if not wrenches.dot(wrenches):
             return None, None
         for mount in self.moving:
             wrench = wrenches[mount.part]
-            # In axes that turn with the link a constant wrench changes by −ω × w, its torque and its force.
+            # In axes that turn with the link, the torque and the force of a constant wrench w change by −ω × w.
             by_turn = jacobian[mount.part, mount.turn]
             np.add(by_turn, CROSSES.dot(wrench).reshape(6, 3), out=by_turn)
             in_shape = wrench.reshape(2, 3).dot(self.poses[mount.side][:3, :3])[::-1].ravel()
@@ -168,12 +176,12 @@ def _frame_index(model: Any, name: str | int) -> int:
     if isinstance(name, str):
         if not model.existFrame(name):
             raise HydroelasticError(f"the model has no frame {name!r}")
-        found = [index for index, frame in enumerate(model.frames) if frame.name == name]
-        first = model.frames[found[0]]
-        for frame in (model.frames[index] for index in found[1:]):
+        indices = [index for index, frame in enumerate(model.frames) if frame.name == name]
+        first = model.frames[indices[0]]
+        for frame in (model.frames[index] for index in indices[1:]):
             if frame.parentJoint != first.parentJoint or frame.placement != first.placement:
-                raise HydroelasticError(f"the model has {len(found)} frames {name!r} at different places: give an index")
-        return found[0]
+                raise HydroelasticError(f"the model has {len(indices)} frames {name!r} at different places: give an index")
+        return indices[0]
     if not 0 <= name < model.nframes:
         raise HydroelasticError(f"frame {name} of a model with {model.nframes} frames")
     return name

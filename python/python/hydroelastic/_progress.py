@@ -1,4 +1,4 @@
-"""Progress of long calls: a function of the caller's, or a bar of tqdm."""
+"""Progress of long calls: a function of the caller, or a progress bar of tqdm."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ import importlib
 from collections.abc import Callable
 
 
-class _Told:
-    """Tells a function of (done, total)."""
+class _Callback:
+    """Calls a function of (done, total)."""
 
     def __init__(self, function: Callable[[int, int], object], total: int) -> None:
         self._function = function
@@ -21,7 +21,7 @@ class _Told:
 
 
 class _Bar:
-    """Moves a bar of tqdm; without tqdm, nothing is shown."""
+    """Moves a progress bar of tqdm. Without tqdm, it shows nothing."""
 
     def __init__(self, total: int) -> None:
         try:
@@ -40,10 +40,10 @@ class _Bar:
             self._bar.close()
 
 
-def shown(progress: bool | Callable[[int, int], object], total: int) -> _Told | _Bar:
-    """What is told of the parts that are done, and closed at the end."""
+def shown(progress: bool | Callable[[int, int], object], total: int) -> _Callback | _Bar:
+    """Creates a callable that receives the number of completed parts. The caller closes it at the end."""
     if progress is True:
         return _Bar(total)
     if callable(progress):
-        return _Told(progress, total)
+        return _Callback(progress, total)
     raise TypeError(f"progress must be True, False, None or a function of (done, total), but is {progress!r}")

@@ -1,24 +1,25 @@
-"""The stability check of explicit steps, which ``mujoco`` and ``pin`` share.
+"""Stability check of explicit steps, which ``mujoco`` and ``pin`` share.
 
-Let K and C be the stiffness and damping of the contacts in joint coordinates, and M the mass matrix. A semi-implicit Euler step h
-is stable if no eigenvalue of M⁻¹(h²K + 2hC) exceeds 4, as in ``World.largest_stable_step``. K and C are computed from the
-derivatives of the contacts, which cost more than a step. Each step therefore runs a *secant test* first.
+Let K and C be the stiffness and damping of the contacts in joint coordinates, and M the mass matrix. A semi-implicit
+Euler step h is stable if no eigenvalue of M⁻¹(h²K + 2hC) exceeds 4, as in ``World.largest_stable_step``. K and C are
+computed from the derivatives of the contacts, which cost more than a step. Each step therefore runs a *secant test*
+first.
 
-Between two evaluations the state moves by h v, v changes by Δv, and the contact forces change by ΔW. In one mode with the
-stiffness k and the damping c per mass, ΔW = −(k h v + c Δv), and
+Between two evaluations the state moves by h v, v changes by Δv, and the contact forces change by ΔW. In one mode with
+the stiffness k and the damping c per mass, ΔW = −(k h v + c Δv), and
 
     h ΔWᵀM⁻¹ΔW / (|ΔWᵀv| + |ΔWᵀΔv| / 2)
 
-is a mean of h²k and 2hc, weighted by |v| and |Δv|/2. A mode that grows beyond the limit changes its sign in each step. It has
-|Δv| ≈ 2|v|, and the mean is about (h²k + 2hc)/2 ≥ 2. If the mean exceeds 1, the limit is computed from the derivatives.
-Each test uses the sum of all contacts and, in turn, one single contact.
+is a mean of h²k and 2hc, weighted by |v| and |Δv|/2. A mode that grows beyond the limit changes its sign in each step.
+It has |Δv| ≈ 2|v|, and the mean is about (h²k + 2hc)/2 ≥ 2. If the mean exceeds 1, the limit is computed from the
+derivatives. Each test uses the sum of all contacts and, in turn, one single contact.
 
-Friction that reverses the slip within a step has a small slope before and after it. The derivatives are therefore also taken at
-the mean of both velocities.
+If friction reverses the slip within a step, it has a small slope before and after the reversal. The derivatives are
+therefore also evaluated at the mean of both velocities.
 
-A contact that begins within a step is not linear. Even below the limit, it may push the bodies apart faster than they approached.
-The secant from zero force detects this, because the mean then compares the energy that the contact returns with the energy that it
-absorbs.
+A contact that begins within a step is not linear. Even below the limit, it may push the bodies apart faster than they
+approached. The secant from zero force detects this, because the mean then compares the energy that the contact returns
+with the energy that it absorbs.
 """
 
 from __future__ import annotations
@@ -39,8 +40,8 @@ Forces: TypeAlias = list[Floats | None]
 _ALARM = 1.0
 # Smaller changes of the contact forces, relative to the forces, are round-off.
 _ROUND_OFF = 1e-6
-# After the derivatives have shown a step to be stable, the next _REST evaluations raise no alarm unless the mean grows by the factor
-# _GROWTH or a contact begins.
+# After the derivatives have shown that a step is stable, the next _REST evaluations raise no alarm unless the mean
+# grows by the factor _GROWTH or a contact begins.
 _REST, _GROWTH = 16, 1.5
 # Maximum age of the mass matrix in the secant test (evaluations).
 _MASS_AGE = 50
@@ -48,16 +49,28 @@ _MASS_AGE = 50
 _LEAST = 1e-300
 # Relative accuracy of a limit.
 _SETTLED = 1e-9
-# RK4 multiplies a mode z = hμ by 1 + z + z²/2 + z³/6 + z⁴/24; it is stable nowhere beyond |z| = 3.
+# RK4 multiplies a mode with z = hμ by 1 + z + z²/2 + z³/6 + z⁴/24. No mode with |z| > 3 is stable.
 _RK4 = (1.0 / 24.0, 1.0 / 6.0, 0.5, 1.0, 1.0)
 _RADII = np.arange(0.01, 3.01, 0.01)[:, None]
 
 
 class TimeStepError(RolloutError):
-    """A time step that is too long for the contacts of a mechanism.
+    """Time step that is too long for the contacts of a mechanism.
 
-    ``time_step`` and ``limit`` are in s, and ``contact`` names the two sides of the stiffest contact. ``step`` and ``time`` (s)
-    locate the step in a rollout. ``trajectory`` holds the recorded states of the rollout. All three are None outside a rollout.
+    Attributes
+    ----------
+    time_step : float
+        Time step (s).
+    limit : float
+        Longest stable time step (s).
+    contact : str
+        Names of the two sides of the stiffest contact.
+    step : int or None
+        Index of the step in a rollout; None outside a rollout.
+    time : float or None
+        Time (s) of the step in a rollout; None outside a rollout.
+    trajectory
+        Recorded states of the rollout; None outside a rollout.
     """
 
     step: int | None = None
@@ -73,9 +86,10 @@ class TimeStepError(RolloutError):
 
 
 class Fault(NamedTuple):
-    """Why a time step is too long: the name of the stiffest contact and the limit (s).
+    """Reason why a time step is too long: the name of the stiffest contact and the limit (s).
 
-    ``begins`` is the index of a contact that begins in a step below the stability limit and returns more energy than it absorbs.
+    ``begins`` is the index of a contact that begins in a step below the stability limit and returns more energy than it
+    absorbs.
     """
 
     contact: str
@@ -102,8 +116,8 @@ class Fault(NamedTuple):
 class Rates(NamedTuple):
     """Stiffness and damping of each contact, (contacts, nv, nv), the mass matrix, and the damping of the joints.
 
-    Implicit joint damping D changes the mass matrix of a step to M + hD, so the damping of the contacts may be larger by D. Explicit
-    joint damping adds to the damping of the contacts.
+    Implicit joint damping D changes the mass matrix of a step to M + hD, so the damping of the contacts may be larger
+    by D. Explicit joint damping adds to the damping of the contacts.
     """
 
     stiffness: Floats
@@ -116,9 +130,11 @@ class Rates(NamedTuple):
 def resistance(
     pair: Pair, poses: Sequence[Floats], twists: Sequence[Floats], jacobian: Floats, moduli: Floats | None, law: Floats
 ) -> tuple[Floats, Floats]:
-    """Stiffness and damping of a contact, (nv, nv), whose two twists are ``jacobian`` (12, nv) times the velocity.
+    """Computes stiffness and damping of a contact, (nv, nv). Its two twists are ``jacobian`` (12, nv) times the
+    velocity.
 
-    Friction adds nothing to the stiffness, because its derivative by the poses is on one side of the diagonal only.
+    Friction adds nothing to the stiffness, because its derivative with respect to the poses is on one side of the
+    diagonal only.
     """
     _, elastic = pair.linearized(*poses, *twists, moduli=moduli, law=law * [1.0, 0.0])
     _, of_law = pair.linearized(*poses, *twists, moduli=moduli, law=law)
@@ -150,17 +166,17 @@ class Watch:
     def fault(
         self, forces: Forces, velocity: Floats, time_step: float, mass: Callable[[], Floats], rates: Callable[[Floats], Rates]
     ) -> Fault | None:
-        """Returns why the time step is too long, or None if it is not.
+        """Returns the reason why the time step is too long, or None if it is stable.
 
-        The state has moved with ``velocity`` since the last evaluation. ``rates`` returns the stiffness and damping at a velocity. The
-        first evaluation has no secant, so the limit is computed from the derivatives.
+        The state has moved with ``velocity`` since the last evaluation. ``rates`` returns the stiffness and damping at
+        a velocity. The first evaluation has no secant, so the limit is computed from the derivatives.
         """
         last, self._last = self._last, (forces, velocity)
         if last is None:
             touches = any(force is not None for force in forces)
             return self._decided(time_step, rates, velocity) if touches else None
         forces_before, velocity_before = last
-        # A contact that has ended has no derivatives here. If it begins again, it is tested then.
+        # A contact that has ended has no derivatives here. If the contact begins again, it is tested then.
         changes = [
             (force if before is None else force - before, force)
             for force, before in zip(forces, forces_before, strict=True)
@@ -194,7 +210,8 @@ class Watch:
         return fault
 
     def _mean(self, change: Floats, force: Floats, velocity: Floats, before: Floats, time_step: float) -> float:
-        """Returns the mean of h²k and 2hc from the change of a force, or 0 if the mean is at most 1 or the change is round-off."""
+        """Returns the mean of h²k and 2hc from the change of a force. Returns 0 if the mean is at most 1 or the change
+        is round-off."""
         power = time_step * float(self._inverse_mass.dot(change).dot(change))
         along = float(change.dot(velocity))
         resistance = abs(along) + 0.5 * abs(along - float(change.dot(before)))
@@ -203,8 +220,8 @@ class Watch:
         return power / max(resistance, _LEAST)
 
     def _decided(self, time_step: float, rates: Callable[[Floats], Rates], *velocities: Floats) -> Fault | None:
-        """Returns a fault if the step exceeds the limit at one of the velocities. Its limit is the smallest of the limits at these
-        velocities and of the limit of sticking friction."""
+        """Returns a fault if the step exceeds the limit at one of the velocities. The limit of the fault is the
+        smallest of the limits at these velocities and of the limit of sticking friction."""
         faults = [self._limit(rates(velocity)) for velocity in velocities]
         if not any(time_step > fault.limit for fault in faults):
             return None
@@ -234,16 +251,18 @@ class Watch:
             absorbed = -2.0 * float(force.dot(velocity))
             returned = time_step * float(np.linalg.solve(mass, force).dot(force))
             if returned > absorbed > 0.0:
-                # The force grows with the depth, and so with the time step h: ``returned / absorbed`` grows with h².
+                # The force grows with the depth, and therefore with the time step h. So ``returned / absorbed`` grows
+                # with h².
                 return Fault(self._names[number], time_step * float(np.sqrt(absorbed / returned)), number)
         return None
 
 
 def _euler_limit(stiffness: Floats, damping: Floats) -> float:
-    """Returns the step h (s) at which the largest eigenvalue of h²K + 2hC is 4; infinite without stiffness and damping.
+    """Returns the step h (s) at which the largest eigenvalue of h²K + 2hC is 4. It is infinite without stiffness and
+    damping.
 
-    Each mode has its own limit, and the search finds the smallest. At a longer step, the mode of the largest eigenvalue has a shorter
-    limit, with which the search continues.
+    Each mode has its own limit, and the search finds the smallest limit. At a longer step, the mode of the largest
+    eigenvalue has a shorter limit, with which the search continues.
     """
 
     def of_mode(matrix: Floats) -> float:
@@ -260,13 +279,14 @@ def _euler_limit(stiffness: Floats, damping: Floats) -> float:
 
 
 def _step_of_mode(stiffness: float, damping: float) -> float:
-    """Returns the step h (s) with h²k + 2hc = 4; infinite without stiffness and damping."""
+    """Returns the step h (s) with h²k + 2hc = 4. It is infinite without stiffness and damping."""
     resistance = damping + np.sqrt(max(damping**2 + 4.0 * stiffness, 0.0))
     return float(4.0 / resistance) if resistance > 0.0 else np.inf
 
 
 def _rk4_limit(stiffness: Floats, damping: Floats) -> float:
-    """Returns the step (s) at which a mode leaves the stability region of RK4. Modes that grow at any step are ignored."""
+    """Returns the step (s) at which a mode leaves the stability region of RK4. Modes that grow at any step are ignored.
+    """
     still, unit = np.zeros_like(stiffness), np.eye(len(stiffness))
     modes = np.linalg.eigvals(np.block([[still, unit], [-stiffness, -damping]]))
     sizes = np.abs(modes)

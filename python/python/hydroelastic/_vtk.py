@@ -1,4 +1,4 @@
-"""Files of VTK: tetrahedral meshes in, by meshio; contact surfaces out."""
+"""VTK files: reads tetrahedral meshes with meshio, and writes contact surfaces."""
 
 from __future__ import annotations
 
@@ -21,15 +21,17 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 Whole = NDArray[np.int64]
 
-# What meshio calls cells that are no part of a solid.
+# Prefixes of meshio's names of cells that are not part of a solid.
 _NOT_SOLID = ("vertex", "line", "triangle", "quad", "polygon", "pixel")
-# Tetrahedra of a higher order, by how their names begin.
+# Prefixes of meshio's names of tetrahedra of higher order.
 _HIGHER_ORDER = ("tetra", "VTK_LAGRANGE_TETRAHEDRON", "VTK_HIGHER_ORDER_TETRAHEDRON", "VTK_BEZIER_TETRAHEDRON")
 
 
 def read_mesh(path: str | os.PathLike[str], extents: str | None) -> tuple[Floats, Whole, Floats | None]:
-    """The tetrahedra of a .vtk or .vtu file, the vertices they use, in the order of the file, and the numbers that the
-    point data of that name has for these.
+    """Reads the tetrahedra of a .vtk or .vtu file.
+
+    Returns the vertices that tetrahedra use, in the order of the file, the tetrahedra, and the point data with the name
+    ``extents`` at these vertices.
     """
     file = _read(Path(path))
     tets = _tets(path, file.cells)
@@ -47,14 +49,14 @@ def read_mesh(path: str | os.PathLike[str], extents: str | None) -> tuple[Floats
 
 def _read(path: Path) -> Any:
     try:
-        # Its own readers: meshio.read ends the program where a file is damaged.
+        # These readers raise exceptions, whereas meshio.read ends the program if a file is damaged.
         from meshio import vtk, vtu  # type: ignore[import-untyped, import-not-found, unused-ignore]
     except ImportError as error:
         raise ImportError(
             f'{path.name} is a file of VTK, which is read by meshio: pip install "hydroelastic[files]". '
             "Files of Gmsh (.msh) need nothing more"
         ) from error
-    # A file that cannot be read is OSError.
+    # A file that cannot be opened raises OSError here.
     with path.open("rb"):
         pass
     is_xml = path.suffix.lower() == ".vtu"
@@ -67,10 +69,10 @@ def _read(path: Path) -> Any:
 
 
 def _tets(path: str | os.PathLike[str], blocks: Iterable[Any]) -> Whole:
-    found = []
+    tets = []
     for block in blocks:
         if block.type == "tetra":
-            found.append(np.asarray(block.data, dtype=np.int64).reshape(-1, 4))
+            tets.append(np.asarray(block.data, dtype=np.int64).reshape(-1, 4))
         elif block.type.startswith(_HIGHER_ORDER):
             raise HydroelasticError(
                 f"{path} has tetrahedra of second or higher order ({block.type}), but only tetrahedra of first order, with "
@@ -80,13 +82,13 @@ def _tets(path: str | os.PathLike[str], blocks: Iterable[Any]) -> Whole:
             raise HydroelasticError(
                 f"{path} has solid elements of the kind {block.type}, but only tetrahedra can be read"
             )
-    if not found:
+    if not tets:
         raise HydroelasticError(f"{path} has no tetrahedra: was only its surface meshed or saved?")
-    return np.concatenate(found)
+    return np.concatenate(tets)
 
 
 def _numbers(path: str | os.PathLike[str], data: dict[str, Any], name: str, count: int) -> Floats:
-    """The point data of a name, with one number for each point."""
+    """Returns the point data with a name and with one number for each point."""
     suitable = {key: np.asarray(values) for key, values in data.items() if np.size(values) == count}
     if name not in suitable:
         raise HydroelasticError(
@@ -96,8 +98,8 @@ def _numbers(path: str | os.PathLike[str], data: dict[str, Any], name: str, coun
 
 
 def write_surface(path: str | os.PathLike[str], surface: Surface) -> None:
-    """Writes a contact surface as VTK PolyData, .vtp or legacy .vtk. The file takes the place of an older one when it is
-    whole.
+    """Writes a contact surface as VTK PolyData, in a .vtp file or a legacy .vtk file. The write is atomic: an existing
+    file is replaced after the new file is complete.
     """
     path = Path(path)
     writers = {".vtp": _xml, ".vtk": _legacy}
@@ -151,9 +153,9 @@ def _legacy(surface: Surface) -> bytes:
     points, polygons = len(surface.vertices), len(surface)
     parts = [f"# vtk DataFile Version 3.0\ncontact surface\nBINARY\nDATASET POLYDATA\nPOINTS {points} double\n".encode()]
     parts.append(floats(surface.vertices))
-    # A list of no polygons is taken for damaged.
+    # Readers treat an empty list of polygons as damage.
     if polygons:
-        # Each polygon is the number of its corners and these.
+        # Each polygon is written as the number of its corners, then the corners.
         ends = surface.offsets
         lists = np.insert(np.arange(points), ends[:-1], np.diff(ends))
         parts += [f"POLYGONS {polygons} {len(lists)}\n".encode(), lists.astype(">i4").tobytes() + b"\n"]

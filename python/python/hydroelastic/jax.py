@@ -1,4 +1,4 @@
-"""Wrenches, steps and rollouts as differentiable functions of JAX: ``jit``, ``vmap``, ``grad``, ``jvp`` and their like.
+"""Wrenches, steps and rollouts as differentiable functions of JAX, for ``jit``, ``vmap``, ``grad``, ``jvp``.
 
     import jax, hydroelastic as he, hydroelastic.jax as hj
     jax.config.update("jax_enable_x64", True)
@@ -7,29 +7,30 @@
         return hj.wrench(pair, hj.pose(jax.numpy.array([0.0, 0.0, 1.0]) * height), hj.pose())[5]
     force, slope = jax.jit(jax.value_and_grad(lift))(0.195)  # N, N/m
 
-The contact is computed by the library on the CPU, with its own Jacobians: JAX does not trace it. What is computed is
-the value alone where no derivative is taken, and where one is, value and Jacobian in one call: the value may then
-differ by round-off. Gradients of rollouts by many numbers take the steps back instead, at about the same cost whatever
-the numbers are: see ``rollout``.
+The library computes the contact on the CPU, with its own Jacobians. JAX does not trace it. If no derivative is taken,
+only the value is computed. Otherwise, one call computes the value and the Jacobian, and the value may differ by
+round-off. Gradients of rollouts with respect to many numbers use reverse mode instead, whose cost does not depend on
+how many numbers there are. See ``rollout``.
 
-Arrays are of float64; arrays of integers are converted. ``jax_enable_x64`` must be on, because contact in float32 has no accurate
-digits. Arguments may have any axes in front, which are broadcast against each other, and then so has the result; ``jax.vmap`` makes such a
-batch too. All cores compute a batch.
+Arrays are of float64. Arrays of integers are converted. ``jax_enable_x64`` must be on, because contact in float32 has
+no accurate digits. Arguments may have additional leading axes, which are broadcast against each other and which the
+result then has too. ``jax.vmap`` creates such a batch too. All cores compute a batch.
 
-Derivatives by poses. Poses are (4, 4). A tangent dT of a pose counts as the twist (ω, v) in world axes by which it
-moves the pose: [ω]× is the skew part of dR Rᵀ, and v is the last column. What is not skew in dR Rᵀ would leave the
-rotations, and does not count; nor does the last row. The cotangent of a pose is the transpose: with g the derivative by
-the angular part of that twist and f by the linear part, ½ [g]× R is its rotation block and f its last column. So by the
-chain rule through anything that makes rotations (``pose``, ``moved_pose``, quaternions, kinematics) derivatives are
-right, and a step along a cotangent itself leads off the rotations: optimize over vectors, and make poses of them.
+Derivatives with respect to poses. Poses are (4, 4). A tangent dT of a pose counts as the twist (ω, v) in world axes
+that moves the pose: [ω]× is the skew part of dR Rᵀ, and v is the last column of dT. The symmetric part of dR Rᵀ would
+leave the rotations, so it has no effect. The last row of dT has no effect either. The cotangent of a pose is the
+transpose. Let g be the derivative with respect to the angular part of that twist, and f the derivative with respect to
+the linear part. The cotangent has the rotation block ½ [g]× R and the last column f. So derivatives are right by the
+chain rule through any function that makes rotations (``pose``, ``moved_pose``, quaternions, kinematics). A step along a
+cotangent itself leaves the rotations: optimize over vectors, and compute poses from them.
 
-What the library refuses (a pose that is not rigid, a number that is not finite, a rollout that ends early). A call
-without a transformation raises HydroelasticError. Inside ``jit``, ``vmap``, ``grad`` and their like an exception would
-be undefined behavior of JAX: rows that are refused are NaN, the others are right, and the reason is a warning of the
-logger ``hydroelastic.jax``.
+Errors (a pose that is not rigid, a number that is not finite, a rollout that ends early) raise HydroelasticError in a
+call without a transformation. Inside ``jit``, ``vmap``, ``grad`` and similar transformations, an exception would be
+undefined behavior of JAX. There, the result of an invalid row is NaN, the other rows are right, and the logger
+``hydroelastic.jax`` writes a warning with the reason.
 
-Second derivatives do not exist, and to ask for them (``jax.hessian``, ``grad`` of ``grad``) raises NotImplementedError.
-For least squares, JᵀJ of ``jax.jacobian`` takes their place.
+Second derivatives are not available. ``jax.hessian`` and ``grad`` of ``grad`` raise NotImplementedError. For least
+squares, use JᵀJ of ``jax.jacobian`` instead.
 """
 
 from __future__ import annotations
@@ -52,28 +53,34 @@ except ImportError as error:
     raise ImportError('hydroelastic.jax needs JAX: pip install "hydroelastic[jax]"') from error
 
 try:
-    # Hands over the buffers of the program as they are: some 60 µs less a call than pure_callback, which copies them.
+    # This callback gets the buffers of the program without a copy. A call takes about 60 µs less than pure_callback.
     from jax.experimental.buffer_callback import buffer_callback as _buffer_callback
 except ImportError:
     _buffer_callback = None  # type: ignore[assignment, unused-ignore]
 
-from . import _rows
+from . import _autodiff
 from ._core import HydroelasticError, Pair, Parameter, Plan, World
 
 __all__ = ["State", "final_state", "initial_state", "moved_pose", "pose", "rollout", "step", "wrench"]
 
 Array: TypeAlias = jax.Array
-# What an argument may be: an array of JAX or numpy, or a list of numbers.
+# Type of an argument: an array of JAX or NumPy, or a list of numbers.
 _Array: TypeAlias = Any
 
 _log = logging.getLogger(__name__)
 
 
 class State(NamedTuple):
-    """The n bodies of a world at one time, in the order of the world's; recorded states have k in front.
+    """State of the n bodies of a world at one time. The bodies have the order of ``World.names``.
 
-    poses : (n, 4, 4), poses of the body frames in the world.
-    twists : (n, 6): spin (rad/s), and velocity of the center of mass (m/s), world axes.
+    If a function returns k recorded states, both attributes have an additional first axis of length k.
+
+    Attributes
+    ----------
+    poses : (n, 4, 4) jax.Array of float64
+        Poses of the body frames in the world.
+    twists : (n, 6) jax.Array of float64
+        Angular velocity (rad/s), then velocity of the center of mass (m/s), in world axes.
     """
 
     poses: Array
@@ -81,17 +88,26 @@ class State(NamedTuple):
 
 
 def pose(translation: _Array = (0.0, 0.0, 0.0), rotation_vector: _Array = (0.0, 0.0, 0.0)) -> Array:
-    """The pose of a frame: a 4×4 homogeneous matrix.
+    """Creates the pose of a frame as a 4×4 homogeneous matrix.
 
     Parameters
     ----------
-    translation : (3,) position of the frame's origin (m).
-    rotation_vector : (3,) axis times angle (rad) by which the frame is turned. At zero too, derivatives of all orders
-        are right.
+    translation : (3,) array_like
+        Position (m) of the origin of the frame.
+    rotation_vector : (3,) array_like
+        Rotation of the frame: axis times angle (rad). Derivatives of all orders are right at zero too.
 
     Returns
     -------
-    (4, 4) float64.
+    (4, 4) jax.Array of float64
+        Matrix that maps coordinates in the frame to coordinates in the outer frame.
+
+    Raises
+    ------
+    HydroelasticError
+        If a number is not finite, or an argument has an unexpected shape.
+    TypeError
+        If an argument is not of float64 or integers.
     """
     translation = _finite(_floats(translation, "translation", (3,)), "translation")
     vector = _finite(_floats(rotation_vector, "rotation_vector", (3,)), "rotation_vector")
@@ -99,17 +115,28 @@ def pose(translation: _Array = (0.0, 0.0, 0.0), rotation_vector: _Array = (0.0, 
 
 
 def moved_pose(pose: _Array, twist: _Array) -> Array:
-    """A pose after a small motion in world axes: the frame turns about its own origin by the angular part of a twist
-    (rad), and its origin moves by the linear part (m).
+    """Moves a pose by a twist in world axes.
+
+    The frame turns about its own origin by the angular part, and its origin moves by the linear part.
 
     Parameters
     ----------
-    pose : (4, 4).
-    twist : (6,) angular, linear.
+    pose : (4, 4) array_like
+        Pose before the motion.
+    twist : (6,) array_like
+        Rotation vector (rad), then translation (m).
 
     Returns
     -------
-    (4, 4) float64.
+    (4, 4) jax.Array of float64
+        Pose after the motion.
+
+    Raises
+    ------
+    HydroelasticError
+        If a number is not finite, or an argument has an unexpected shape.
+    TypeError
+        If an argument is not of float64 or integers.
     """
     pose = _finite(_floats(pose, "pose", (4, 4)), "pose")
     twist = _finite(_floats(twist, "twist", (6,)), "twist")
@@ -126,27 +153,54 @@ def wrench(
     moduli: _Array | None = None,
     law: _Array | None = None,
 ) -> Array:
-    """The wrenches of a contact. Without twists those of bodies at rest; with them, dissipation and friction take part.
+    """Computes the wrenches on both bodies of a contact.
+
+    Without twists, the bodies are at rest. With a twist, the wrenches include dissipation and friction.
 
     Parameters
     ----------
-    pair : the shapes; no derivative.
-    pose_a, pose_b : (4, 4).
-    twist_a, twist_b : (6,) angular (rad/s), linear (m/s, of the body's origin), world axes; None for zero.
-    moduli : (2,) of A and B (Pa), in place of those of the pair; where B is rigid, the second has no effect.
-    law : (2,) dissipation (s/m) and friction coefficient, in place of those of the pair; without twists they do not
-        matter.
+    pair : Pair
+        Shapes and default numbers. It has no derivative.
+    pose_a, pose_b : (4, 4) array_like
+        Poses of A and B in the world.
+    twist_a, twist_b : (6,) array_like, optional
+        Angular velocity (rad/s), then velocity (m/s) of the origin of the body frame, in world axes. If one is given,
+        the other is zero by default.
+    moduli : (2,) array_like, optional
+        Moduli (Pa) of A and B, in place of those of the pair. If B is rigid, the second has no effect.
+    law : (2,) array_like, optional
+        Dissipation (s/m) and friction coefficient, in place of those of the pair. They have no effect without twists.
 
     Returns
     -------
-    (12,): torque (N m) and force (N) on A, about A's origin, then those on B, about B's.
+    (12,) jax.Array of float64
+        Torque (N m) and force (N) on A about the origin of its frame, then on B about the origin of its frame, in world
+        axes.
+
+    Raises
+    ------
+    HydroelasticError
+        If an argument is not valid, as in ``Pair.wrench``.
+    TypeError
+        If an argument is not of float64 or integers.
     """
-    found: Array = _rows.wrench(_Arrays(), pair, (pose_a, pose_b), (twist_a, twist_b), moduli, law)
-    return found
+    wrenches: Array = _autodiff.wrench(_Arrays(), pair, (pose_a, pose_b), (twist_a, twist_b), moduli, law)
+    return wrenches
 
 
 def initial_state(world: World) -> State:
-    """The state that rollouts of a world start from."""
+    """Returns the initial state of rollouts of a world.
+
+    Parameters
+    ----------
+    world : World
+        World.
+
+    Returns
+    -------
+    State
+        Initial state.
+    """
     _check_precision()
     state = world.initial_state
     return State(jnp.asarray(state.poses), jnp.asarray(state.twists))
@@ -161,26 +215,44 @@ def rollout(
     start: State | None = None,
     start_step: _Array | int = 0,
 ) -> State:
-    """The recorded states of a rollout, by its initial state and by changes of parameters of the world.
+    """Runs a rollout and returns the recorded states, as a function of its initial state and of changes of parameters.
+
+    Gradients with respect to more than 12 numbers (more than 96 numbers if steps are implicit)
+    use reverse mode, whose time does not depend on p. With ``start``, each dynamic body adds 12 numbers. Otherwise, and
+    in forward mode, the Jacobian is computed, whose time grows with the number of numbers.
 
     Parameters
     ----------
-    world : no derivative but by its parameters.
-    plan : the steps, and which states are recorded.
-    parameters : what changes, p numbers together.
-    changes : (p,), added to what is in the world, as by World.perturbed; None for zeros.
-    start : initial state; None for that of the world, which then has no derivative but by parameters: faster with few
-        of them. Bodies that forces do not move stay as they are in the world, so that their part of it has no effect.
-    start_step : integer, how many time steps after the initial time of the world the rollout starts: only with start, for
+    world : World
+        World. It has no derivative except with respect to its parameters.
+    plan : Plan
+        Steps, and the states to record.
+    parameters : sequence of Parameter
+        Parameters to change, p numbers together.
+    changes : (p,) array_like, optional
+        Changes that are added to the parameters, as in ``World.perturbed``. Default: zeros.
+    start : State, optional
+        Initial state. Default: the initial state of the world, which has no derivative except with respect to
+        parameters. The default is faster if there are few parameters. Fixed and kinematic bodies keep their state of
+        the world, so their part of ``start`` has no effect.
+    start_step : int or array of int
+        Number of time steps between the initial time of the world and the start. It needs ``start``, and matters for
         worlds with controls and paths. An integer has no derivatives.
 
     Returns
     -------
-    State with k recorded states in front: poses (k, n, 4, 4), twists (k, n, 6).
+    State
+        k recorded states: poses (k, n, 4, 4), twists (k, n, 6).
 
-    Gradients by more than 12 numbers (96 over implicit steps) are found by a sweep back, in a time that does not depend on p;
-    12 numbers for each body that forces move count too if there is a start. Else, and in forward mode, the Jacobian is
-    found, whose time grows with them.
+    Raises
+    ------
+    HydroelasticError
+        If a parameter does not belong to the world, an argument has an unexpected shape, a number is not valid, or
+        ``start_step`` is given without ``start``.
+    TypeError
+        If an argument is not of float64 or integers, or ``start_step`` is not an integer.
+    RolloutError
+        If the rollout ends early.
     """
     return _states(world, plan, parameters, changes, start, start_step, only_last=False)
 
@@ -194,7 +266,25 @@ def final_state(
     start: State | None = None,
     start_step: _Array | int = 0,
 ) -> State:
-    """The last state of a rollout: arguments as those of rollout."""
+    """Runs a rollout and returns its last state.
+
+    Parameters
+    ----------
+    world, plan, parameters, changes, start, start_step
+        Arguments of ``rollout``.
+
+    Returns
+    -------
+    State
+        Last state: poses (n, 4, 4), twists (n, 6).
+
+    Raises
+    ------
+    HydroelasticError
+        If an argument is not valid, as in ``rollout``.
+    RolloutError
+        If the rollout ends early.
+    """
     return _states(world, plan, parameters, changes, start, start_step, only_last=True)
 
 
@@ -207,10 +297,30 @@ def step(
     *,
     start_step: _Array | int = 0,
 ) -> State:
-    """The state one time step of the plan after another one: arguments as those of rollout. For controls, take
-    Parameter.control of the interval that the step is in.
+    """Takes a single time step.
+
+    To differentiate with respect to a control, use ``Parameter.control`` of the interval that contains the step.
+
+    Parameters
+    ----------
+    world, plan, parameters, changes, start_step
+        Arguments of ``rollout``. The number of steps and the recording of the plan are ignored.
+    state : State
+        State before the step.
+
+    Returns
+    -------
+    State
+        State after the step: poses (n, 4, 4), twists (n, 6).
+
+    Raises
+    ------
+    HydroelasticError
+        If an argument is not valid, as in ``rollout``.
+    RolloutError
+        If the step fails.
     """
-    return _states(world, _rows.one_step(plan), parameters, changes, state, start_step, only_last=True)
+    return _states(world, _autodiff.one_step(plan), parameters, changes, state, start_step, only_last=True)
 
 
 def _states(
@@ -223,13 +333,13 @@ def _states(
     *,
     only_last: bool,
 ) -> State:
-    function = _rows.Rollout(world, plan, parameters, from_state=start is not None, only_last=only_last)
-    given = None if start is None else (start.poses, start.twists)
-    return State(*_rows.states(_Arrays(), function, changes, given, start_step))
+    function = _autodiff.Rollout(world, plan, parameters, from_state=start is not None, only_last=only_last)
+    initial = None if start is None else (start.poses, start.twists)
+    return State(*_autodiff.states(_Arrays(), function, changes, initial, start_step))
 
 
 class _Arrays:
-    """What JAX brings to _rows.wrench and _rows.states."""
+    """Operations of JAX for ``_autodiff.wrench`` and ``_autodiff.states``."""
 
     def floats(self, value: _Array, name: str, shape: tuple[int, ...]) -> Array:
         return _floats(value, name, shape)
@@ -237,7 +347,7 @@ class _Arrays:
     def count(self, value: _Array | int) -> Array:
         return _count(value)
 
-    def evaluated(self, function: _rows.Function, ranks: Sequence[int], parts: Sequence[Array]) -> Array:
+    def evaluated(self, function: _autodiff.Function, ranks: Sequence[int], parts: Sequence[Array]) -> Array:
         return _evaluated(function, ranks, parts)
 
 
@@ -250,26 +360,27 @@ def _check_precision() -> None:
 
 
 def _check_precision_of_threads() -> None:
-    """JAX calls back from threads of its own, whose arrays are float32 if jax_enable_x64 is on in this thread alone."""
-    found: list[bool] = []
-    thread = threading.Thread(target=lambda: found.append(getattr(jax.config, "jax_enable_x64")))
+    """Checks the precision in other threads. JAX runs callbacks in its own threads, whose arrays are float32 if
+    jax_enable_x64 is on in this thread only."""
+    settings: list[bool] = []
+    thread = threading.Thread(target=lambda: settings.append(getattr(jax.config, "jax_enable_x64")))
     thread.start()
     thread.join()
-    if found != [True]:
+    if settings != [True]:
         raise TypeError(
             'hydroelastic needs jax.config.update("jax_enable_x64", True) inside jit, grad and their like: jax.enable_x64 '
             "as a context is of one thread, and the library is called from others, which would round its arrays to float32"
         )
 
 
-def _rows_of(function: _rows.Function, numbers: Any) -> _rows.Floats:
-    """Numbers with any axes in front as rows."""
+def _rows_of(function: _autodiff.Function, numbers: Any) -> _autodiff.Floats:
+    """Reshapes numbers with any leading axes to rows."""
     count = math.prod(numbers.shape[:-1])
     return np.asarray(numbers).reshape(count, function.numbers)
 
 
 def _floats(value: _Array, name: str, shape: tuple[int, ...]) -> Array:
-    """An argument as a float64 array that ends in a shape."""
+    """Converts an argument to a float64 array whose last axes have a shape."""
     _check_precision()
     array = _array(value, name)
     if jnp.issubdtype(array.dtype, jnp.integer):
@@ -292,7 +403,8 @@ def _array(value: _Array | int, name: str) -> Array:
 
 
 def _finite(array: Array, name: str) -> Array:
-    """Returns the array. Raises an error if a number is not finite, except inside transformations, where it propagates."""
+    """Returns the array. Raises an error if a number is not finite. Inside transformations, the number propagates
+    instead."""
     if not isinstance(array, jax.core.Tracer) and not np.isfinite(np.asarray(array)).all():
         raise HydroelasticError(f"{name} must be finite, but is {np.asarray(array).tolist()}")
     return array
@@ -305,38 +417,39 @@ def _count(start_step: _Array | int) -> Array:
     return array.astype(jnp.float64)
 
 
-def _evaluated(function: _rows.Function, ranks: Sequence[int], parts: Sequence[Array]) -> Array:
-    """A function of the numbers of some arrays, each with so many axes of its own, of which those of the poses come first."""
+def _evaluated(function: _autodiff.Function, ranks: Sequence[int], parts: Sequence[Array]) -> Array:
+    """Evaluates a function of the concatenated numbers of arrays, poses first. The rank is the number of axes of an
+    array without additional leading axes."""
     numbers = _joined(tuple(ranks), parts)
     if isinstance(numbers, jax.core.Tracer):
         return _values(function, numbers)
-    # No transformation: an exception may go through.
+    # Outside transformations, an exception may be raised.
     rows = _rows_of(function, numbers)
     values, errors = function.values(rows)
     if errors:
-        raise _rows.first_error(errors, len(rows))
+        raise _autodiff.first_error(errors, len(rows))
     return jnp.asarray(values.reshape(*numbers.shape[:-1], function.outputs))
 
 
 @functools.partial(jax.custom_jvp, nondiff_argnums=(0,))
-def _values(function: _rows.Function, numbers: Array) -> Array:
+def _values(function: _autodiff.Function, numbers: Array) -> Array:
     lead = numbers.shape[:-1]
     (values,) = _called_back(function, function.values, [(*lead, function.outputs)], numbers)
     return values
 
 
 @_values.defjvp
-def _values_jvp(function: _rows.Function, primals: tuple[Array], tangents: tuple[Array]) -> tuple[Array, Array]:
+def _values_jvp(function: _autodiff.Function, primals: tuple[Array], tangents: tuple[Array]) -> tuple[Array, Array]:
     (numbers,), (tangent,) = primals, tangents
     if function.sweeps_back:
         return _values(function, numbers), _pushforward(function, numbers, _local(function.poses, numbers, tangent))
     values, jacobian = _values_and_jacobian(function, numbers)
-    # Linear in the tangent, which is what lets JAX transpose it.
+    # The product is linear in the tangent, so JAX can transpose it.
     return values, _along(function.poses, jacobian, numbers, tangent)
 
 
 @functools.partial(jax.custom_jvp, nondiff_argnums=(0,))
-def _values_and_jacobian(function: _rows.Function, numbers: Array) -> tuple[Array, Array]:
+def _values_and_jacobian(function: _autodiff.Function, numbers: Array) -> tuple[Array, Array]:
     shape = (*numbers.shape[:-1], function.outputs)
     shapes = [shape, (*shape, function.columns)]
     values, jacobian = _called_back(function, function.values_and_jacobians, shapes, numbers)
@@ -344,11 +457,11 @@ def _values_and_jacobian(function: _rows.Function, numbers: Array) -> tuple[Arra
 
 
 @_values_and_jacobian.defjvp
-def _no_second_derivatives(function: _rows.Function, primals: tuple[Array], tangents: tuple[Array]) -> NoReturn:
+def _no_second_derivatives(function: _autodiff.Function, primals: tuple[Array], tangents: tuple[Array]) -> NoReturn:
     raise _second_derivative(function)
 
 
-def _second_derivative(function: _rows.Function) -> NotImplementedError:
+def _second_derivative(function: _autodiff.Function) -> NotImplementedError:
     return NotImplementedError(
         f"the {function.name} of hydroelastic has first derivatives only, and a second one was asked for (by jax.hessian, "
         "or grad or jvp of grad): for least squares, J.T @ J of jax.jacobian takes its place"
@@ -357,16 +470,17 @@ def _second_derivative(function: _rows.Function) -> NotImplementedError:
 
 @functools.partial(jax.jit, static_argnums=0)
 def _along(poses: int, jacobian: Array, numbers: Array, tangent: Array) -> Array:
-    """The Jacobian times a tangent of numbers that start with so many poses."""
+    """Multiplies the Jacobian with a tangent of numbers whose first ``poses`` items are poses."""
     return jnp.einsum("...ij,...j->...i", jacobian, _local(poses, numbers, tangent))
 
 
 @functools.partial(jax.jit, static_argnums=0)
 def _local(poses: int, numbers: Array, tangent: Array) -> Array:
-    """A tangent of numbers that start with so many poses, by the columns of a Jacobian: those of poses as twists."""
+    """Converts a tangent of numbers, whose first ``poses`` items are poses, to the columns of a Jacobian: the tangents
+    of poses become twists."""
     if poses:
-        lead, entries = numbers.shape[:-1], poses * _rows.POSE
-        at, moved = (it[..., :entries].reshape(*lead, poses, 4, 4) for it in (numbers, tangent))
+        lead, entries = numbers.shape[:-1], poses * _autodiff.POSE
+        at, moved = (array[..., :entries].reshape(*lead, poses, 4, 4) for array in (numbers, tangent))
         turn = jnp.einsum("...ik,...jk->...ij", moved[..., :3, :3], at[..., :3, :3])
         skew = 0.5 * (turn - jnp.swapaxes(turn, -1, -2))
         angular = jnp.stack([skew[..., 2, 1], skew[..., 0, 2], skew[..., 1, 0]], -1)
@@ -375,43 +489,44 @@ def _local(poses: int, numbers: Array, tangent: Array) -> Array:
     return tangent
 
 
-# Products of a Jacobian with vectors, without the Jacobian: linear in the vectors, and each the transpose of the other. Numbers
-# and vectors have as many axes in front, and one of the numbers may have the length 1.
+# Products of a Jacobian with vectors, computed without the Jacobian. They are linear in the vectors, and each is the
+# transpose of the other. Numbers and vectors have the same number of leading axes. A leading axis of the numbers may
+# have the length 1.
 _pushforward_p = Primitive("hydroelastic_pushforward")
 _pullback_p = Primitive("hydroelastic_pullback")
 
 
-def _pushforward(function: _rows.Function, numbers: Array, tangents: Array) -> Array:
-    """The Jacobian times vectors."""
-    found: Array = _pushforward_p.bind(numbers, tangents, function=function)
-    return found
+def _pushforward(function: _autodiff.Function, numbers: Array, tangents: Array) -> Array:
+    """Multiplies the Jacobian with tangents."""
+    products: Array = _pushforward_p.bind(numbers, tangents, function=function)
+    return products
 
 
-def _pushed(numbers: Array, tangents: Array, *, function: _rows.Function) -> Array:
+def _pushed(numbers: Array, tangents: Array, *, function: _autodiff.Function) -> Array:
     return _product_called_back(function, function.pushforwards, function.outputs, numbers, tangents)
 
 
-def _pulled(numbers: Array, cotangents: Array, *, function: _rows.Function) -> Array:
+def _pulled(numbers: Array, cotangents: Array, *, function: _autodiff.Function) -> Array:
     return _product_called_back(function, function.pullbacks, function.columns, numbers, cotangents)
 
 
 def _make_linear(primitive: Any, transposed: Any, evaluated: Callable[..., Array], width: Callable[..., int]) -> None:
-    """Tells JAX what a product is, how it is differentiated and transposed, and how batches of it are made."""
+    """Registers a product with JAX: its evaluation, derivative, transpose and batching."""
 
-    def shape(_numbers: Any, vectors: Any, *, function: _rows.Function) -> Any:
+    def shape(_numbers: Any, vectors: Any, *, function: _autodiff.Function) -> Any:
         return jax.core.ShapedArray((*vectors.shape[:-1], width(function)), vectors.dtype)
 
-    def tangent(primals: Sequence[Any], tangents: Sequence[Any], *, function: _rows.Function) -> tuple[Any, Any]:
+    def tangent(primals: Sequence[Any], tangents: Sequence[Any], *, function: _autodiff.Function) -> tuple[Any, Any]:
         numbers, vectors = primals
         if type(tangents[0]) is not ad.Zero:
             raise _second_derivative(function)
-        return tuple(primitive.bind(numbers, it, function=function) for it in (vectors, tangents[1]))
+        return tuple(primitive.bind(numbers, vector, function=function) for vector in (vectors, tangents[1]))
 
-    def cotangent(given: Any, numbers: Any, _vectors: Any, *, function: _rows.Function) -> list[Any]:
-        nothing = type(given) is ad.Zero
-        return [None, None if nothing else transposed.bind(numbers, given, function=function)]
+    def cotangent(of_product: Any, numbers: Any, _vectors: Any, *, function: _autodiff.Function) -> list[Any]:
+        is_zero = type(of_product) is ad.Zero
+        return [None, None if is_zero else transposed.bind(numbers, of_product, function=function)]
 
-    def batch(args: Sequence[Any], dims: Sequence[int | None], *, function: _rows.Function) -> tuple[Any, int]:
+    def batch(args: Sequence[Any], dims: Sequence[int | None], *, function: _autodiff.Function) -> tuple[Any, int]:
         size = next(arg.shape[dim] for arg, dim in zip(args, dims) if dim is not None)
         numbers, vectors = (arg[None] if dim is None else jnp.moveaxis(arg, dim, 0) for arg, dim in zip(args, dims))
         vectors = jnp.broadcast_to(vectors, (size, *vectors.shape[1:]))
@@ -430,64 +545,64 @@ _make_linear(_pullback_p, _pushforward_p, _pulled, lambda function: function.col
 
 
 def _product_called_back(
-    function: _rows.Function,
-    call: Callable[[_rows.Floats, _rows.Floats], tuple[_rows.Floats, _rows.Errors]],
+    function: _autodiff.Function,
+    call: Callable[[_autodiff.Floats, _autodiff.Floats], tuple[_autodiff.Floats, _autodiff.Errors]],
     width: int,
     numbers: Array,
     vectors: Array,
 ) -> Array:
-    """What a call of the library gives for rows of numbers and the vectors of each, when the program runs."""
+    """Calls the library with rows of numbers and the vectors of each row, when the program runs."""
 
-    def host(numbers: Any, vectors: Any) -> tuple[_rows.Floats, ...]:
+    def host(numbers: Any, vectors: Any) -> tuple[_autodiff.Floats, ...]:
         numbers, vectors = np.asarray(numbers), np.asarray(vectors)
-        rows, of_rows, restored = _rows.paired(numbers, vectors)
-        found = _checked(function, lambda: call(rows, of_rows), len(rows))
-        return (np.full((*vectors.shape[:-1], width), np.nan) if found is None else restored(found[0]),)
+        rows, of_rows, restored = _autodiff.paired(numbers, vectors)
+        results = _checked(function, lambda: call(rows, of_rows), len(rows))
+        return (np.full((*vectors.shape[:-1], width), np.nan) if results is None else restored(results[0]),)
 
-    (found,) = _on_host(host, [(*vectors.shape[:-1], width)], numbers, vectors)
-    return found
+    (products,) = _on_host(host, [(*vectors.shape[:-1], width)], numbers, vectors)
+    return products
 
 
-def _checked(function: _rows.Function, call: Callable[[], tuple[Any, ...]], count: int) -> list[Any] | None:
-    """The results of a call for so many rows; what is refused is logged. None if the call failed."""
+def _checked(function: _autodiff.Function, call: Callable[[], tuple[Any, ...]], count: int) -> list[Any] | None:
+    """Returns the results of a call for ``count`` rows, or None if the call failed. Logs the errors."""
     try:
-        *found, errors = call()
+        *results, errors = call()
     except Exception:
-        # An exception that went on from here would be undefined behavior.
+        # If the exception propagated from here, the behavior would be undefined.
         _log.exception("%s: NaN, since the call failed", function.name)
         return None
     if errors:
-        why = _rows.first_error(errors, count)
+        why = _autodiff.first_error(errors, count)
         _log.warning("%s: NaN in %d of %d rows: %s", function.name, len(errors), count, why)
-    return found
+    return results
 
 
 def _called_back(
-    function: _rows.Function,
-    call: Callable[[_rows.Floats], tuple[Any, ...]],
+    function: _autodiff.Function,
+    call: Callable[[_autodiff.Floats], tuple[Any, ...]],
     shapes: Sequence[tuple[int, ...]],
     numbers: Array,
 ) -> tuple[Array, ...]:
-    """The arrays that a call of the library gives for rows of numbers, when the program runs."""
+    """Calls the library with rows of numbers, when the program runs. Returns arrays with the given shapes."""
     lead = numbers.ndim - 1
 
-    def host(numbers: Any) -> tuple[_rows.Floats, ...]:
+    def host(numbers: Any) -> tuple[_autodiff.Floats, ...]:
         numbers = np.asarray(numbers)
         front = numbers.shape[:-1]
         rows = _rows_of(function, numbers)
         tails = [shape[lead:] for shape in shapes]
-        found = _checked(function, lambda: call(rows), len(rows))
-        if found is None:
+        results = _checked(function, lambda: call(rows), len(rows))
+        if results is None:
             return tuple(np.full((*front, *tail), np.nan) for tail in tails)
-        return tuple(it.reshape(*front, *tail) for it, tail in zip(found, tails))
+        return tuple(result.reshape(*front, *tail) for result, tail in zip(results, tails))
 
     return _on_host(host, shapes, numbers)
 
 
 def _on_host(
-    host: Callable[..., tuple[_rows.Floats, ...]], shapes: Sequence[tuple[int, ...]], *arrays: Array
+    host: Callable[..., tuple[_autodiff.Floats, ...]], shapes: Sequence[tuple[int, ...]], *arrays: Array
 ) -> tuple[Array, ...]:
-    """The results, of such shapes, of a function of arrays, when the program runs."""
+    """Calls a function of arrays, when the program runs. Returns arrays with the given shapes."""
 
     def into_buffers(_context: Any, results: Sequence[Any], *arrays: Any) -> None:
         for result, values in zip(results, host(*arrays)):
@@ -495,18 +610,19 @@ def _on_host(
 
     struct: Callable[..., Any] = jax.ShapeDtypeStruct
     out = tuple(struct(shape, jnp.float64) for shape in shapes)
-    found: tuple[Array, ...]
+    results: tuple[Array, ...]
     if _buffer_callback is not None and jax.default_backend() == "cpu":
-        found = _buffer_callback(into_buffers, out, vmap_method="broadcast_all")(*arrays)
-        return found
+        results = _buffer_callback(into_buffers, out, vmap_method="broadcast_all")(*arrays)
+        return results
     _check_precision_of_threads()
-    found = jax.pure_callback(host, out, *arrays, vmap_method="broadcast_all")
-    return found
+    results = jax.pure_callback(host, out, *arrays, vmap_method="broadcast_all")
+    return results
 
 
 @functools.partial(jax.jit, static_argnums=0)
 def _joined(ranks: tuple[int, ...], parts: Sequence[Array]) -> Array:
-    """Arrays with any axes in front of so many of their own, as numbers with the common axes in front."""
+    """Concatenates arrays to numbers with the common leading axes. The rank is the number of axes of an array without
+    leading axes."""
     flat = [part.reshape(*part.shape[: part.ndim - rank], -1) for part, rank in zip(parts, ranks)]
     lead = jnp.broadcast_shapes(*(part.shape[:-1] for part in flat))
     return jnp.concatenate([jnp.broadcast_to(part, lead + part.shape[-1:]) for part in flat], -1)
@@ -523,13 +639,14 @@ def _moved(pose: Array, twist: Array) -> Array:
 
 
 def _rotation(vector: Array) -> Array:
-    """The rotation by a rotation vector, (3, 3): I + sin θ/θ K + (1 − cos θ)/θ² K², with both factors as functions of
-    θ², so that all derivatives are right at zero.
+    """Computes the rotation matrix of a rotation vector, (3, 3): I + sin θ/θ K + (1 − cos θ)/θ² K².
+
+    Both factors are functions of θ², so that all derivatives are right at zero.
     """
     square = jnp.sum(vector * vector, -1)[..., None, None]
     small = square < 0.1
     angle = jnp.sqrt(jnp.where(small, 1.0, square))
-    # Taylor series to θ¹⁰: below 0.1, the next term is under 1e-15.
+    # Taylor series up to θ¹⁰. If θ² is below 0.1, the next term is below 1e-15.
     sine = _series(square, (1.0, -1 / 6, 1 / 120, -1 / 5040, 1 / 362880, -1 / 39916800))
     cosine = _series(square, (1 / 2, -1 / 24, 1 / 720, -1 / 40320, 1 / 3628800, -1 / 479001600))
     first = jnp.where(small, sine, jnp.sin(angle) / angle)

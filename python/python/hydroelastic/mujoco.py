@@ -1,35 +1,41 @@
-"""Contacts of this library in a MuJoCo model, as passive forces: for simulation.
+"""Contacts of this library in a MuJoCo model, as passive forces for simulation.
 
-``PassiveContacts`` takes a model and its contacts. While it is entered as a context, each evaluation of MuJoCo's passive forces
-adds Jᵀ w of every contact to ``qfrc_passive``, after the kinematics, so that wrenches are those of the current state:
+``PassiveContacts`` takes a model and its contacts. In its context, each evaluation of MuJoCo's passive forces adds Jᵀ w
+of every contact to ``qfrc_passive``. This happens after the kinematics, so that the wrenches are those of the current
+state:
 
     with PassiveContacts(model, [ContactPair(pair, geom("ball"), geom("block"))]):
         mujoco.mj_step(model, data)
 
-Conventions: wrenches are (torque, force) in world axes, on A about the origin of A's shape and then on B about that of B's;
-MuJoCo's ``xfrc_applied`` has the force first.
+Wrenches are (torque, force) in world axes: on A about the origin of the shape of A, then on B about the origin of the
+shape of B. MuJoCo's ``xfrc_applied`` has the force first.
 
-MuJoCo's own contact between the same bodies must be off: ``exclude`` adds the exclusions to a ``mujoco.MjSpec``, and
-``PassiveContacts`` refuses a model in which both would act.
+MuJoCo's own contact between the same bodies must be disabled. ``exclude`` adds the exclusions to a ``mujoco.MjSpec``.
+``PassiveContacts`` raises an error for a model in which both contacts would act.
 
 Limits:
 
-- The callback of MuJoCo is global to the process. Contexts of several models may be open at once, in any order; a model
-  without one is left alone, and so is a copy of a model: its contacts are entered on their own. A Python callback that was set
-  before is called first, and set again after the last context.
-- MuJoCo's integrators do not see the derivative of a callback: ``implicit`` and ``implicitfast`` treat the contacts explicitly, as
-  ``Euler`` does, and the time step must resolve their stiffness and damping. ``RK4`` evaluates them four times a step.
-- A time step that is too long for the contacts raises ``TimeStepError`` from the second step on. The check treats bodies
-  as free: MuJoCo's own constraints do not raise the limit, and its springs and actuators do not lower it.
-- Sticking friction has the shortest limit. Above it, friction chatters but does not grow without bound. The check allows up
-  to 2.5 times this limit, at which bodies chatter at about 2.3 slip tolerances and creep 2.5 times as fast. ``hydroelastic.pin``
-  allows no chatter, because derivatives grow in it. Neither does ``World.largest_stable_step``.
+- The callback of MuJoCo is global to the process. Contexts of several models may be open at the same time, in any
+  order. A model without a context is not affected. A copy of a model is another model and needs its own context. A
+  Python callback that was set before is called first, and is restored after the last context.
+- MuJoCo's integrators ignore the derivative of a callback. ``implicit`` and ``implicitfast`` treat the contacts
+  explicitly, as ``Euler`` does, so the time step must resolve the stiffness and damping of the contacts. ``RK4``
+  evaluates the contacts four times in each step.
+- A time step that is too long for the contacts raises ``TimeStepError`` from the second step on. The check treats
+  bodies as free: MuJoCo's own constraints do not raise the limit, and its springs and actuators do not lower it.
+- Sticking friction has the shortest limit. Above it, friction chatters but does not grow without bound. The check
+  allows up to 2.5 times this limit. There, bodies chatter at about 2.3 slip tolerances and creep 2.5 times as fast.
+  ``hydroelastic.pin`` allows no chatter, because derivatives grow in it. ``World.largest_stable_step`` allows none
+  either.
 - If MuJoCo resets a state that is not finite, the check raises ``RolloutError``.
-- ``mjd_transitionFD`` differentiates through the callback by differences. ``hydroelastic.pin`` has exact derivatives.
-- The callback takes the GIL, so threads wait for each other in it, also the threads of ``mujoco.rollout``. Use processes. An error in
-  a thread of ``mujoco.rollout`` is raised at the end of the context, because MuJoCo would end the process.
-- The callback is not called where ``disableflags`` has both springs and dampers off; such a model is refused.
-- Contacts wake no sleeping bodies.
+- ``mjd_transitionFD`` differentiates through the callback by finite differences. ``hydroelastic.pin`` has exact
+  derivatives.
+- The callback takes the GIL, so threads wait for each other in it, including the threads of ``mujoco.rollout``. Use
+  processes instead. An error in a thread of ``mujoco.rollout`` is raised at the end of the context, because MuJoCo
+  would end the process.
+- MuJoCo does not call the callback if ``disableflags`` disables both springs and dampers. ``PassiveContacts`` raises an
+  error for such a model.
+- Contacts do not wake sleeping bodies.
 """
 
 from __future__ import annotations
@@ -59,7 +65,7 @@ _Floats: TypeAlias = NDArray[np.float64]
 
 _KINDS = {"geom": mujoco.mjtObj.mjOBJ_GEOM, "body": mujoco.mjtObj.mjOBJ_BODY, "site": mujoco.mjtObj.mjOBJ_SITE}
 _IDENTITY = np.eye(4)
-# Springs and dampers are disabled together, or in older versions by one bit.
+# Passive forces are off if springs and dampers are both disabled. Older versions have one bit for both.
 _PASSIVE_BITS = ("mjDSBL_SPRING", "mjDSBL_DAMPER", "mjDSBL_PASSIVE")
 _NO_PASSIVE_FORCES = sum(int(getattr(mujoco.mjtDisableBit, name, 0)) for name in _PASSIVE_BITS)
 
@@ -69,7 +75,8 @@ _RK4 = int(mujoco.mjtIntegrator.mjINT_RK4)
 _DIVERGED = (mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL, mujoco.mjtWarning.mjWARN_BADQACC)
 # Round-off of the time, relative to the time step.
 _CLOCK = 1e-3
-# Steps of x times the limit of sticking friction make bodies chatter at √(x² − 1) slip tolerances. The check allows x up to this.
+# Steps of x times the limit of sticking friction make bodies chatter at √(x² − 1) slip tolerances. The check allows x
+# up to this.
 _CHATTER = 2.5
 # Maximum number of MjData instances whose histories are kept.
 _MOST_HISTORIES = 4096
@@ -77,7 +84,24 @@ _MOST_HISTORIES = 4096
 
 @dataclass(frozen=True)
 class Attachment:
-    """What a shape is fixed to: see ``geom``, ``body`` and ``site``."""
+    """Frame that a shape is fixed in, created by ``geom``, ``body`` or ``site``.
+
+    Parameters
+    ----------
+    kind : str
+        "geom", "body" or "site".
+    name : str
+        Name of the geom, body or site.
+    pose : (4, 4) array_like, optional
+        Pose of the shape in this frame. Default: the identity.
+
+    Raises
+    ------
+    HydroelasticError
+        If the pose is not rigid.
+    TypeError
+        If the pose is not of float64 or integers.
+    """
 
     kind: str
     name: str
@@ -89,27 +113,88 @@ class Attachment:
 
 
 def geom(name: str, pose: _Floats | None = None) -> Attachment:
-    """A shape fixed in the frame of a geom, at the pose (4, 4); None for the same axes and origin.
+    """Attaches a shape to a geom.
 
-    MuJoCo moves the frame of a mesh geom to the center of mass and principal axes of the mesh: for a shape that was made from the
-    same file, take the body instead, or the pose from ``model.mesh_pos`` and ``model.mesh_quat``.
+    MuJoCo moves the frame of a mesh geom to the center of mass and principal axes of the mesh. For a shape from the
+    same file, use ``body`` instead, or the pose from ``model.mesh_pos`` and ``model.mesh_quat``.
+
+    Parameters
+    ----------
+    name : str
+        Name of the geom.
+    pose : (4, 4) array_like, optional
+        Pose of the shape in the frame of the geom. Default: the identity.
+
+    Returns
+    -------
+    Attachment
+        Frame of the geom.
+
+    Raises
+    ------
+    HydroelasticError
+        If the pose is not rigid.
     """
     return Attachment("geom", name, pose)
 
 
 def body(name: str, pose: _Floats | None = None) -> Attachment:
-    """A shape fixed in the frame of a body (``xpos``, not the center of mass), at the pose. Body "world" is the world."""
+    """Attaches a shape to a body.
+
+    Parameters
+    ----------
+    name : str
+        Name of the body. The body "world" is the world.
+    pose : (4, 4) array_like, optional
+        Pose of the shape in the frame of the body (``xpos``, not the center of mass). Default: the identity.
+
+    Returns
+    -------
+    Attachment
+        Frame of the body.
+
+    Raises
+    ------
+    HydroelasticError
+        If the pose is not rigid.
+    """
     return Attachment("body", name, pose)
 
 
 def site(name: str, pose: _Floats | None = None) -> Attachment:
-    """A shape fixed in the frame of a site, at the pose."""
+    """Attaches a shape to a site.
+
+    Parameters
+    ----------
+    name : str
+        Name of the site.
+    pose : (4, 4) array_like, optional
+        Pose of the shape in the frame of the site. Default: the identity.
+
+    Returns
+    -------
+    Attachment
+        Frame of the site.
+
+    Raises
+    ------
+    HydroelasticError
+        If the pose is not rigid.
+    """
     return Attachment("site", name, pose)
 
 
 @dataclass(frozen=True)
 class ContactPair:
-    """The shapes of a ``hydroelastic.Pair``, with their moduli and surface law, on two carriers."""
+    """Two shapes of a ``hydroelastic.Pair``, each attached to a frame of a MuJoCo model.
+
+    Parameters
+    ----------
+    pair : Pair
+        Shapes, moduli and surface law.
+    a, b : Attachment
+        Frames of A and B.
+    """
 
     pair: Pair
     a: Attachment
@@ -117,23 +202,52 @@ class ContactPair:
 
 
 def exclude(spec: Any, contacts: Sequence[ContactPair]) -> None:
-    """Excludes MuJoCo's own contact between the bodies of each contact: adds to ``spec``, a ``mujoco.MjSpec``.
+    """Excludes MuJoCo's own contact between the bodies of each contact.
 
-    All geoms of both bodies, those without a shape of this library too. Raises HydroelasticError if a carrier is not there or its
-    body has no name.
+    The exclusions concern all geoms of both bodies, including geoms without a shape of this library.
+
+    Parameters
+    ----------
+    spec : mujoco.MjSpec
+        Model specification, which is changed.
+    contacts : sequence of ContactPair
+        Contacts.
+
+    Raises
+    ------
+    HydroelasticError
+        If a geom, body or site does not exist, or its body has no name.
     """
     for contact in contacts:
-        names = tuple(_body_of_spec(spec, carrier) for carrier in (contact.a, contact.b))
-        present = {frozenset((it.bodyname1, it.bodyname2)) for it in spec.excludes}
+        names = tuple(_body_of_spec(spec, attachment) for attachment in (contact.a, contact.b))
+        present = {frozenset((exclusion.bodyname1, exclusion.bodyname2)) for exclusion in spec.excludes}
         if frozenset(names) not in present and names[0] != names[1]:
             spec.add_exclude(bodyname1=names[0], bodyname2=names[1])
 
 
 def shape_from_geom(model: Any, name: str, refinement: int = 3) -> Shape:
-    """The shape of a sphere, an ellipsoid, a cylinder or a box of a model, in the frame of its geom.
+    """Creates the compliant shape of a sphere, ellipsoid, cylinder or box of a model, in the frame of its geom.
 
-    ``refinement`` is the number of subdivisions of the icosahedron; cylinders have 4 · 2^refinement segments. Raises
-    HydroelasticError for geoms of other types: that of a plane is ``hydroelastic.HalfSpace()``, in the frame of the geom too.
+    The shape of a plane is ``hydroelastic.HalfSpace()``, also in the frame of its geom.
+
+    Parameters
+    ----------
+    model : mujoco.MjModel
+        Model.
+    name : str
+        Name of the geom.
+    refinement : int
+        Number of subdivisions of the icosahedron. A cylinder has 4 · 2^refinement segments.
+
+    Returns
+    -------
+    Shape
+        Shape in the frame of the geom.
+
+    Raises
+    ------
+    HydroelasticError
+        If the geom does not exist or has another type, or the refinement is out of range.
     """
     refinement = check_count(refinement, "refinement")
     index = _index(model, geom(name))
@@ -153,38 +267,40 @@ def shape_from_geom(model: Any, name: str, refinement: int = 3) -> Shape:
 
 
 class _Side:
-    """A carrier of a model."""
+    """Attachment of a shape, resolved in a model."""
 
-    def __init__(self, model: Any, carrier: Attachment) -> None:
-        self.index = _index(model, carrier)
-        self.body = _body_index(model, carrier.kind, self.index)
+    def __init__(self, model: Any, attachment: Attachment) -> None:
+        self.index = _index(model, attachment)
+        self.body = _body_index(model, attachment.kind, self.index)
         self.root = int(model.body_rootid[self.body])
         self.is_fixed = int(model.body_weldid[self.body]) == 0
         self.dofs = _dofs(model, self.body)
-        self.in_carrier = None if carrier.pose is None else checked_pose(carrier.pose)
-        self.places = {"geom": ("geom_xpos", "geom_xmat"), "site": ("site_xpos", "site_xmat")}.get(
-            carrier.kind, ("xpos", "xmat")
+        self.pose_in_frame = None if attachment.pose is None else checked_pose(attachment.pose)
+        # Names of the fields of mujoco.MjData with the position and the axes of the frame.
+        self.fields = {"geom": ("geom_xpos", "geom_xmat"), "site": ("site_xpos", "site_xmat")}.get(
+            attachment.kind, ("xpos", "xmat")
         )
 
     def pose(self, data: Any) -> _Floats:
-        found = _IDENTITY.copy()
-        position, axes = self.places
-        found[:3, 3] = getattr(data, position)[self.index]
-        found[:3, :3] = getattr(data, axes)[self.index].reshape(3, 3)
-        return found if self.in_carrier is None else found @ self.in_carrier
+        """Returns the pose of the shape in the world."""
+        pose = _IDENTITY.copy()
+        position, axes = self.fields
+        pose[:3, 3] = getattr(data, position)[self.index]
+        pose[:3, :3] = getattr(data, axes)[self.index].reshape(3, 3)
+        return pose if self.pose_in_frame is None else pose @ self.pose_in_frame
 
-    def twist(self, data: Any, place: _Floats) -> _Floats:
-        """Of the shape's origin, which is at the place."""
+    def twist(self, data: Any, position: _Floats) -> _Floats:
+        """Returns the twist of the origin of the shape, which is at the position."""
         if self.is_fixed:
             return np.zeros(6)
-        # MuJoCo's is that of the body's point at the center of mass of its whole tree.
+        # The linear part of cvel is the velocity of the body at the center of mass of its whole tree.
         twist: _Floats = data.cvel[self.body].copy()
-        (wx, wy, wz), (x, y, z) = twist[:3], place - data.subtree_com[self.root]
+        (wx, wy, wz), (x, y, z) = twist[:3], position - data.subtree_com[self.root]
         twist[3:] += (wy * z - wz * y, wz * x - wx * z, wx * y - wy * x)
         return twist
 
     def joint_forces(self, data: Any, wrench: _Floats, position: _Floats) -> _Floats:
-        """Returns Jᵀ w for the joints that move the body; w is about the position."""
+        """Returns Jᵀ w for the joints that move the body. The wrench w is about the position."""
         (x, y, z), (fx, fy, fz) = position - data.subtree_com[self.root], wrench[3:]
         about_com = wrench.copy()
         about_com[:3] += (y * fz - z * fy, z * fx - x * fz, x * fy - y * fx)
@@ -192,7 +308,7 @@ class _Side:
         return forces
 
     def jacobian(self, data: Any, position: _Floats) -> _Floats:
-        """Returns the Jacobian, (6, nv), of the twist of the shape's origin, which is at the position."""
+        """Returns the Jacobian, (6, nv), of the twist of the origin of the shape, which is at the position."""
         jacobian = np.zeros((6, len(data.qvel)))
         jacobian[:, self.dofs] = data.cdof[self.dofs].T
         jacobian[3:] += np.cross(jacobian[:3], (position - data.subtree_com[self.root])[:, None], axis=0)
@@ -200,29 +316,37 @@ class _Side:
 
 
 class PassiveContacts:
-    """The contacts of a MuJoCo model. As a context, they act in every step of this model.
+    """Contacts of a MuJoCo model. In the context of this object, they act in every step of the model.
+
+    In the context, ``mj_step`` raises TimeStepError if the time step is too long, and RolloutError if the state or a
+    wrench is not finite.
 
     Parameters
     ----------
-    model : mujoco.MjModel.
-    contacts : the contact pairs.
-    check_stability : whether a time step that is too long for the contacts raises TimeStepError.
+    model : mujoco.MjModel
+        Model.
+    contacts : sequence of ContactPair
+        Contacts.
+    check_stability : bool
+        True to raise TimeStepError if a time step is too long for the contacts.
 
     Raises
     ------
-    HydroelasticError if a carrier is not there, both carriers of a contact are on one body, a pose is not rigid, MuJoCo's own
-    contact between the bodies is not excluded, or the model has no passive forces. In a context, ``mj_step`` raises
-    TimeStepError if the time step is too long, and RolloutError if the state or a wrench is not finite.
+    HydroelasticError
+        If a geom, body or site does not exist, both shapes of a contact are fixed to each other, a pose is not rigid,
+        MuJoCo's own contact between the bodies is not excluded, or the model has no passive forces.
     """
 
     def __init__(self, model: Any, contacts: Sequence[ContactPair], *, check_stability: bool = True) -> None:
         self._model = model
         self._contacts = tuple(contacts)
-        self._sides = [(_Side(model, it.a), _Side(model, it.b)) for it in self._contacts]
-        self._names = [f"{it.a.kind} {it.a.name!r} and {it.b.kind} {it.b.name!r}" for it in self._contacts]
+        self._sides = [(_Side(model, contact.a), _Side(model, contact.b)) for contact in self._contacts]
+        attachments = [(contact.a, contact.b) for contact in self._contacts]
+        self._names = [f"{a.kind} {a.name!r} and {b.kind} {b.name!r}" for a, b in attachments]
         self._checks_stability = check_stability
-        self._chattering = [_with_slip_tolerance(it.pair, _CHATTER * it.pair.law.slip_tolerance) for it in self._contacts]
-        self._mass_places = _mass_places(model)
+        pairs = [contact.pair for contact in self._contacts]
+        self._chattering = [_with_slip_tolerance(pair, _CHATTER * pair.law.slip_tolerance) for pair in pairs]
+        self._mass_indices = _mass_indices(model)
         self._histories: dict[int, _History] = {}
         self._failure: HydroelasticError | None = None
         for names, (a, b) in zip(self._names, self._sides, strict=True):
@@ -238,37 +362,88 @@ class PassiveContacts:
 
     @property
     def model(self) -> Any:
-        """The ``mujoco.MjModel``."""
+        """Model, a ``mujoco.MjModel``."""
         return self._model
 
     @property
     def contacts(self) -> tuple[ContactPair, ...]:
-        """The contact pairs, in the order of all results."""
+        """Contact pairs, in the order of all results."""
         return self._contacts
 
     def poses(self, data: Any) -> _Floats:
-        """Poses of the shapes, (contacts, 2, 4, 4), of the kinematics in ``data``."""
+        """Returns the poses of all shapes in the world.
+
+        Parameters
+        ----------
+        data : mujoco.MjData
+            Data with current kinematics.
+
+        Returns
+        -------
+        (contacts, 2, 4, 4) ndarray of float64
+            Poses of A and B for each contact.
+        """
         return np.array([[side.pose(data) for side in sides] for sides in self._sides]).reshape(-1, 2, 4, 4)
 
     def wrenches(self, data: Any) -> _Floats:
-        """Wrenches of all contacts, (contacts, 12), in world axes: torque (N m) and force (N) on A, about the origin of its shape,
-        and those on B, about its own.
+        """Computes the wrenches of all contacts from the kinematics in ``data``.
 
-        Of the kinematics in ``data``: after ``mj_step`` they are those before its last move. Call ``mj_forward`` first for the
-        present ones.
+        After ``mj_step``, the kinematics are those before the positions changed. Call ``mj_forward`` to update them.
+
+        Parameters
+        ----------
+        data : mujoco.MjData
+            Data with current kinematics.
+
+        Returns
+        -------
+        (contacts, 12) ndarray of float64
+            Torque (N m) and force (N) on A about the origin of its shape, then on B about the origin of its shape, in
+            world axes.
+
+        Raises
+        ------
+        RolloutError
+            If a wrench is not finite, or cannot be computed.
         """
         return np.array([self._wrench(number, data)[0] for number in range(len(self._sides))]).reshape(-1, 12)
 
     def potential_energy(self, data: Any) -> float:
-        """Potential energy (J) of all contacts, of the kinematics in ``data``. MuJoCo's own energy leaves it out."""
+        """Computes the potential energy of all contacts. MuJoCo's own energy omits it.
+
+        Parameters
+        ----------
+        data : mujoco.MjData
+            Data with current kinematics.
+
+        Returns
+        -------
+        float
+            Potential energy (J).
+        """
         return sum(
             float(contact.pair.potential_energy(pose_a, pose_b))
             for contact, (pose_a, pose_b) in zip(self._contacts, self.poses(data), strict=True)
         )
 
     def add_to(self, data: Any) -> None:
-        """Adds Jᵀ w of all contacts to ``data.qfrc_passive``, as the context does: for a passive callback of one's own."""
-        # This method must not call MuJoCo, because in versions before 4 an error after such a call in the callback ends the process.
+        """Adds Jᵀ w of all contacts to ``data.qfrc_passive``, as the context does. Use it in your own passive-force
+        callback.
+
+        Parameters
+        ----------
+        data : mujoco.MjData
+            Data with current kinematics, whose ``qfrc_passive`` is changed.
+
+        Raises
+        ------
+        TimeStepError
+            If the time step is too long for the contacts.
+        RolloutError
+            If the state or a wrench is not finite.
+        """
+        # This method must not call MuJoCo. In versions before 4, an error after such a call in the callback ends the
+        # process.
         try:
             forces = [self._joint_forces(number, data) for number in range(len(self._sides))]
             if self._checks_stability:
@@ -285,7 +460,7 @@ class PassiveContacts:
                 passive += force
 
     def __enter__(self) -> Self:
-        """Makes the contacts act."""
+        """Activates the contacts in every step of the model."""
         _DISPATCH.add(self)
         return self
 
@@ -306,10 +481,10 @@ class PassiveContacts:
         try:
             wrenches = self._contacts[number].pair.wrench(pose_a, pose_b, *twists)
         except HydroelasticError as error:
-            raise RolloutError(f"{self._place(data)}, {self._names[number]}: {error}") from error
+            raise RolloutError(f"{self._step_of(data)}, {self._names[number]}: {error}") from error
         if not math.isfinite(wrenches.dot(wrenches)):
             raise RolloutError(
-                f"{self._place(data)}: the wrench of the contact of {self._names[number]} is not finite, although the poses "
+                f"{self._step_of(data)}: the wrench of the contact of {self._names[number]} is not finite, although the poses "
                 "and velocities are: the motion has diverged"
             )
         return wrenches, (pose_a, pose_b)
@@ -325,12 +500,15 @@ class PassiveContacts:
                 forces[side.dofs] += side.joint_forces(data, wrench, pose[:3, 3])
         return forces
 
-    def _place(self, data: Any) -> str:
+    def _step_of(self, data: Any) -> str:
         return f"step {round(data.time / self._model.opt.timestep)} (t = {data.time:.6g} s)"
 
     def _check(self, data: Any, forces: Forces) -> None:
-        """Compares the evaluation with the evaluation a time step earlier, if there is one. Evaluations within a step are skipped.
-        Other evaluations, for example of a state that was set, only start a new history."""
+        """Compares the evaluation with the evaluation a time step earlier, if there is one.
+
+        Evaluations within a step are skipped. Other evaluations, for example of a state that was set, only start a new
+        history.
+        """
         time, time_step = float(data.time), float(self._model.opt.timestep)
         history = self._histories.get(data._address)
         if history is None:
@@ -364,7 +542,7 @@ class PassiveContacts:
             raise error
 
     def _came_in(self, number: int, data: Any) -> bool:
-        """Returns whether a contact began in a step, and not because the state was set."""
+        """Returns whether a contact began by a motion, and not because the state was set."""
         poses = [side.pose(data) for side in self._sides[number]]
         twists = [side.twist(data, pose[:3, 3]) for side, pose in zip(self._sides[number], poses, strict=True)]
         moves = zip(poses, twists, strict=True)
@@ -373,12 +551,12 @@ class PassiveContacts:
 
     def _mass(self, data: Any) -> _Floats:
         mass = np.zeros((len(data.qvel), len(data.qvel)))
-        rows, columns = self._mass_places
+        rows, columns = self._mass_indices
         mass[rows, columns] = mass[columns, rows] = data.qM if hasattr(data, "qM") else data.M
         return mass
 
     def _rates(self, data: Any, velocity: _Floats) -> Rates:
-        """Stiffness and damping of the contacts at a velocity, with the damping of the joints."""
+        """Returns the stiffness and damping of the contacts at a velocity, with the damping of the joints."""
         size, model = len(data.qvel), self._model
         stiffness, damping = np.zeros((2, len(self._sides), size, size))
         for number, (pair, sides) in enumerate(zip(self._chattering, self._sides, strict=True)):
@@ -393,16 +571,16 @@ class PassiveContacts:
         if integrator in _IMPLICIT:
             # Damping of the last step, including the damping of actuators.
             is_implicit, joints = True, np.zeros((size, size))
-            joints[self._damping_places(data)] = -data.qDeriv
+            joints[self._damping_indices(data)] = -data.qDeriv
         return Rates(stiffness, damping, self._mass(data), joints, is_implicit)
 
-    def _damping_places(self, data: Any) -> tuple[_Floats, _Floats]:
+    def _damping_indices(self, data: Any) -> tuple[_Floats, _Floats]:
         of = self._model if hasattr(self._model, "D_colind") else data
         return np.repeat(np.arange(len(of.D_rownnz)), of.D_rownnz), of.D_colind
 
 
 class _History:
-    """The last step of a ``mujoco.MjData``."""
+    """Last step of a ``mujoco.MjData``."""
 
     def __init__(self, names: Sequence[str], is_rk4: bool) -> None:
         self.watch = Watch(names, is_rk4=is_rk4)
@@ -413,7 +591,7 @@ class _History:
 
 
 class _Dispatch:
-    """MuJoCo's one callback, shared by the contacts of all models, by the addresses of these."""
+    """MuJoCo's single callback, which calls the contacts of all models. Models are identified by address."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -429,10 +607,10 @@ class _Dispatch:
 
     def add(self, contacts: PassiveContacts) -> None:
         with self._lock:
-            # Those that act keep their model alive, and so its address.
+            # Active contacts keep their model alive, so its address is not reused.
             address = contacts.model._address
             others = self._active.get(address, ())
-            if any(it is contacts for it in others):
+            if any(other is contacts for other in others):
                 raise HydroelasticError("these contacts act already: a context is entered once at a time")
             present = mujoco.get_mjcb_passive()
             if present is not self:
@@ -445,14 +623,14 @@ class _Dispatch:
     def remove(self, contacts: PassiveContacts) -> None:
         with self._lock:
             address = contacts.model._address
-            others = tuple(it for it in self._active.get(address, ()) if it is not contacts)
+            others = tuple(other for other in self._active.get(address, ()) if other is not contacts)
             if others:
                 self._active[address] = others
             else:
                 self._active.pop(address, None)
             if not self._active:
                 before, self._before = self._before, None
-                # One that was set meanwhile is another's, and stays.
+                # A callback that was set in the meantime belongs to other code, so it stays.
                 if mujoco.get_mjcb_passive() is self:
                     mujoco.set_mjcb_passive(before)
 
@@ -460,11 +638,11 @@ class _Dispatch:
 _DISPATCH = _Dispatch()
 
 
-def _index(model: Any, carrier: Attachment) -> int:
-    found = mujoco.mj_name2id(model, _KINDS[carrier.kind], carrier.name)
-    if found < 0:
-        raise HydroelasticError(f"the model has no {carrier.kind} {carrier.name!r}")
-    return int(found)
+def _index(model: Any, attachment: Attachment) -> int:
+    index = mujoco.mj_name2id(model, _KINDS[attachment.kind], attachment.name)
+    if index < 0:
+        raise HydroelasticError(f"the model has no {attachment.kind} {attachment.name!r}")
+    return int(index)
 
 
 def _body_index(model: Any, kind: str, index: int) -> int:
@@ -485,49 +663,51 @@ def _dofs(model: Any, body: int) -> NDArray[np.intp]:
     return np.array(dofs, dtype=np.intp)
 
 
-def _mass_places(model: Any) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+def _mass_indices(model: Any) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Returns rows and columns of the entries of ``data.qM``, or of ``data.M`` in versions without ``qM``."""
     if not hasattr(mujoco.MjData, "qM"):
         return np.repeat(np.arange(model.nv), model.M_rownnz), model.M_colind.astype(np.intp)
-    places = []
+    indices = []
     for row in range(model.nv):
         column = row
         while column >= 0:
-            places.append((row, column))
+            indices.append((row, column))
             column = int(model.dof_parentid[column])
-    rows, columns = np.array(places, dtype=np.intp).reshape(-1, 2).T
+    rows, columns = np.array(indices, dtype=np.intp).reshape(-1, 2).T
     return rows, columns
 
 
-def _body_of_spec(spec: Any, carrier: Attachment) -> str:
-    found = {"geom": spec.geom, "body": spec.body, "site": spec.site}[carrier.kind](carrier.name)
-    if found is None:
-        raise HydroelasticError(f"the spec has no {carrier.kind} {carrier.name!r}")
-    name: str = found.name if carrier.kind == "body" else found.parent.name
+def _body_of_spec(spec: Any, attachment: Attachment) -> str:
+    element = {"geom": spec.geom, "body": spec.body, "site": spec.site}[attachment.kind](attachment.name)
+    if element is None:
+        raise HydroelasticError(f"the spec has no {attachment.kind} {attachment.name!r}")
+    name: str = element.name if attachment.kind == "body" else element.parent.name
     if not name:
-        raise HydroelasticError(f"the body of {carrier.kind} {carrier.name!r} has no name, which an exclusion needs")
+        raise HydroelasticError(f"the body of {attachment.kind} {attachment.name!r} has no name, which an exclusion needs")
     return name
 
 
 def _collide(model: Any, first: int, second: int) -> bool:
-    """Whether MuJoCo looks for contacts between two bodies."""
+    """Returns whether MuJoCo detects contacts between two bodies."""
     if int(model.opt.disableflags) & (int(mujoco.mjtDisableBit.mjDSBL_CONTACT) | int(mujoco.mjtDisableBit.mjDSBL_CONSTRAINT)):
         return False
     listed = zip(model.pair_geom1, model.pair_geom2, strict=True)
     if any({int(model.geom_bodyid[g]) for g in geoms} == {first, second} for geoms in listed):
         return True
     signatures = {(first << 16) + second, (second << 16) + first}
-    return not signatures & {int(it) for it in model.exclude_signature} and _filters_pass(model, first, second)
+    excluded = {int(signature) for signature in model.exclude_signature}
+    return not signatures & excluded and _filters_pass(model, first, second)
 
 
 def _filters_pass(model: Any, first: int, second: int) -> bool:
-    """Of the filters by ancestry and by bits."""
-    welds = [int(model.body_weldid[it]) for it in (first, second)]
-    parents = [int(model.body_weldid[model.body_parentid[it]]) for it in welds]
+    """Returns whether the filters by ancestry and by contact bits allow contacts between two bodies."""
+    welds = [int(model.body_weldid[body]) for body in (first, second)]
+    parents = [int(model.body_weldid[model.body_parentid[weld]]) for weld in welds]
     filters_parents = not int(model.opt.disableflags) & int(mujoco.mjtDisableBit.mjDSBL_FILTERPARENT)
     if filters_parents and all(welds) and (welds[0] == parents[1] or welds[1] == parents[0]):
         return False
-    geoms = [range(start := int(model.body_geomadr[it]), start + int(model.body_geomnum[it])) for it in (first, second)]
+    bodies = (first, second)
+    geoms = [range(start := int(model.body_geomadr[body]), start + int(model.body_geomnum[body])) for body in bodies]
     kinds, affinities = model.geom_contype, model.geom_conaffinity
     return any((kinds[i] & affinities[j]) or (kinds[j] & affinities[i]) for i in geoms[0] for j in geoms[1])
 

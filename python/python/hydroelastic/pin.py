@@ -1,25 +1,30 @@
-"""Robots with joints in contact: Pinocchio carries the mechanism, this library its contacts; derivatives are exact.
+"""Robots in contact: Pinocchio computes the mechanism, and this library computes its contacts, with exact derivatives.
 
-``Robot`` takes a Pinocchio model and its contacts. Its joint accelerations obey
+``Robot`` takes a Pinocchio model and its contacts. Its joint accelerations are
 
-    a = ABA(q, v, τ + Σ J(q)ᵀ w(poses(q), twists(q, v))),
+    a = ABA(q, v, τ + Σ J(q)ᵀ w(poses(q), twists(q, v))).
 
-and come with their derivatives by q, v, τ and the materials of the contacts, in closed form: Pinocchio's of the mechanism with
-forces fixed in the links, and by the chain rule those of the wrenches. Semi-implicit Euler steps and rollouts carry them on.
+Their derivatives with respect to q, v, τ and the materials of the contacts are computed in closed form. Pinocchio
+differentiates the mechanism with forces that are fixed in the links, and the chain rule adds the derivatives of the
+wrenches. Semi-implicit Euler steps and rollouts propagate the derivatives.
 
-Conventions are those of Pinocchio for joints, and those of this package for contacts:
+Joints have the conventions of Pinocchio, and contacts have the conventions of this package:
 
-- Derivatives by q are by its tangent space, (nv,): q varies as ``pinocchio.integrate(model, q, dq)``. Free-flyers, spherical and
-  continuous joints, whose nq is not nv, are of no other kind.
-- Wrenches are (torque, force) in world axes, on A about the origin of A's shape and then on B about that of B's. Pinocchio has
-  the linear part first.
-- Pinocchio's ABA takes armatures (rotor inertias) of the model, and not its joint friction and damping: put these into τ.
+- Derivatives with respect to q are with respect to its tangent space, (nv,): q varies as
+  ``pinocchio.integrate(model, q, dq)``. This includes free-flyers, spherical joints and continuous joints, for which nq
+  differs from nv.
+- Wrenches are (torque, force) in world axes: on A about the origin of the shape of A, then on B about the origin of the
+  shape of B. Pinocchio has the linear part first.
+- Pinocchio's ABA includes the armatures (rotor inertias) of the model, but not its joint friction and damping. Add
+  these to τ.
 
-Steps are explicit, so they must resolve the stiffness and damping of the contacts, friction included. A time step that is too long
-raises ``TimeStepError``, which names the limit. Values may look right above the limit, but derivatives grow in each step. The
-check leaves out the stiffness and damping of a controller. ``python python/tests/times_pin.py`` prints its cost.
+Steps are explicit, so they must resolve the stiffness and damping of the contacts, friction included. A time step that
+is too long raises ``TimeStepError``, which names the limit. Values may look right above the limit, but derivatives grow
+in each step. The check ignores the stiffness and damping of a controller. ``python python/tests/times_pin.py`` prints
+its cost.
 
-A ``Robot`` works in buffers of its own and of its ``pinocchio.Data``: use one a thread. It can be pickled.
+A ``Robot`` works in its own buffers and in its ``pinocchio.Data``, so each thread needs its own robot. A robot can be
+pickled.
 """
 
 from __future__ import annotations
@@ -31,6 +36,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from ._autodiff import moduli_of
 from ._core import HydroelasticError, Pair, RolloutError, SurfaceLaw
 
 try:
@@ -40,7 +46,6 @@ except ImportError as _missing:
 
 from ._pin_checks import check_count, check_time_step, checked, checked_pose, finite
 from ._pin_contacts import Contact
-from ._rows import moduli_of
 from ._stability import Forces, Rates, TimeStepError, Watch, resistance
 
 __all__ = [
@@ -57,7 +62,7 @@ __all__ = [
 
 _Floats: TypeAlias = NDArray[np.float64]
 
-# How far the norm of a quaternion may be from 1.
+# Tolerance of the norm of a quaternion.
 _NORMALIZED = 1e-9
 
 
@@ -67,9 +72,19 @@ class ContactPair:
 
     Parameters
     ----------
-    pair : the shapes, moduli and the surface law.
-    frame_a, frame_b : name or index of the frame that carries A, and B. Frame "universe" is the world.
-    pose_a, pose_b : (4, 4), the poses of the shapes in these frames; None for the same axes and origin.
+    pair : Pair
+        Shapes, moduli and surface law.
+    frame_a, frame_b : str or int
+        Name or index of the frames that A and B are fixed in. The frame "universe" is the world.
+    pose_a, pose_b : (4, 4) array_like, optional
+        Poses of the shapes in these frames. Default: the identity.
+
+    Raises
+    ------
+    HydroelasticError
+        If a pose is not rigid.
+    TypeError
+        If a pose is not of float64 or integers.
     """
 
     pair: Pair
@@ -87,8 +102,15 @@ class ContactPair:
 class Acceleration(NamedTuple):
     """Joint accelerations and their derivatives.
 
-    a is (nv,) (rad/s², m/s²). by_q, by_v and by_tau are (nv, nv). by_material is (nv, contacts, 4): by the modulus of A, that of
-    B (Pa), the dissipation (s/m) and the friction coefficient of each contact.
+    Attributes
+    ----------
+    a : (nv,) ndarray of float64
+        Accelerations (rad/s² or m/s²).
+    by_q, by_v, by_tau : (nv, nv) ndarray of float64
+        Derivatives with respect to the tangent of q, to v and to tau.
+    by_material : (nv, contacts, 4) ndarray of float64
+        Derivatives with respect to the modulus of A (Pa), the modulus of B (Pa), the dissipation (s/m) and the friction
+        coefficient of each contact.
     """
 
     a: _Floats
@@ -101,9 +123,15 @@ class Acceleration(NamedTuple):
 class Wrenches(NamedTuple):
     """Wrenches of all contacts, in world axes, and their derivatives.
 
-    wrenches is (contacts, 12): torque (N m) and force (N) on A, about the origin of its shape, and those on B, about its own.
-    by_q and by_v are (contacts, 12, nv). by_material is (contacts, 12, 4), by the contact's own modulus of A, modulus of B,
-    dissipation and friction.
+    Attributes
+    ----------
+    wrenches : (contacts, 12) ndarray of float64
+        Torque (N m) and force (N) on A about the origin of its shape, then on B about the origin of its shape.
+    by_q, by_v : (contacts, 12, nv) ndarray of float64
+        Derivatives with respect to the tangent of q and to v.
+    by_material : (contacts, 12, 4) ndarray of float64
+        Derivatives with respect to the modulus of A (Pa), the modulus of B (Pa), the dissipation (s/m) and the friction
+        coefficient of the same contact.
     """
 
     wrenches: _Floats
@@ -113,10 +141,21 @@ class Wrenches(NamedTuple):
 
 
 class Step(NamedTuple):
-    """A step and its derivatives.
+    """State after a step, and its derivatives.
 
-    q is (nq,), v (nv,). by_state is (2 nv, 2 nv), often called A: rows and columns are the tangent of q, then v. by_tau is
-    (2 nv, nv), often called B. by_material is (2 nv, contacts, 4), as in ``Acceleration``.
+    Attributes
+    ----------
+    q : (nq,) ndarray of float64
+        Joint positions.
+    v : (nv,) ndarray of float64
+        Joint velocities.
+    by_state : (2 nv, 2 nv) ndarray of float64
+        Derivatives with respect to the state before the step, often called A. Rows and columns are the tangent of q,
+        then v.
+    by_tau : (2 nv, nv) ndarray of float64
+        Derivatives with respect to tau, often called B.
+    by_material : (2 nv, contacts, 4) ndarray of float64
+        Derivatives with respect to the materials, as in ``Acceleration``.
     """
 
     q: _Floats
@@ -127,9 +166,16 @@ class Step(NamedTuple):
 
 
 class Feedback(NamedTuple):
-    """Joint torques of a controller, (nv,), and their derivatives.
+    """Joint torques of a controller, and their derivatives. A derivative of None is zero.
 
-    by_q and by_v are (nv, nv), by_parameters is (nv, p) for p parameters of the controller. None is for no dependence.
+    Attributes
+    ----------
+    tau : (nv,) ndarray of float64
+        Joint torques (N m) and forces (N).
+    by_q, by_v : (nv, nv) ndarray of float64 or None
+        Derivatives with respect to the tangent of q and to v.
+    by_parameters : (nv, p) ndarray of float64 or None
+        Derivatives with respect to p parameters of the controller.
     """
 
     tau: _Floats
@@ -139,7 +185,17 @@ class Feedback(NamedTuple):
 
 
 class RobotTrajectory(NamedTuple):
-    """Recorded states: times (m,) (s), q (m, nq) and v (m, nv). The start is the first of them."""
+    """Recorded states of a rollout. The first state is the initial state.
+
+    Attributes
+    ----------
+    times : (m,) ndarray of float64
+        Times (s).
+    q : (m, nq) ndarray of float64
+        Joint positions.
+    v : (m, nv) ndarray of float64
+        Joint velocities.
+    """
 
     times: _Floats
     q: _Floats
@@ -147,10 +203,16 @@ class RobotTrajectory(NamedTuple):
 
 
 class RobotJacobian(NamedTuple):
-    """Derivatives of the recorded states; rows are the tangent of q, then v.
+    """Derivatives of the recorded states of a rollout. Rows are the tangent of q, then v.
 
-    by_start is (m, 2 nv, 2 nv), by the first state. by_material is (m, 2 nv, contacts, 4), as in ``Acceleration``.
-    by_parameters is (m, 2 nv, p), by the parameters of the controller.
+    Attributes
+    ----------
+    by_start : (m, 2 nv, 2 nv) ndarray of float64
+        Derivatives with respect to the initial state.
+    by_material : (m, 2 nv, contacts, 4) ndarray of float64
+        Derivatives with respect to the materials, as in ``Acceleration``.
+    by_parameters : (m, 2 nv, p) ndarray of float64
+        Derivatives with respect to the parameters of the controller.
     """
 
     by_start: _Floats
@@ -162,42 +224,48 @@ Controller: TypeAlias = Callable[[float, _Floats, _Floats], Feedback]
 
 
 class Robot:
-    """A mechanism of Pinocchio whose frames touch each other and the world.
+    """Mechanism of Pinocchio with contacts between its frames and with the world.
 
     Parameters
     ----------
-    model : pinocchio.Model, from a URDF, an MJCF or built in code. It is used as it is, and must not change.
-    contacts : the contact pairs. A pair that is far apart costs its broad phase only.
-    check_stability : whether a time step that is too long for the contacts raises TimeStepError.
+    model : pinocchio.Model
+        Model, from a URDF or MJCF file or built in code. The robot does not copy the model, which must not change.
+    contacts : sequence of ContactPair
+        Contact pairs. A pair that is far apart costs only its broad phase.
+    check_stability : bool
+        True to raise TimeStepError if a time step is too long for the contacts.
 
     Raises
     ------
-    HydroelasticError if a frame is not there, both frames of a contact are fixed to each other, or a pose is not rigid; every
-    method, if an array has another shape, a number is not finite, or a quaternion is not normalized. TypeError if an argument is
-    neither an array of float64 or integers nor a list of numbers. Steps and rollouts raise TimeStepError if the time step is too long, and
-    rollouts RolloutError if a step fails; the ``trajectory`` of both errors holds the recorded earlier states.
+    HydroelasticError
+        If the model has mimic joints, a frame does not exist, both frames of a contact are fixed to each other, or a
+        pose is not rigid. Every method raises it if an array has an unexpected shape, a number is not finite, or a
+        quaternion is not normalized.
+    TypeError
+        Raised by every method if an argument is neither an array of float64 or integers nor a list of numbers.
     """
 
     def __init__(self, model: Any, contacts: Sequence[ContactPair], *, check_stability: bool = True) -> None:
-        # Versions before these joints have no list of them.
+        # Versions of Pinocchio without mimic joints do not have this list.
         if len(getattr(model, "mimicking_joints", ())):
             raise HydroelasticError("the model has mimic joints, which Pinocchio's derivatives do not take")
         self._model = model
         self._data = model.createData()
         self._pairs = tuple(contacts)
         width = 2 * model.nv + 4 * len(self._pairs)
-        self._contacts = [Contact(model, it, 2 * model.nv + 4 * k, width) for k, it in enumerate(self._pairs)]
+        self._contacts = [Contact(model, pair, 2 * model.nv + 4 * k, width) for k, pair in enumerate(self._pairs)]
         self._width = width
         self._zero = np.zeros(model.nv)
         self._forces = pinocchio.StdVec_Force()
         for _ in range(model.njoints):
             self._forces.append(pinocchio.Force.Zero())
-        self._loaded = sorted({mount.joint for it in self._contacts for mount in it.moving})
+        self._loaded = sorted({mount.joint for contact in self._contacts for mount in contact.moving})
         self._checks_stability = check_stability
-        self._watch = Watch([it.name for it in self._contacts])
-        # Time step, q and v after the last step, to tell whether the next step continues from there.
+        self._watch = Watch([contact.name for contact in self._contacts])
+        # Time step, q and v after the last step. They show whether the next step continues from this state.
         self._after: tuple[float, bytes, bytes] | None = None
-        numbers = [[*moduli_of(it.pair), it.pair.law.dissipation, it.pair.law.friction] for it in self._pairs]
+        pairs = [contact.pair for contact in self._pairs]
+        numbers = [[*moduli_of(pair), pair.law.dissipation, pair.law.friction] for pair in pairs]
         self._set_materials(np.array(numbers, dtype=np.float64).reshape(-1, 4))
 
     def __reduce__(self) -> tuple[Callable[..., Robot], tuple[Any, ...]]:
@@ -205,33 +273,69 @@ class Robot:
 
     @property
     def model(self) -> Any:
-        """The ``pinocchio.Model``."""
+        """Model, a ``pinocchio.Model``."""
         return self._model
 
     @property
     def contacts(self) -> tuple[ContactPair, ...]:
-        """The contact pairs, in the order of all results."""
+        """Contact pairs, in the order of all results."""
         return self._pairs
 
     @property
     def materials(self) -> _Floats:
-        """(contacts, 4): modulus of A, modulus of B (Pa), dissipation (s/m) and friction coefficient of each contact. That of a
-        rigid B is infinite, has no effect and derivatives of 0."""
+        """Modulus of A (Pa), modulus of B (Pa), dissipation (s/m) and friction coefficient of each contact, (contacts,
+        4) float64. The modulus of a rigid B is infinite, has no effect, and derivatives with respect to it are 0."""
         return self._materials.copy()
 
     def with_materials(self, materials: _Floats) -> Robot:
-        """The same robot with other ``materials``, (contacts, 4)."""
+        """Copies the robot with other materials.
+
+        Parameters
+        ----------
+        materials : (contacts, 4) array_like
+            Numbers of each contact, as in ``materials``. The modulus of a rigid B may be any number.
+
+        Returns
+        -------
+        Robot
+            Robot with these materials.
+
+        Raises
+        ------
+        HydroelasticError
+            If a number is out of range, or the array has an unexpected shape.
+        """
         robot = Robot(self._model, self._pairs, check_stability=self._checks_stability)
-        found = checked(materials, "materials", (len(self._pairs), 4), infinite=True).copy()
-        for contact, (modulus_a, modulus_b, *law) in zip(self._pairs, found, strict=True):
-            # Raises the errors of a pair. The modulus of a rigid B is infinite.
+        numbers = checked(materials, "materials", (len(self._pairs), 4), infinite=True).copy()
+        for contact, (modulus_a, modulus_b, *law) in zip(self._pairs, numbers, strict=True):
+            # The constructor raises the errors of a pair. The modulus of a rigid B is infinite.
             rigid = contact.pair.moduli[1] is None
             Pair(*contact.pair.shapes, modulus_a, None if rigid else modulus_b, SurfaceLaw(*law))
-        robot._set_materials(found)
+        robot._set_materials(numbers)
         return robot
 
     def acceleration(self, q: _Floats, v: _Floats, tau: _Floats) -> _Floats:
-        """Joint accelerations (nv,) at q (nq,), v (nv,) and joint torques tau (nv,)."""
+        """Computes the joint accelerations.
+
+        Parameters
+        ----------
+        q : (nq,) array_like
+            Joint positions.
+        v : (nv,) array_like
+            Joint velocities.
+        tau : (nv,) array_like
+            Joint torques (N m) and forces (N).
+
+        Returns
+        -------
+        (nv,) ndarray of float64
+            Accelerations (rad/s² or m/s²).
+
+        Raises
+        ------
+        HydroelasticError
+            If an argument is not valid, or the acceleration is not finite.
+        """
         return self._acceleration(q, v, tau)[0]
 
     def _acceleration(self, q: _Floats, v: _Floats, tau: _Floats) -> tuple[_Floats, Forces]:
@@ -249,7 +353,23 @@ class Robot:
         return finite(pinocchio.aba(model, data, q, v, tau)), forces
 
     def linearized(self, q: _Floats, v: _Floats, tau: _Floats) -> Acceleration:
-        """Joint accelerations and their derivatives by q, v, tau and the materials."""
+        """Computes the joint accelerations and their derivatives with respect to q, v, tau and the materials.
+
+        Parameters
+        ----------
+        q, v, tau
+            Arguments of ``acceleration``.
+
+        Returns
+        -------
+        Acceleration
+            Accelerations and derivatives.
+
+        Raises
+        ------
+        HydroelasticError
+            If an argument is not valid, or a result is not finite.
+        """
         return self._linearized(q, v, tau)[0]
 
     def _linearized(self, q: _Floats, v: _Floats, tau: _Floats) -> tuple[Acceleration, Forces]:
@@ -262,10 +382,10 @@ class Robot:
             forces[joint].setZero()
         slopes, torques = None, []
         for contact, material in zip(self._contacts, self._by_contact, strict=True):
-            found, added = contact.joint_torque_slopes(model, data, v, material, forces)
-            torques.append(found)
-            if added is not None:
-                slopes = added if slopes is None else slopes + added
+            torque, of_contact = contact.joint_torque_slopes(model, data, v, material, forces)
+            torques.append(torque)
+            if of_contact is not None:
+                slopes = of_contact if slopes is None else slopes + of_contact
         by_q, by_v, by_tau = pinocchio.computeABADerivatives(model, data, q, v, tau, forces)
         a = finite(data.ddq.copy())
         finite(by_q + by_v, "a derivative of the acceleration")
@@ -276,48 +396,140 @@ class Robot:
         return Acceleration(a, by_q + slopes[:, :nv], by_v + slopes[:, nv : 2 * nv], by_tau, by_material), torques
 
     def wrenches(self, q: _Floats, v: _Floats) -> _Floats:
-        """Wrenches of all contacts, (contacts, 12), as in ``Wrenches``."""
+        """Computes the wrenches of all contacts.
+
+        Parameters
+        ----------
+        q : (nq,) array_like
+            Joint positions.
+        v : (nv,) array_like
+            Joint velocities.
+
+        Returns
+        -------
+        (contacts, 12) ndarray of float64
+            Wrenches, as in ``Wrenches``.
+
+        Raises
+        ------
+        HydroelasticError
+            If an argument is not valid, or a wrench is not finite.
+        """
         q, v = self._check(q, v)
         model, data = self._model, self._data
         pinocchio.computeForwardKinematicsDerivatives(model, data, q, v, self._zero)
-        found = np.zeros((len(self._pairs), 12))
+        wrenches = np.zeros((len(self._pairs), 12))
         for k, (contact, material) in enumerate(zip(self._contacts, self._by_contact, strict=True)):
             contact.move(model, data, v)
-            found[k] = contact.wrench(material)
-        return finite(found, "a contact wrench")
+            wrenches[k] = contact.wrench(material)
+        return finite(wrenches, "a contact wrench")
 
     def linearized_wrenches(self, q: _Floats, v: _Floats) -> Wrenches:
-        """Wrenches of all contacts and their derivatives by q, v and the materials."""
+        """Computes the wrenches of all contacts and their derivatives with respect to q, v and the materials.
+
+        Parameters
+        ----------
+        q, v
+            Arguments of ``wrenches``.
+
+        Returns
+        -------
+        Wrenches
+            Wrenches and derivatives.
+
+        Raises
+        ------
+        HydroelasticError
+            If an argument is not valid, or a wrench is not finite.
+        """
         q, v = self._check(q, v)
         model, data, nv = self._model, self._data, self._model.nv
         pinocchio.computeForwardKinematicsDerivatives(model, data, q, v, self._zero)
         count = len(self._pairs)
-        found = Wrenches(*(np.zeros((count, 12, *more)) for more in ((), (nv,), (nv,), (4,))))
+        result = Wrenches(*(np.zeros((count, 12, *more)) for more in ((), (nv,), (nv,), (4,))))
         for k, (contact, material) in enumerate(zip(self._contacts, self._by_contact, strict=True)):
             contact.move(model, data, v)
-            found.wrenches[k], jacobian = contact.linearized(material)
+            result.wrenches[k], jacobian = contact.linearized(material)
             slopes = jacobian[:, :24] @ contact.motion[:24, : 2 * nv]
-            found.by_q[k], found.by_v[k], found.by_material[k] = slopes[:, :nv], slopes[:, nv:], jacobian[:, 24:]
-        finite(found.wrenches, "a contact wrench")
-        return found
+            result.by_q[k], result.by_v[k], result.by_material[k] = slopes[:, :nv], slopes[:, nv:], jacobian[:, 24:]
+        finite(result.wrenches, "a contact wrench")
+        return result
 
     def poses(self, q: _Floats) -> _Floats:
-        """Poses of the shapes of all contacts in the world, (contacts, 2, 4, 4): those of A, those of B."""
+        """Computes the poses of the shapes of all contacts in the world.
+
+        Parameters
+        ----------
+        q : (nq,) array_like
+            Joint positions.
+
+        Returns
+        -------
+        (contacts, 2, 4, 4) ndarray of float64
+            Poses of A and B for each contact.
+
+        Raises
+        ------
+        HydroelasticError
+            If the argument is not valid.
+        """
         (q,) = self._check(q)
         pinocchio.forwardKinematics(self._model, self._data, q)
         for contact in self._contacts:
-            contact.place(self._data)
+            contact.update_poses(self._data)
         return np.array([contact.poses for contact in self._contacts]).reshape(-1, 2, 4, 4)
 
     def contact_energy(self, q: _Floats) -> float:
-        """Potential energy (J) of all contacts. Takes much longer than the wrenches."""
+        """Computes the potential energy of all contacts. It takes much longer than the wrenches.
+
+        Parameters
+        ----------
+        q : (nq,) array_like
+            Joint positions.
+
+        Returns
+        -------
+        float
+            Potential energy (J).
+
+        Raises
+        ------
+        HydroelasticError
+            If the argument is not valid.
+        """
         energy = 0.0
         for contact, (moduli, _), poses in zip(self._contacts, self._by_contact, self.poses(q), strict=True):
             energy += float(contact.pair.potential_energy(poses[0], poses[1], moduli=moduli))
         return energy
 
     def step(self, q: _Floats, v: _Floats, tau: _Floats, time_step: float) -> tuple[_Floats, _Floats]:
-        """q and v after a semi-implicit Euler step (s): v grows by the acceleration, and q moves by the new v."""
+        """Takes a semi-implicit Euler step: v changes by the acceleration, and q moves by the new v.
+
+        Parameters
+        ----------
+        q : (nq,) array_like
+            Joint positions.
+        v : (nv,) array_like
+            Joint velocities.
+        tau : (nv,) array_like
+            Joint torques (N m) and forces (N).
+        time_step : float
+            Time step (s), positive.
+
+        Returns
+        -------
+        q : (nq,) ndarray of float64
+            Joint positions after the step.
+        v : (nv,) ndarray of float64
+            Joint velocities after the step.
+
+        Raises
+        ------
+        HydroelasticError
+            If an argument is not valid, or a result is not finite.
+        TimeStepError
+            If the time step is too long for the contacts.
+        """
         check_time_step(time_step)
         q, v, tau = self._check(q, v, tau)
         a, forces = self._acceleration(q, v, tau)
@@ -326,13 +538,31 @@ class Robot:
         return self._moved(q, v, time_step), v
 
     def linearized_step(self, q: _Floats, v: _Floats, tau: _Floats, time_step: float) -> Step:
-        """``step`` with its derivatives by the state, tau and the materials."""
+        """Takes a step, and differentiates it with respect to the state, tau and the materials.
+
+        Parameters
+        ----------
+        q, v, tau, time_step
+            Arguments of ``step``.
+
+        Returns
+        -------
+        Step
+            State after the step, and derivatives.
+
+        Raises
+        ------
+        HydroelasticError
+            If an argument is not valid, or a result is not finite.
+        TimeStepError
+            If the time step is too long for the contacts.
+        """
         check_time_step(time_step)
         q, v, tau = self._check(q, v, tau)
         nv = self._model.nv
         (a, by_q, by_v, by_tau, by_material), forces = self._linearized(q, v, tau)
         self._check_stability(q, v, forces, time_step)
-        # Of the new velocity, by q, v, tau and the materials.
+        # Derivatives of the new velocity with respect to q, v, tau and the materials.
         slopes = time_step * np.hstack([by_q, by_v, by_tau, by_material.reshape(nv, -1)])
         slopes[:, nv : 2 * nv] += np.eye(nv)
         v = v + time_step * a
@@ -354,10 +584,37 @@ class Robot:
         *,
         record_every: int = 1,
     ) -> RobotTrajectory:
-        """States from q, v on, every so many steps.
+        """Runs a rollout of semi-implicit Euler steps.
 
-        tau is constant, (nv,), has a row a step, (steps, nv), or is a function of the time (s), q and v that returns a
-        ``Feedback``, of which only tau is used here.
+        Parameters
+        ----------
+        q : (nq,) array_like
+            Initial joint positions.
+        v : (nv,) array_like
+            Initial joint velocities.
+        tau : (nv,) or (steps, nv) array_like, or callable
+            Joint torques (N m) and forces (N): constant, one row for each step, or a function of the time (s), q and v
+            that returns a ``Feedback``. Only the ``tau`` of the feedback is used here.
+        time_step : float
+            Time step (s), positive.
+        steps : int
+            Number of steps.
+        record_every : int
+            Number of steps between recorded states. The last state is recorded only if its step number is a multiple.
+
+        Returns
+        -------
+        RobotTrajectory
+            Recorded states.
+
+        Raises
+        ------
+        HydroelasticError
+            If an argument is not valid.
+        TimeStepError
+            If the time step is too long for the contacts. Its ``trajectory`` has the recorded earlier states.
+        RolloutError
+            If a step fails. Its ``trajectory`` has the recorded earlier states.
         """
         records = _Records(steps, record_every, time_step)
         torques = self._torques(tau, steps)
@@ -382,10 +639,31 @@ class Robot:
         *,
         record_every: int = 1,
     ) -> tuple[RobotTrajectory, RobotJacobian]:
-        """``rollout`` with derivatives of the recorded states by the first, the materials and the parameters of a controller.
+        """Runs a rollout, and differentiates the recorded states.
 
-        The ``Feedback`` of a controller must have its derivatives. By torques of single steps, multiply those of
-        ``linearized_step``.
+        The derivatives are with respect to the initial state, the materials and the parameters of a controller. For
+        derivatives with respect to the torques of single steps, multiply the derivatives of ``linearized_step``.
+
+        Parameters
+        ----------
+        q, v, tau, time_step, steps, record_every
+            Arguments of ``rollout``. The ``Feedback`` of a controller must have its derivatives.
+
+        Returns
+        -------
+        trajectory : RobotTrajectory
+            Recorded states.
+        jacobian : RobotJacobian
+            Derivatives of the recorded states.
+
+        Raises
+        ------
+        HydroelasticError
+            If an argument is not valid.
+        TimeStepError
+            If the time step is too long for the contacts. Its ``trajectory`` has the recorded earlier states.
+        RolloutError
+            If a step fails. Its ``trajectory`` has the recorded earlier states.
         """
         nv, count = self._model.nv, len(self._pairs)
         records = _Records(steps, record_every, time_step)
@@ -421,7 +699,7 @@ class Robot:
         self._by_contact = [(row[:2], row[2:]) for row in materials]
 
     def _moved(self, q: _Floats, v: _Floats, time_step: float) -> _Floats:
-        """q after a step at the velocity v."""
+        """Returns q after a step at the velocity v."""
         q = finite(pinocchio.integrate(self._model, q, time_step * v), "q")
         self._after = time_step, q.tobytes(), v.tobytes()
         return q
@@ -442,7 +720,7 @@ class Robot:
         return mass
 
     def _rates(self, q: _Floats, v: _Floats) -> Rates:
-        """Stiffness and damping of the contacts."""
+        """Returns the stiffness and damping of the contacts."""
         model, data = self._model, self._data
         stiffness, damping = np.zeros((2, len(self._contacts), model.nv, model.nv))
         pinocchio.computeForwardKinematicsDerivatives(model, data, q, v, self._zero)
@@ -454,14 +732,14 @@ class Robot:
         return Rates(stiffness, damping, self._mass(q))
 
     def _check(self, *arrays: _Floats) -> tuple[_Floats, ...]:
-        """Returns q, or q and v, or q, v and tau, as arrays of float64."""
+        """Converts q, or q and v, or q, v and tau, to arrays of float64."""
         model = self._model
         sizes = (model.nq, model.nv, model.nv)
-        found = tuple(checked(it, name, (size,)) for it, name, size in zip(arrays, ("q", "v", "tau"), sizes))
-        q = found[0]
+        converted = tuple(checked(array, name, (size,)) for array, name, size in zip(arrays, ("q", "v", "tau"), sizes))
+        q = converted[0]
         if model.nq != model.nv and not pinocchio.isNormalized(model, q, _NORMALIZED):
             raise HydroelasticError("q has a quaternion or a continuous joint that is not normalized: see pinocchio.normalize")
-        return found
+        return converted
 
     def _torques(self, tau: _Floats | Controller, steps: int) -> Callable[[float, _Floats, _Floats, int], Feedback]:
         nv = self._model.nv
@@ -491,7 +769,8 @@ class Robot:
 
 
 class _Records:
-    """The states of a rollout that are recorded, each a tuple of arrays: the first, and every so many-th after it."""
+    """Recorded states of a rollout, each a tuple of arrays: the initial state, and the state after each ``every``
+    steps."""
 
     def __init__(self, steps: int, every: int, time_step: float) -> None:
         check_count(steps, "steps")
@@ -514,7 +793,7 @@ class _Records:
         return failure
 
     def offer(self, step: int, state: tuple[_Floats, ...]) -> None:
-        """Takes the state after so many steps, if it is one to record."""
+        """Records the state after ``step`` steps, if the number is a multiple of ``every``."""
         if step % self._every == 0:
             self._states.append(state)
 
@@ -524,12 +803,12 @@ class _Records:
         return times
 
     def stacked(self) -> list[_Floats]:
-        """Each of the arrays, with an axis for the recorded states in front."""
+        """Stacks each of the arrays. The first axis is that of the recorded states."""
         return [np.stack(arrays) for arrays in zip(*self._states)]
 
 
 def _loaded_robot(model: Any, contacts: Sequence[ContactPair], materials: _Floats, check_stability: bool) -> Robot:
-    """What pickle calls."""
+    """Restores a robot from a pickle."""
     robot = Robot(model, contacts, check_stability=check_stability)
     robot._set_materials(np.array(materials))
     return robot

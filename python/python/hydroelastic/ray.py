@@ -1,11 +1,12 @@
-"""Many rollouts on many machines: the interface of ``hydroelastic.Batch`` over a cluster of Ray.
+"""Batches of rollouts on a Ray cluster, with the interface of ``hydroelastic.Batch``.
 
     from hydroelastic.ray import Batch
 
     results = Batch(plan).jacobians_perturbed(world, parameters, samples)
 
-Results are those of the local ``Batch``, in the same order and with the same bits, where the machines have the same build of
-this package and the same mathematical library. ``docs/python/cluster.md`` says how to run it on a cluster.
+If all machines have the same version of this package, the results are those of the local ``Batch``, in the same order
+and with the same bits. Only implicit steps of 16 or more bodies may differ in the last bits, between processors with
+and without fused multiply-add. ``docs/python/cluster.md`` describes how to start a cluster.
 """
 
 from __future__ import annotations
@@ -29,14 +30,15 @@ except ImportError as _error:
 
 __all__ = ["Batch"]
 
-# One rollout has one thread; Ray runs as many tasks on a machine as it has cores.
+# Each task has one thread, because Ray runs one task for each core of a machine.
 _ENVIRONMENT = {"env_vars": {"RAYON_NUM_THREADS": "1"}}
-# Parts for each core, so that cores that are free early find work, and how many rollouts a part has at most.
+# Number of parts for each core. With several parts, cores that finish early get more work.
 _PARTS_PER_CORE = 8
+# Maximum number of rollouts in a part.
 _LONGEST_PART = 32
-# How many tasks are looked at together, since ray.wait takes longer for more.
+# Number of tasks in one call of ray.wait, which takes longer for more tasks.
 _WINDOW = 256
-# What remains of a task that the engine has tried for the last time.
+# Exceptions of a task that was lost in all its attempts.
 _LOST = (
     exceptions.WorkerCrashedError,
     exceptions.NodeDiedError,
@@ -46,18 +48,19 @@ _LOST = (
 
 
 class _Sliced(Protocol):
-    """What belongs to the results, one for each: a list, or the rows of an array."""
+    """Inputs, one for each result: a list, or the rows of an array."""
 
     def __len__(self) -> int: ...
-    def __getitem__(self, places: slice, /) -> Any: ...
+    def __getitem__(self, indices: slice, /) -> Any: ...
 
 
-# What the parts of the batch that this worker works for have in common, by its bytes.
+# Common data of the parts of the current batch in this worker, by its pickled bytes.
 _HELD: dict[bytes, tuple[Any, ...]] = {}
 
 
 def _loaded(common: bytes) -> tuple[Any, ...]:
-    """What parts have in common, loaded once in each worker: for a world of 20,000 tetrahedra, that takes some 60 ms."""
+    """Returns the common data of parts. Each worker unpickles it once, because a world of 20,000 tetrahedra takes about
+    60 ms."""
     if common not in _HELD:
         _HELD.clear()
         _HELD[common] = pickle.loads(common)
@@ -65,38 +68,46 @@ def _loaded(common: bytes) -> tuple[Any, ...]:
 
 
 def _results(version: str, plan: Plan, method: str, common: bytes, part: Any) -> list[Any]:
-    """What the local batch gives for a part, on the machine where this runs."""
+    """Runs a method of the local batch for a part, in a worker."""
     if version != _core.__version__:
         raise RuntimeError(f"this worker has hydroelastic {_core.__version__}, but was sent work of {version}")
     function, shared = getattr(_core.Batch(plan), method), _loaded(common)
-    # Worlds come before the parameters of their derivatives; all else that belongs to results comes last.
+    # The worlds of ``jacobians`` are its first argument. Other inputs are the last argument.
     return function(part, *shared) if method == "jacobians" else function(*shared, part)  # type: ignore[no-any-return]
 
 
 class Batch:
-    """Many independent rollouts by one plan, over a cluster of Ray. Methods and results are those of ``hydroelastic.Batch``:
-    results come in the order of what they belong to, with the bits of rollouts one by one, and in the place of the result of
-    one that fails is its exception.
+    """Batch of independent rollouts with one plan, on a Ray cluster.
 
-    Worlds are sent once to each machine that needs them. Parts of the batch are tasks, which Ray runs again elsewhere where a
-    worker or a machine is lost, with the same result. Where that happens too often, a RolloutError, whose cause is Ray's
-    exception, is in the place of each result of the part.
+    The methods and results are those of ``hydroelastic.Batch``. Results have the order of the inputs and the same bits
+    as single rollouts. If a rollout fails, its result is the exception.
+
+    Worlds are sent once to each machine that needs them. Parts of the batch are tasks. If a worker or a machine is
+    lost, Ray runs its tasks again on another one, with the same result. If a task is lost too often, each of its
+    results is a RolloutError whose cause is Ray's exception.
+
+    If Ray is not running, ``ray.init()`` starts it or connects to the cluster. Ctrl-C, or an exception of the progress
+    function, ends the batch: running tasks end before their next step. A method raises ``ray.exceptions.RayError`` if
+    the workers cannot run at all, for example because they do not have this package.
 
     Parameters
     ----------
-    plan : of each rollout.
-    progress : True for a progress bar of tqdm, if that is installed; or a function of (done, total) rollouts.
-    chunk : how many rollouts a task has; None for eight tasks for each core of the cluster, of 32 rollouts at most. Tasks of
-        less than 50 ms spend more than a few percent of their time in Ray.
-    max_retries : how often a task is begun again after a loss; -1 for without end.
-
-    Where Ray has not been started, ``ray.init()`` starts it or finds the cluster. Ctrl-C, or an exception of the progress
-    function, ends the batch: tasks that run end before their next step.
+    plan : Plan
+        Plan of each rollout.
+    progress : bool or callable, optional
+        True for a progress bar of tqdm if tqdm is installed, or a function of (done, total) rollouts.
+    chunk : int, optional
+        Number of rollouts in a task. Default: eight tasks for each core of the cluster, with at most 32 rollouts each.
+        Tasks of less than 50 ms spend more than a few percent of their time in Ray.
+    max_retries : int
+        Number of times that a task is started again after a loss. -1 means no limit.
 
     Raises
     ------
-    HydroelasticError if chunk or max_retries are out of range.
-    ray.exceptions.RayError where the workers cannot run at all, such as without this package, or in another version.
+    HydroelasticError
+        If chunk or max_retries is out of range.
+    TypeError
+        If plan is not a Plan.
     """
 
     def __init__(
@@ -120,55 +131,149 @@ class Batch:
 
     @property
     def plan(self) -> Plan:
-        """The plan."""
+        """Plan of each rollout."""
         return self._plan
 
     def rollouts_from(self, world: World, states: Sequence[State]) -> list[Trajectory | RolloutError]:
-        """The trajectory of a world from each of a list of states."""
+        """Runs a rollout of one world from each of several states.
+
+        Parameters
+        ----------
+        world : World
+            World of all rollouts.
+        states : sequence of State
+            Initial state of each rollout.
+
+        Returns
+        -------
+        list of Trajectory or RolloutError
+            Result of each rollout.
+
+        Raises
+        ------
+        HydroelasticError
+            If a state does not fit the world.
+        """
         for state in states:
-            world.rollout(self._plan, start=state)  # Refuses a state that does not fit the world.
+            world.rollout(self._plan, start=state)  # This raises an error if the state does not fit the world.
         return self._over_the_cluster("rollouts_from", (world,), list(states))
 
     def rollouts(self, worlds: Sequence[World]) -> list[Trajectory | RolloutError]:
-        """The trajectory of each of a list of worlds from its initial state."""
+        """Runs a rollout of each of several worlds from its initial state.
+
+        Parameters
+        ----------
+        worlds : sequence of World
+            World of each rollout.
+
+        Returns
+        -------
+        list of Trajectory or RolloutError
+            Result of each rollout.
+
+        Raises
+        ------
+        TypeError
+            If an item is not a World.
+        """
         _check_worlds(worlds)
         return self._over_the_cluster("rollouts", (), list(worlds))
 
     def rollouts_perturbed(
         self, world: World, parameters: Sequence[Parameter], samples: NDArray[np.float64]
     ) -> list[Trajectory | HydroelasticError]:
-        """The trajectory of a world after each of n changes of its parameters: samples (n, p) float64, as of World.perturbed."""
-        return self._after("rollouts_perturbed", world, parameters, samples)
+        """Runs a rollout of one world at each of n perturbations of its parameters.
+
+        Parameters
+        ----------
+        world : World
+            World before the perturbation.
+        parameters : sequence of Parameter
+            Parameters to perturb, p numbers together.
+        samples : (n, p) array_like
+            Changes that are added to the parameters, as in ``World.perturbed``.
+
+        Returns
+        -------
+        list of Trajectory or HydroelasticError
+            Result of each rollout.
+
+        Raises
+        ------
+        HydroelasticError
+            If samples does not have two axes.
+        TypeError
+            If samples is not an array of numbers.
+        """
+        return self._perturbed("rollouts_perturbed", world, parameters, samples)
 
     def jacobians_perturbed(
         self, world: World, parameters: Sequence[Parameter], samples: NDArray[np.float64]
     ) -> list[tuple[Trajectory, TrajectoryJacobian] | HydroelasticError]:
-        """World.jacobian of a world after each of n changes of its parameters: samples (n, p) float64, as of World.perturbed.
-        Each result is a Trajectory and its TrajectoryJacobian, or an exception."""
-        return self._after("jacobians_perturbed", world, parameters, samples)
+        """Runs ``World.jacobian`` for one world at each of n perturbations of its parameters.
+
+        Parameters
+        ----------
+        world : World
+            World before the perturbation.
+        parameters : sequence of Parameter
+            Parameters to perturb and to differentiate with respect to, p numbers together.
+        samples : (n, p) array_like
+            Changes that are added to the parameters, as in ``World.perturbed``.
+
+        Returns
+        -------
+        list of (Trajectory, TrajectoryJacobian) or HydroelasticError
+            Result of each rollout.
+
+        Raises
+        ------
+        HydroelasticError
+            If samples does not have two axes.
+        TypeError
+            If samples is not an array of numbers.
+        """
+        return self._perturbed("jacobians_perturbed", world, parameters, samples)
 
     def jacobians(
         self, worlds: Sequence[World], parameters: Sequence[Parameter]
     ) -> list[tuple[Trajectory, TrajectoryJacobian] | HydroelasticError]:
-        """World.jacobian of each of a list of worlds, from its initial state: for many starts. Each result is a Trajectory and
-        its TrajectoryJacobian, or an exception."""
+        """Runs ``World.jacobian`` for each of several worlds from its initial state.
+
+        Parameters
+        ----------
+        worlds : sequence of World
+            World of each rollout.
+        parameters : sequence of Parameter
+            Parameters to differentiate with respect to.
+
+        Returns
+        -------
+        list of (Trajectory, TrajectoryJacobian) or HydroelasticError
+            Result of each rollout.
+
+        Raises
+        ------
+        TypeError
+            If an item is not a World or a Parameter.
+        """
         _check_worlds(worlds)
         _core.Batch(self._plan).jacobians([], parameters)
         return self._over_the_cluster("jacobians", (list(parameters),), list(worlds))
 
-    def _after(
+    def _perturbed(
         self, method: str, world: World, parameters: Sequence[Parameter], samples: NDArray[np.float64]
     ) -> list[Any]:
-        """Either of the two methods above, whose arguments the local batch refuses here, as far as it does without running."""
+        """Runs one of the two methods for perturbations. The local batch first checks the arguments with no samples."""
         samples = np.asarray(samples) if isinstance(samples, list | tuple) else samples
         has_rows = isinstance(samples, np.ndarray) and samples.ndim == 2
         getattr(_core.Batch(self._plan), method)(world, parameters, samples[:0] if has_rows else samples)
         return self._over_the_cluster(method, (world, list(parameters)), samples)
 
     def _over_the_cluster(self, method: str, common: tuple[Any, ...], items: _Sliced) -> list[Any]:
-        """The results of a method of the local batch for items, in parts; what the parts have in common is sent once."""
+        """Runs a method of the local batch for items, in parts. The common data of the parts is sent once."""
         progress = self._progress
-        told = None if progress is None or progress is False else _progress.shown(progress, len(items))
+        report = None if progress is None or progress is False else _progress.shown(progress, len(items))
         tasks: dict[ray.ObjectRef[Any], slice] = {}
         results: list[Any] = [None] * len(items)
         try:
@@ -180,18 +285,18 @@ class Batch:
                 count = len(results[part])
                 results[part] = _result(task, count)
                 done += count
-                if told is not None:
-                    told(done)
+                if report is not None:
+                    report(done)
         finally:
-            # What is left after Ctrl-C or an exception.
+            # Only Ctrl-C or an exception leaves tasks.
             for task in tasks:
                 ray.cancel(task)
-            if told is not None:
-                told.close()
+            if report is not None:
+                report.close()
         return results
 
     def _tasks(self, method: str, common: tuple[Any, ...], items: _Sliced) -> dict[ray.ObjectRef[Any], slice]:
-        """A task of Ray for each part of the items, and where its results belong."""
+        """Starts a Ray task for each part of the items. Returns the slice of the results of each task."""
         if not ray.is_initialized():
             ray.init()
         length = self._chunk or _part_length(len(items))
@@ -213,14 +318,14 @@ def _check_worlds(worlds: Sequence[World]) -> None:
 
 
 def _part_length(count: int) -> int:
-    """How many rollouts a task has, if the caller does not say."""
+    """Returns the default number of rollouts in a task."""
     resources: dict[str, float] = ray.cluster_resources()  # type: ignore[no-untyped-call, unused-ignore]
     cores = max(1, int(resources.get("CPU", 1)))
     return min(_LONGEST_PART, -(-count // (_PARTS_PER_CORE * cores)))
 
 
 def _as_they_end(tasks: list[ray.ObjectRef[Any]]) -> Iterator[ray.ObjectRef[Any]]:
-    """Tasks that were begun in this order, as they end."""
+    """Yields tasks as they end. The tasks were started in the order of the list."""
     while tasks:
         window, rest = tasks[:_WINDOW], tasks[_WINDOW:]
         ray.wait(window, num_returns=1)
@@ -230,10 +335,10 @@ def _as_they_end(tasks: list[ray.ObjectRef[Any]]) -> Iterator[ray.ObjectRef[Any]
 
 
 def _result(task: ray.ObjectRef[Any], count: int) -> list[Any]:
-    """The results of a task that has ended, or an exception for each of them where the engine has lost it too often."""
+    """Returns the results of a task that has ended. If Ray has lost the task too often, each result is an exception."""
     try:
-        found: list[Any] = ray.get(task)
-        return found
+        results: list[Any] = ray.get(task)
+        return results
     except _LOST as lost:
         return [_lost(lost) for _ in range(count)]
 

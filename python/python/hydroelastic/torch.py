@@ -1,4 +1,5 @@
-"""Wrenches, steps and rollouts as differentiable functions of PyTorch: ``backward``, forward mode and ``torch.func``.
+"""Wrenches, steps and rollouts as differentiable functions of PyTorch, for ``backward``, forward mode and
+``torch.func``.
 
     import torch, hydroelastic as he, hydroelastic.torch as ht
     pair = he.Pair(he.Shape.icosphere(0.1, 3), he.Shape.cuboid([0.4, 0.4, 0.2]), 1e5, 1e6)
@@ -7,27 +8,29 @@
     ht.wrench(pair, ht.pose(up * height), ht.pose())[5].backward()  # N
     print(height.grad)  # N/m
 
-The contact is computed by the library on the CPU, with its own Jacobians: autograd does not trace it. What is computed
-is the value alone where no derivative can be asked for, and else value and Jacobian in one call: the value may then
-differ by round-off. Gradients of rollouts by many numbers take the steps back instead, for one gradient at about the
-same cost whatever the numbers are: see ``rollout``.
+The library computes the contact on the CPU, with its own Jacobians. Autograd does not trace it. If no derivative can be
+requested, only the value is computed. Otherwise, one call computes the value and the Jacobian, and the value may differ
+by round-off. Gradients of rollouts with respect to many numbers use reverse mode instead. One gradient then costs about
+the same for any number of numbers. See ``rollout``.
 
-Tensors are of float64 and on the CPU: others are refused, since a contact of float32 numbers has no digits left.
-Arguments may have any axes in front, which are broadcast against each other, and then so has the result;
-``torch.func.vmap`` makes such a batch too. All cores compute a batch.
+Tensors are of float64 and on the CPU. Tensors of integers are converted. Other types and devices raise TypeError,
+because contact in float32 has no accurate digits. Arguments may have additional leading axes, which are broadcast
+against each other and which the result then has too. ``torch.func.vmap`` creates such a batch too. All cores compute a
+batch.
 
-Derivatives by poses. Poses are (4, 4). A tangent dT of a pose counts as the twist (ω, v) in world axes by which it
-moves the pose: [ω]× is the skew part of dR Rᵀ, and v is the last column. What is not skew in dR Rᵀ would leave the
-rotations, and does not count; nor does the last row. The gradient of a pose is the transpose: with g the derivative by
-the angular part of that twist and f by the linear part, ½ [g]× R is its rotation block and f its last column. So by the
-chain rule through anything that makes rotations (``pose``, ``moved_pose``, quaternions, kinematics) derivatives are
-right, and a step along a gradient itself leads off the rotations: optimize over vectors, and make poses of them.
+Derivatives with respect to poses. Poses are (4, 4). A tangent dT of a pose counts as the twist (ω, v) in world axes
+that moves the pose: [ω]× is the skew part of dR Rᵀ, and v is the last column of dT. The symmetric part of dR Rᵀ would
+leave the rotations, so it has no effect. The last row of dT has no effect either. The gradient of a pose is the
+transpose. Let g be the derivative with respect to the angular part of that twist, and f the derivative with respect to
+the linear part. The gradient has the rotation block ½ [g]× R and the last column f. So derivatives are right by the
+chain rule through any function that makes rotations (``pose``, ``moved_pose``, quaternions, kinematics). A step along a
+gradient itself leaves the rotations: optimize over vectors, and compute poses from them.
 
-What the library refuses (a pose that is not rigid, a number that is not finite, a rollout that ends early) raises
-HydroelasticError, in a batch too, with the place of the first such row.
+Errors (a pose that is not rigid, a number that is not finite, a rollout that ends early) raise HydroelasticError. In a
+batch, the message has the index of the first invalid row.
 
-Second derivatives do not exist, and to ask for them (a backward pass through ``create_graph=True``,
-``torch.func.hessian``) raises NotImplementedError. For least squares, JᵀJ of ``torch.func.jacrev`` takes their place.
+Second derivatives are not available. A backward pass through ``create_graph=True`` and ``torch.func.hessian`` raise
+NotImplementedError. For least squares, use JᵀJ of ``torch.func.jacrev`` instead.
 """
 
 from __future__ import annotations
@@ -45,21 +48,27 @@ except ImportError as error:
 
 from torch.autograd import forward_ad
 
-from . import _rows
+from . import _autodiff
 from ._core import HydroelasticError, Pair, Parameter, Plan, World
 
 __all__ = ["State", "final_state", "initial_state", "moved_pose", "pose", "rollout", "step", "wrench"]
 
 Tensor: TypeAlias = torch.Tensor
-# What an argument may be: a tensor, an array of numpy, or a list of numbers.
+# Type of an argument: a tensor, a NumPy array, or a list of numbers.
 _Tensor: TypeAlias = Any
 
 
 class State(NamedTuple):
-    """The n bodies of a world at one time, in the order of the world's; recorded states have k in front.
+    """State of the n bodies of a world at one time. The bodies have the order of ``World.names``.
 
-    poses : (n, 4, 4), poses of the body frames in the world.
-    twists : (n, 6): spin (rad/s), and velocity of the center of mass (m/s), world axes.
+    If a function returns k recorded states, both attributes have an additional first axis of length k.
+
+    Attributes
+    ----------
+    poses : (n, 4, 4) torch.Tensor of float64
+        Poses of the body frames in the world.
+    twists : (n, 6) torch.Tensor of float64
+        Angular velocity (rad/s), then velocity of the center of mass (m/s), in world axes.
     """
 
     poses: Tensor
@@ -67,17 +76,26 @@ class State(NamedTuple):
 
 
 def pose(translation: _Tensor = (0.0, 0.0, 0.0), rotation_vector: _Tensor = (0.0, 0.0, 0.0)) -> Tensor:
-    """The pose of a frame: a 4×4 homogeneous matrix.
+    """Creates the pose of a frame as a 4×4 homogeneous matrix.
 
     Parameters
     ----------
-    translation : (3,) position of the frame's origin (m).
-    rotation_vector : (3,) axis times angle (rad) by which the frame is turned. At zero too, derivatives of all orders
-        are right.
+    translation : (3,) array_like
+        Position (m) of the origin of the frame.
+    rotation_vector : (3,) array_like
+        Rotation of the frame: axis times angle (rad). Derivatives of all orders are right at zero too.
 
     Returns
     -------
-    (4, 4) float64.
+    (4, 4) torch.Tensor of float64
+        Matrix that maps coordinates in the frame to coordinates in the outer frame.
+
+    Raises
+    ------
+    HydroelasticError
+        If a number is not finite, or an argument has an unexpected shape.
+    TypeError
+        If an argument is not of float64 or integers.
     """
     translation = _finite(_floats(translation, "translation", (3,)), "translation")
     vector = _finite(_floats(rotation_vector, "rotation_vector", (3,)), "rotation_vector")
@@ -85,17 +103,28 @@ def pose(translation: _Tensor = (0.0, 0.0, 0.0), rotation_vector: _Tensor = (0.0
 
 
 def moved_pose(pose: _Tensor, twist: _Tensor) -> Tensor:
-    """A pose after a small motion in world axes: the frame turns about its own origin by the angular part of a twist
-    (rad), and its origin moves by the linear part (m).
+    """Moves a pose by a twist in world axes.
+
+    The frame turns about its own origin by the angular part, and its origin moves by the linear part.
 
     Parameters
     ----------
-    pose : (4, 4).
-    twist : (6,) angular, linear.
+    pose : (4, 4) array_like
+        Pose before the motion.
+    twist : (6,) array_like
+        Rotation vector (rad), then translation (m).
 
     Returns
     -------
-    (4, 4) float64.
+    (4, 4) torch.Tensor of float64
+        Pose after the motion.
+
+    Raises
+    ------
+    HydroelasticError
+        If a number is not finite, or an argument has an unexpected shape.
+    TypeError
+        If an argument is not of float64 or integers.
     """
     pose = _finite(_floats(pose, "pose", (4, 4)), "pose")
     twist = _finite(_floats(twist, "twist", (6,)), "twist")
@@ -113,27 +142,54 @@ def wrench(
     moduli: _Tensor | None = None,
     law: _Tensor | None = None,
 ) -> Tensor:
-    """The wrenches of a contact. Without twists those of bodies at rest; with them, dissipation and friction take part.
+    """Computes the wrenches on both bodies of a contact.
+
+    Without twists, the bodies are at rest. With a twist, the wrenches include dissipation and friction.
 
     Parameters
     ----------
-    pair : the shapes; no derivative.
-    pose_a, pose_b : (4, 4).
-    twist_a, twist_b : (6,) angular (rad/s), linear (m/s, of the body's origin), world axes; None for zero.
-    moduli : (2,) of A and B (Pa), in place of those of the pair; where B is rigid, the second has no effect.
-    law : (2,) dissipation (s/m) and friction coefficient, in place of those of the pair; without twists they do not
-        matter.
+    pair : Pair
+        Shapes and default numbers. It has no derivative.
+    pose_a, pose_b : (4, 4) array_like
+        Poses of A and B in the world.
+    twist_a, twist_b : (6,) array_like, optional
+        Angular velocity (rad/s), then velocity (m/s) of the origin of the body frame, in world axes. If one is given,
+        the other is zero by default.
+    moduli : (2,) array_like, optional
+        Moduli (Pa) of A and B, in place of those of the pair. If B is rigid, the second has no effect.
+    law : (2,) array_like, optional
+        Dissipation (s/m) and friction coefficient, in place of those of the pair. They have no effect without twists.
 
     Returns
     -------
-    (12,): torque (N m) and force (N) on A, about A's origin, then those on B, about B's.
+    (12,) torch.Tensor of float64
+        Torque (N m) and force (N) on A about the origin of its frame, then on B about the origin of its frame, in world
+        axes.
+
+    Raises
+    ------
+    HydroelasticError
+        If an argument is not valid, as in ``Pair.wrench``.
+    TypeError
+        If an argument is not of float64 or integers.
     """
-    found: Tensor = _rows.wrench(_Arrays(), pair, (pose_a, pose_b), (twist_a, twist_b), moduli, law)
-    return found
+    wrenches: Tensor = _autodiff.wrench(_Arrays(), pair, (pose_a, pose_b), (twist_a, twist_b), moduli, law)
+    return wrenches
 
 
 def initial_state(world: World) -> State:
-    """The state that rollouts of a world start from."""
+    """Returns the initial state of rollouts of a world.
+
+    Parameters
+    ----------
+    world : World
+        World.
+
+    Returns
+    -------
+    State
+        Initial state.
+    """
     state = world.initial_state
     return State(torch.from_numpy(state.poses), torch.from_numpy(state.twists))
 
@@ -147,26 +203,44 @@ def rollout(
     start: State | None = None,
     start_step: Tensor | int = 0,
 ) -> State:
-    """The recorded states of a rollout, by its initial state and by changes of parameters of the world.
+    """Runs a rollout and returns the recorded states, as a function of its initial state and of changes of parameters.
+
+    Backward passes with respect to more than 12 numbers (more than 96 numbers if steps are implicit)
+    use reverse mode, whose time does not depend on p. With ``start``, each dynamic body adds 12 numbers. Otherwise, and
+    in forward mode, the Jacobian is computed, whose time grows with the number of numbers.
 
     Parameters
     ----------
-    world : no derivative but by its parameters.
-    plan : the steps, and which states are recorded.
-    parameters : what changes, p numbers together.
-    changes : (p,), added to what is in the world, as by World.perturbed; None for zeros.
-    start : initial state; None for that of the world, which then has no derivative but by parameters: faster with few
-        of them. Bodies that forces do not move stay as they are in the world, so that their part of it has no effect.
-    start_step : integer, how many time steps after the initial time of the world the rollout starts: only with start, for
+    world : World
+        World. It has no derivative except with respect to its parameters.
+    plan : Plan
+        Steps, and the states to record.
+    parameters : sequence of Parameter
+        Parameters to change, p numbers together.
+    changes : (p,) array_like, optional
+        Changes that are added to the parameters, as in ``World.perturbed``. Default: zeros.
+    start : State, optional
+        Initial state. Default: the initial state of the world, which has no derivative except with respect to
+        parameters. The default is faster if there are few parameters. Fixed and kinematic bodies keep their state of
+        the world, so their part of ``start`` has no effect.
+    start_step : int or array of int
+        Number of time steps between the initial time of the world and the start. It needs ``start``, and matters for
         worlds with controls and paths. An integer has no derivatives.
 
     Returns
     -------
-    State with k recorded states in front: poses (k, n, 4, 4), twists (k, n, 6).
+    State
+        k recorded states: poses (k, n, 4, 4), twists (k, n, 6).
 
-    Backward passes by more than 12 numbers (96 over implicit steps) sweep back, in a time that does not depend on p; 12 numbers
-    for each body that forces move count too if there is a start. Else, and in forward mode, the Jacobian is found, whose
-    time grows with them.
+    Raises
+    ------
+    HydroelasticError
+        If a parameter does not belong to the world, an argument has an unexpected shape, a number is not valid, or
+        ``start_step`` is given without ``start``.
+    TypeError
+        If an argument is not of float64 or integers, or ``start_step`` is not an integer.
+    RolloutError
+        If the rollout ends early.
     """
     return _states(world, plan, parameters, changes, start, start_step, only_last=False)
 
@@ -180,7 +254,25 @@ def final_state(
     start: State | None = None,
     start_step: Tensor | int = 0,
 ) -> State:
-    """The last state of a rollout: arguments as those of rollout."""
+    """Runs a rollout and returns its last state.
+
+    Parameters
+    ----------
+    world, plan, parameters, changes, start, start_step
+        Arguments of ``rollout``.
+
+    Returns
+    -------
+    State
+        Last state: poses (n, 4, 4), twists (n, 6).
+
+    Raises
+    ------
+    HydroelasticError
+        If an argument is not valid, as in ``rollout``.
+    RolloutError
+        If the rollout ends early.
+    """
     return _states(world, plan, parameters, changes, start, start_step, only_last=True)
 
 
@@ -193,10 +285,30 @@ def step(
     *,
     start_step: Tensor | int = 0,
 ) -> State:
-    """The state one time step of the plan after another one: arguments as those of rollout. For controls, take
-    Parameter.control of the interval that the step is in.
+    """Takes a single time step.
+
+    To differentiate with respect to a control, use ``Parameter.control`` of the interval that contains the step.
+
+    Parameters
+    ----------
+    world, plan, parameters, changes, start_step
+        Arguments of ``rollout``. The number of steps and the recording of the plan are ignored.
+    state : State
+        State before the step.
+
+    Returns
+    -------
+    State
+        State after the step: poses (n, 4, 4), twists (n, 6).
+
+    Raises
+    ------
+    HydroelasticError
+        If an argument is not valid, as in ``rollout``.
+    RolloutError
+        If the step fails.
     """
-    return _states(world, _rows.one_step(plan), parameters, changes, state, start_step, only_last=True)
+    return _states(world, _autodiff.one_step(plan), parameters, changes, state, start_step, only_last=True)
 
 
 def _states(
@@ -209,13 +321,13 @@ def _states(
     *,
     only_last: bool,
 ) -> State:
-    function = _rows.Rollout(world, plan, parameters, from_state=start is not None, only_last=only_last)
-    given = None if start is None else (start.poses, start.twists)
-    return State(*_rows.states(_Arrays(), function, changes, given, start_step))
+    function = _autodiff.Rollout(world, plan, parameters, from_state=start is not None, only_last=only_last)
+    initial = None if start is None else (start.poses, start.twists)
+    return State(*_autodiff.states(_Arrays(), function, changes, initial, start_step))
 
 
 class _Arrays:
-    """What PyTorch brings to _rows.wrench and _rows.states."""
+    """Operations of PyTorch for ``_autodiff.wrench`` and ``_autodiff.states``."""
 
     def floats(self, value: _Tensor, name: str, shape: tuple[int, ...]) -> Tensor:
         return _floats(value, name, shape)
@@ -223,12 +335,12 @@ class _Arrays:
     def count(self, value: Tensor | int) -> Tensor:
         return _count(value)
 
-    def evaluated(self, function: _rows.Function, ranks: Sequence[int], parts: Sequence[Tensor]) -> Tensor:
+    def evaluated(self, function: _autodiff.Function, ranks: Sequence[int], parts: Sequence[Tensor]) -> Tensor:
         return _evaluated(function, ranks, parts)
 
 
 def _floats(value: _Tensor, name: str, shape: tuple[int, ...]) -> Tensor:
-    """An argument as a tensor of float64 on the CPU that ends in a shape."""
+    """Converts an argument to a tensor of float64 on the CPU whose last axes have a shape."""
     try:
         if isinstance(value, list | tuple):
             value = torch.tensor(value, dtype=torch.float64)
@@ -247,13 +359,13 @@ def _floats(value: _Tensor, name: str, shape: tuple[int, ...]) -> Tensor:
         raise TypeError(f"{name} must be on the CPU, where contact is computed, but is on {value.device}")
     if value.ndim < len(shape) or value.shape[value.ndim - len(shape) :] != shape:
         raise HydroelasticError(f"{name} must have the shape {shape}, or end in it, but has {tuple(value.shape)}")
-    found: Tensor = value
-    return found
+    tensor: Tensor = value
+    return tensor
 
 
 def _finite(value: Tensor, name: str) -> Tensor:
-    """Returns the tensor. Raises an error if a number is not finite, except inside transformations and compiled functions, where it
-    propagates."""
+    """Returns the tensor. Raises an error if a number is not finite. Inside transformations and compiled functions, the
+    number propagates instead."""
     is_traced = torch.compiler.is_compiling() or torch._C._functorch.is_functorch_wrapped_tensor(value)
     if not is_traced and not bool(torch.isfinite(value.detach()).all()):
         raise HydroelasticError(f"{name} must be finite, but is {value.tolist()}")
@@ -267,35 +379,36 @@ def _count(start_step: Tensor | int) -> Tensor:
         raise TypeError(f"start_step must be an integer or a tensor of integers: {error}") from None
     if start_step.dtype.is_floating_point or start_step.dtype.is_complex or start_step.dtype == torch.bool:
         raise TypeError(f"start_step must be an integer or a tensor of integers, but is of {start_step.dtype}")
-    found: Tensor = start_step.to(torch.float64)
-    return found
+    count: Tensor = start_step.to(torch.float64)
+    return count
 
 
-def _evaluated(function: _rows.Function, ranks: Sequence[int], parts: Sequence[Tensor]) -> Tensor:
-    """A function of the numbers of some tensors, with so many axes of their own; those of the poses come first."""
+def _evaluated(function: _autodiff.Function, ranks: Sequence[int], parts: Sequence[Tensor]) -> Tensor:
+    """Evaluates a function of the concatenated numbers of tensors, poses first. The rank is the number of axes of a
+    tensor without additional leading axes."""
     lead = _broadcast(*(part.shape[: part.ndim - rank] for part, rank in zip(parts, ranks)))
     flat = [part.expand(*lead, *part.shape[part.ndim - rank :]).flatten(len(lead)) for part, rank in zip(parts, ranks)]
-    found: Tensor = _called(function, torch.cat(flat, -1))
-    return found
+    outputs: Tensor = _called(function, torch.cat(flat, -1))
+    return outputs
 
 
 def _broadcast(*shapes: Sequence[int]) -> Sequence[int]:
-    found: Sequence[int] = torch.broadcast_shapes(*shapes)  # type: ignore[no-untyped-call, unused-ignore]
-    return found
+    shape: Sequence[int] = torch.broadcast_shapes(*shapes)  # type: ignore[no-untyped-call, unused-ignore]
+    return shape
 
 
 @torch.compiler.disable  # type: ignore[untyped-decorator, unused-ignore]
-def _called(function: _rows.Function, numbers: Tensor) -> Tensor:
+def _called(function: _autodiff.Function, numbers: Tensor) -> Tensor:
     values: Tensor = _Values.apply(numbers, function, _is_differentiated(numbers))[0]
     return values
 
 
 def _is_differentiated(numbers: Tensor) -> bool:
-    """Whether a derivative by numbers can be asked for, in either mode."""
+    """Returns whether a derivative with respect to numbers can be requested, in forward or reverse mode."""
     if numbers.requires_grad and torch.is_grad_enabled():
         return True
-    # Tensors of torch.func are layers around a tensor, one for each transformation; all but those of vmap are
-    # differentiated.
+    # Tensors of torch.func are layers around a tensor, one for each transformation. All transformations except vmap
+    # differentiate.
     layers = torch._C._functorch
     while layers.is_functorch_wrapped_tensor(numbers):
         if layers.is_gradtrackingtensor(numbers):
@@ -306,12 +419,12 @@ def _is_differentiated(numbers: Tensor) -> bool:
 
 
 class _Values(torch.autograd.Function):
-    """The outputs of a function for numbers with any axes in front, and its Jacobian: empty if nobody needs it, or products
-    with vectors take its place.
+    """Outputs and Jacobian of a function for numbers with any leading axes. The Jacobian is empty if it is not needed,
+    or if products with vectors replace it.
     """
 
     @staticmethod
-    def forward(numbers: Tensor, function: _rows.Function, differentiated: bool) -> tuple[Tensor, Tensor]:
+    def forward(numbers: Tensor, function: _autodiff.Function, differentiated: bool) -> tuple[Tensor, Tensor]:
         lead = numbers.shape[:-1]
         rows = numbers.detach().reshape(math.prod(lead), function.numbers).numpy()
         jacobians = np.empty(0)
@@ -321,7 +434,7 @@ class _Values(torch.autograd.Function):
         else:
             values, errors = function.values(rows)
         if errors:
-            raise _rows.first_error(errors, len(rows))
+            raise _autodiff.first_error(errors, len(rows))
         return torch.from_numpy(values.reshape(*lead, function.outputs)), torch.from_numpy(jacobians)
 
     @staticmethod
@@ -351,7 +464,7 @@ class _Values(torch.autograd.Function):
 
     @staticmethod
     def vmap(
-        info: Any, in_dims: tuple[int | None, ...], numbers: Tensor, function: _rows.Function, differentiated: bool
+        info: Any, in_dims: tuple[int | None, ...], numbers: Tensor, function: _autodiff.Function, differentiated: bool
     ) -> tuple[tuple[Tensor, Tensor], tuple[int, int | None]]:
         numbers = numbers.movedim(in_dims[0] or 0, 0)
         has_jacobian = differentiated and not function.sweeps_back
@@ -359,17 +472,18 @@ class _Values(torch.autograd.Function):
 
 
 class _Product(torch.autograd.Function):
-    """The Jacobian of a function times vectors, or vectors times it if it is transposed, without the Jacobian. Numbers and
-    vectors have as many axes in front, and one of the numbers may have the length 1.
+    """Products of the Jacobian of a function with vectors, or of its transpose, computed without the Jacobian.
+
+    Numbers and vectors have the same number of leading axes. A leading axis of the numbers may have the length 1.
     """
 
     @staticmethod
-    def forward(numbers: Tensor, vectors: Tensor, function: _rows.Function, transposed: bool) -> Tensor:
-        rows, of_rows, restored = _rows.paired(numbers.detach().numpy(), vectors.detach().numpy())
-        found, errors = (function.pullbacks if transposed else function.pushforwards)(rows, of_rows)
+    def forward(numbers: Tensor, vectors: Tensor, function: _autodiff.Function, transposed: bool) -> Tensor:
+        rows, of_rows, restored = _autodiff.paired(numbers.detach().numpy(), vectors.detach().numpy())
+        products, errors = (function.pullbacks if transposed else function.pushforwards)(rows, of_rows)
         if errors:
-            raise _rows.first_error(errors, len(rows))
-        return torch.from_numpy(np.ascontiguousarray(restored(found)))
+            raise _autodiff.first_error(errors, len(rows))
+        return torch.from_numpy(np.ascontiguousarray(restored(products)))
 
     @staticmethod
     def setup_context(ctx: Any, inputs: tuple[Any, ...], output: Tensor) -> None:
@@ -389,18 +503,19 @@ class _Product(torch.autograd.Function):
         in_dims: tuple[int | None, ...],
         numbers: Tensor,
         vectors: Tensor,
-        function: _rows.Function,
+        function: _autodiff.Function,
         transposed: bool,
     ) -> tuple[Tensor, int]:
         numbers, vectors = (
-            it.unsqueeze(0) if dim is None else it.movedim(dim, 0) for it, dim in zip((numbers, vectors), in_dims)
+            array.unsqueeze(0) if dim is None else array.movedim(dim, 0)
+            for array, dim in zip((numbers, vectors), in_dims)
         )
         vectors = vectors.expand(info.batch_size, *vectors.shape[1:])
         return _Product.apply(numbers, vectors, function, transposed), 0
 
 
 class _Constant(torch.autograd.Function):
-    """The Jacobian as a function of the numbers, whose derivative is refused: zero would be wrong."""
+    """Jacobian as a function of the numbers. Its derivative raises an error, because zero would be wrong."""
 
     generate_vmap_rule = True
 
@@ -429,46 +544,48 @@ def _no_second_derivatives(name: str) -> NotImplementedError:
 
 
 def _local(poses: int, numbers: Tensor, tangent: Tensor) -> Tensor:
-    """A tangent of numbers that start with so many poses, by the columns of a Jacobian: those of poses as twists."""
+    """Converts a tangent of numbers, whose first ``poses`` items are poses, to the columns of a Jacobian: the tangents
+    of poses become twists."""
     if not poses:
         return tangent
-    lead, entries = numbers.shape[:-1], poses * _rows.POSE
-    at, moved = (it[..., :entries].reshape(*lead, poses, 4, 4) for it in (numbers, tangent))
+    lead, entries = numbers.shape[:-1], poses * _autodiff.POSE
+    at, moved = (array[..., :entries].reshape(*lead, poses, 4, 4) for array in (numbers, tangent))
     turn = moved[..., :3, :3] @ at[..., :3, :3].mT
     skew = 0.5 * (turn - turn.mT)
     angular = torch.stack([skew[..., 2, 1], skew[..., 0, 2], skew[..., 1, 0]], -1)
-    twists = torch.cat([angular, moved[..., :3, 3]], -1).reshape(*lead, poses * _rows.TWIST)
+    twists = torch.cat([angular, moved[..., :3, 3]], -1).reshape(*lead, poses * _autodiff.TWIST)
     return torch.cat([twists, tangent[..., entries:]], -1)
 
 
 def _cotangent(poses: int, numbers: Tensor, local: Tensor) -> Tensor:
-    """The transpose of _local."""
+    """Applies the transpose of ``_local``."""
     if not poses:
         return local
-    lead, columns = local.shape[:-1], poses * _rows.TWIST
-    at = numbers[..., : poses * _rows.POSE].reshape(*numbers.shape[:-1], poses, 4, 4)
-    by_twists = local[..., :columns].reshape(*lead, poses, _rows.TWIST)
+    lead, columns = local.shape[:-1], poses * _autodiff.TWIST
+    at = numbers[..., : poses * _autodiff.POSE].reshape(*numbers.shape[:-1], poses, 4, 4)
+    by_twists = local[..., :columns].reshape(*lead, poses, _autodiff.TWIST)
     rotation = 0.5 * _cross(by_twists[..., :3]) @ at[..., :3, :3]
     top = torch.cat([rotation, by_twists[..., 3:].unsqueeze(-1)], -1)
     whole = torch.cat([top, torch.zeros_like(top[..., :1, :])], -2)
-    return torch.cat([whole.reshape(*lead, poses * _rows.POSE), local[..., columns:]], -1)
+    return torch.cat([whole.reshape(*lead, poses * _autodiff.POSE), local[..., columns:]], -1)
 
 
 def _cross(vector: Tensor) -> Tensor:
-    """The matrix of a cross product, (3, 3)."""
+    """Returns the matrix of a cross product, (3, 3)."""
     x, y, z = vector.unbind(-1)
     zero = torch.zeros_like(x)
     return torch.stack([zero, -z, y, z, zero, -x, -y, x, zero], -1).reshape(*vector.shape[:-1], 3, 3)
 
 
 def _rotation(vector: Tensor) -> Tensor:
-    """The rotation by a rotation vector, (3, 3): I + sin θ/θ K + (1 − cos θ)/θ² K², with both factors as functions of
-    θ², so that all derivatives are right at zero.
+    """Computes the rotation matrix of a rotation vector, (3, 3): I + sin θ/θ K + (1 − cos θ)/θ² K².
+
+    Both factors are functions of θ², so that all derivatives are right at zero.
     """
     square = (vector * vector).sum(-1)[..., None, None]
     small = square < 0.1
     angle = torch.where(small, 1.0, square).sqrt()
-    # Taylor series to θ¹⁰: below 0.1, the next term is under 1e-15.
+    # Taylor series up to θ¹⁰. If θ² is below 0.1, the next term is below 1e-15.
     sine = _series(square, (1.0, -1 / 6, 1 / 120, -1 / 5040, 1 / 362880, -1 / 39916800))
     cosine = _series(square, (1 / 2, -1 / 24, 1 / 720, -1 / 40320, 1 / 3628800, -1 / 479001600))
     first = torch.where(small, sine, angle.sin() / angle)

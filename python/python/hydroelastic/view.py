@@ -4,9 +4,10 @@
     world.show(state)
     world.rollout(plan).run().show(world)
 
-A picture is one page of HTML with its data and its viewer (WebGL 2) in it: it loads nothing, needs no server, no network and no
-package, stays in a saved notebook, and a rule in the page forbids it to send any request. Drag to turn it, with shift or the
-right button to move it; the wheel zooms once it was clicked; a double click resets the view. World z points up.
+A picture is one page of HTML that contains its data and its viewer (WebGL 2). It loads nothing, and needs no server,
+network or package. It stays in a saved notebook. A content security policy in the page forbids all requests. Drag to
+turn the picture, and drag with shift or the right button to move it. The wheel zooms after a click on the picture. A
+double click resets the view. The z axis of the world points up.
 """
 
 from __future__ import annotations
@@ -34,24 +35,26 @@ __all__ = ["Picture", "html", "of_surface", "of_trajectory", "of_world", "pictur
 _Floats = NDArray[np.float64]
 _Whole = NDArray[np.integer[Any]]
 
-# The perceptually uniform map viridis of matplotlib (S. van der Walt, N. Smith; CC0), at 16 places: dark is low.
+# Perceptually uniform color map viridis of matplotlib (S. van der Walt, N. Smith; CC0), sampled at 16 points. Dark
+# colors are low.
 PRESSURE_COLORS = (
     "440154 481a6c 472f7d 414487 39568c 31688e 2a788e 23888e 1f988b 22a884 35b779 54c568 7ad151 a5db36 d2e21b fde725"
 ).split()
-# The colors of bodies that move, in turn [Okabe 2008], and of those that do not.
+# Colors of moving bodies, in turn [Okabe 2008], and color of fixed bodies.
 _BODY_COLORS = ("0072b2", "d55e00", "cc79a7", "56b4e9", "e69f00", "009e73")
 _FIXED_COLOR = "8a8f98"
-# Edges between faces that turn by more than this are drawn.
+# Edges are drawn if the angle between their faces exceeds this angle.
 _CREASE = math.radians(30.0)
-# A half-space is drawn as a tile, which reaches so many diagonals of the picture's box to each side; a rigid one has this part of
-# the diagonal as its thickness, that of a soft one is its layer's.
+# A half-space is drawn as a tile, whose half width is this many diagonals of the box of the picture.
 _TILE = 1.0
+# Thickness of the tile of a rigid half-space, in diagonals. The tile of a compliant half-space is as thick as its
+# layer.
 _RIGID_TILE = 0.01
-# Pictures are kept below this (bytes), where fewer frames do it.
+# Size limit (bytes). A picture that is larger gets fewer frames.
 _LARGEST = 1_000_000
-# Coordinates are whole numbers up to this within a box of each mesh or surface.
+# Largest integer coordinate in the box of a mesh or surface.
 _GRID = 65535
-# Of the corners of a tile, whose z changes fastest and whose x slowest; counter-clockwise seen from outside.
+# Triangles of a tile, counter-clockwise seen from outside. In the list of corners, z changes fastest and x slowest.
 _TILE_TRIANGLES = np.array(
     [[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1], [2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3]]
 )
@@ -59,7 +62,23 @@ _VIEWER = files("hydroelastic").joinpath("_viewer.html").read_text(encoding="utf
 
 
 class Picture:
-    """A picture that can be turned. A notebook shows it where it is the value of a cell; ``save`` writes it as a page."""
+    """Picture that can be turned. A notebook shows the picture as the output of a cell, and ``save`` writes it as a
+    page.
+
+    Parameters
+    ----------
+    page : str
+        Page of HTML.
+    height : int
+        Height (pixels) in a notebook, at least 1.
+    shows : str
+        Description of the content.
+
+    Raises
+    ------
+    HydroelasticError
+        If the height is out of range.
+    """
 
     def __init__(self, page: str, height: int, shows: str) -> None:
         self._page = page
@@ -68,16 +87,27 @@ class Picture:
 
     @property
     def html(self) -> str:
-        """The page: a whole document, which loads nothing."""
+        """Page of HTML, a complete document that loads nothing."""
         return self._page
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Writes the page to a file, which any browser opens."""
+        """Writes the page to a file, which any browser opens.
+
+        Parameters
+        ----------
+        path : path-like
+            File.
+
+        Raises
+        ------
+        OSError
+            If the file cannot be written.
+        """
         with open(path, "w", encoding="utf-8") as file:
             file.write(self._page)
 
     def _repr_html_(self) -> str:
-        """The page in a frame of its own, which can neither reach the notebook nor send requests."""
+        """Returns the page in a sandboxed frame, which can neither access the notebook nor send requests."""
         return (
             f'<iframe sandbox="allow-scripts" srcdoc="{_html.escape(self._page)}" '
             f'style="width: 100%; height: {self._height}px; border: 0"></iframe>'
@@ -88,7 +118,25 @@ class Picture:
 
 
 def picture(thing: Surface | World | Trajectory, **options: Any) -> Picture:
-    """The picture of a surface, a world or a trajectory, with the options of ``of_surface``, ``of_world`` or ``of_trajectory``."""
+    """Draws a surface, a world or a trajectory.
+
+    Parameters
+    ----------
+    thing : Surface, World or Trajectory
+        Object to draw.
+    **options
+        Options of ``of_surface``, ``of_world`` or ``of_trajectory``.
+
+    Returns
+    -------
+    Picture
+        Picture of the object.
+
+    Raises
+    ------
+    TypeError
+        If the object has another type.
+    """
     if isinstance(thing, Surface):
         return of_surface(thing, **options)
     if isinstance(thing, World):
@@ -99,22 +147,71 @@ def picture(thing: Surface | World | Trajectory, **options: Any) -> Picture:
 
 
 def html(thing: Surface | World | Trajectory, **options: Any) -> str:
-    """The picture as a stand-alone page of HTML."""
+    """Draws a surface, a world or a trajectory as a stand-alone page of HTML.
+
+    Parameters
+    ----------
+    thing : Surface, World or Trajectory
+        Object to draw.
+    **options
+        Options of ``of_surface``, ``of_world`` or ``of_trajectory``.
+
+    Returns
+    -------
+    str
+        Page of HTML.
+
+    Raises
+    ------
+    TypeError
+        If the object has another type.
+    """
     return picture(thing, **options).html
 
 
 def save(path: str | os.PathLike[str], thing: Surface | World | Trajectory, **options: Any) -> None:
-    """Writes the picture as a stand-alone page of HTML."""
+    """Draws a surface, a world or a trajectory, and writes it as a stand-alone page of HTML.
+
+    Parameters
+    ----------
+    path : path-like
+        File.
+    thing : Surface, World or Trajectory
+        Object to draw.
+    **options
+        Options of ``of_surface``, ``of_world`` or ``of_trajectory``.
+
+    Raises
+    ------
+    TypeError
+        If the object has another type.
+    OSError
+        If the file cannot be written.
+    """
     picture(thing, **options).save(path)
 
 
 def of_surface(surface: Surface, *, pressure_limit: float | None = None, height: int = 420) -> Picture:
-    """The polygons of a contact surface, colored by pressure.
+    """Draws the polygons of a contact surface, colored by pressure.
 
     Parameters
     ----------
-    pressure_limit : the pressure (Pa) at the upper end of the color bar; None for the greatest that is there.
-    height : of the picture in a notebook (pixels).
+    surface : Surface
+        Contact surface.
+    pressure_limit : float, optional
+        Pressure (Pa) at the upper end of the color bar. Default: the largest pressure.
+    height : int
+        Height (pixels) of the picture in a notebook.
+
+    Returns
+    -------
+    Picture
+        Picture of the surface.
+
+    Raises
+    ------
+    HydroelasticError
+        If a number is out of range.
     """
     _check(height, pressure_limit)
     scene = _Scene(pressure_limit)
@@ -125,17 +222,30 @@ def of_surface(surface: Surface, *, pressure_limit: float | None = None, height:
 def of_world(
     world: World, state: State | None = None, *, pressure_limit: float | None = None, height: int = 420
 ) -> Picture:
-    """The bodies of a world, translucent, and the contact surfaces between them, colored by pressure. Half-spaces are large tiles.
+    """Draws the translucent bodies of a world, and the contact surfaces between them, colored by pressure.
+
+    Half-spaces are drawn as large tiles.
 
     Parameters
     ----------
-    state : where the bodies are; None for the initial state.
-    pressure_limit : the pressure (Pa) at the upper end of the color bar; None for the greatest that is there.
-    height : of the picture in a notebook (pixels).
+    world : World
+        World.
+    state : State, optional
+        State of the bodies. Default: the initial state.
+    pressure_limit : float, optional
+        Pressure (Pa) at the upper end of the color bar. Default: the largest pressure.
+    height : int
+        Height (pixels) of the picture in a notebook.
+
+    Returns
+    -------
+    Picture
+        Picture of the world.
 
     Raises
     ------
-    HydroelasticError if the state does not fit the world.
+    HydroelasticError
+        If the state does not fit the world, or a number is out of range.
     """
     _check(height, pressure_limit)
     state = world.initial_state if state is None else state
@@ -152,19 +262,32 @@ def of_trajectory(
     pressure_limit: float | None = None,
     height: int = 420,
 ) -> Picture:
-    """A trajectory that plays, with a slider.
+    """Draws a trajectory as an animation with a slider.
 
     Parameters
     ----------
-    world : whose trajectory it is. Its bodies are drawn with their contact surfaces; without it, the frames of the bodies are.
-    frames : how many states are drawn at most, evenly chosen, the first and the last among them. There are fewer where the
-        picture would take more than 1 MB.
-    pressure_limit : the pressure (Pa) at the upper end of the color bar; None for the greatest that is there.
-    height : of the picture in a notebook (pixels).
+    trajectory : Trajectory
+        Trajectory.
+    world : World, optional
+        World of the trajectory. The picture then has its bodies and contact surfaces. Without a world, the picture has
+        the frames of the bodies.
+    frames : int
+        Maximum number of drawn states. They are evenly spaced and include the first and the last state. There are fewer
+        if the picture would exceed 1 MB.
+    pressure_limit : float, optional
+        Pressure (Pa) at the upper end of the color bar. Default: the largest pressure.
+    height : int
+        Height (pixels) of the picture in a notebook.
+
+    Returns
+    -------
+    Picture
+        Animation of the trajectory.
 
     Raises
     ------
-    HydroelasticError if the trajectory is not one of this world, or frames is below 1.
+    HydroelasticError
+        If the trajectory does not fit the world, or a number is out of range.
     """
     _check(height, pressure_limit)
     frames = check_count(frames, "frames", 1)
@@ -178,11 +301,11 @@ def of_trajectory(
         if world is not None:
             scene.with_bodies_of(world)
         scene.add_paths(trajectory.poses[..., :3, 3])
-        for place in np.unique(np.linspace(0, len(trajectory) - 1, count).round().astype(int)):
-            state = trajectory[place]
-            if world is not None and place not in surfaces:
-                surfaces[place] = [contact.surface for contact in world.contacts(state)]
-            scene.add_frame(state.time, state.poses, surfaces.get(place, []))
+        for index in np.unique(np.linspace(0, len(trajectory) - 1, count).round().astype(int)):
+            state = trajectory[index]
+            if world is not None and index not in surfaces:
+                surfaces[index] = [contact.surface for contact in world.contacts(state)]
+            scene.add_frame(state.time, state.poses, surfaces.get(index, []))
         drawn = scene.page()
         if len(drawn) <= _LARGEST or count <= 2:
             return scene.picture(height, repr(trajectory), drawn)
@@ -198,27 +321,27 @@ def _check(height: int, pressure_limit: float | None) -> None:
 
 
 class _Packed:
-    """Arrays one after another, each at a multiple of four bytes."""
+    """Arrays in one block of bytes. Each array starts at a multiple of four bytes."""
 
     def __init__(self) -> None:
         self._parts: list[bytes] = []
         self._length = 0
 
     def add(self, values: NDArray[Any], kind: str) -> list[Any]:
-        """Where an array of a kind ("u1", "u2", "u4", "f4") is: its kind, first byte and length."""
+        """Adds an array of a kind ("u1", "u2", "u4", "f4"). Returns its kind, first byte and length."""
         data = np.ascontiguousarray(values).astype("<" + kind).tobytes()
-        place = [kind, self._length, values.size]
+        reference = [kind, self._length, values.size]
         data += bytes(-len(data) % 4)
         self._parts.append(data)
         self._length += len(data)
-        return place
+        return reference
 
-    def add_places(self, values: _Whole, largest: int) -> list[Any]:
-        """Whole numbers up to the largest."""
+    def add_indices(self, values: _Whole, largest: int) -> list[Any]:
+        """Adds indices from 0 to ``largest``."""
         return self.add(values, "u2" if largest <= _GRID else "u4")
 
     def add_points(self, points: _Floats) -> dict[str, Any]:
-        """Points (n, 3) on the grid of their box."""
+        """Adds points (n, 3), rounded to the grid of their box."""
         low, size = points.min(axis=0), np.ptp(points, axis=0)
         on_grid = np.round((points - low) / np.where(size > 0.0, size, 1.0) * _GRID)
         return {"points": self.add(on_grid, "u2"), "low": low.tolist(), "size": size.tolist()}
@@ -228,14 +351,14 @@ class _Packed:
 
 
 class _Scene:
-    """What is drawn, and the page that draws it."""
+    """Content of a picture, and the page that draws it."""
 
     def __init__(self, pressure_limit: float | None) -> None:
         self._limit = pressure_limit
         self._packed = _Packed()
         self._shapes: list[dict[str, Any]] = []
         self._bodies: list[dict[str, Any]] = []
-        # By the places of their bodies.
+        # Half-spaces by the index of the body.
         self._half_spaces: dict[int, HalfSpace] = {}
         self._times: list[float] = []
         self._poses: list[_Floats] = []
@@ -262,38 +385,39 @@ class _Scene:
         return self
 
     def _add_shape(self, vertices: _Floats, triangles: _Whole) -> int:
-        """The place of a new mesh."""
+        """Adds a mesh and returns its index."""
         mesh = self._packed.add_points(vertices)
-        mesh["triangles"] = self._packed.add_places(triangles, len(vertices) - 1)
-        mesh["creases"] = self._packed.add_places(creases(vertices, triangles), len(vertices) - 1)
+        mesh["triangles"] = self._packed.add_indices(triangles, len(vertices) - 1)
+        mesh["creases"] = self._packed.add_indices(creases(vertices, triangles), len(vertices) - 1)
         self._shapes.append(mesh)
         return len(self._shapes) - 1
 
     def _add_tiles(self, low: _Floats, high: _Floats) -> None:
-        """The tiles of the half-spaces, each below the middle of the box in the first frame."""
+        """Adds the tiles of the half-spaces. In the first frame, the center of each tile is below the center of the
+        box."""
         diagonal = float(np.linalg.norm(high - low)) or 1.0
-        for place, half_space in self._half_spaces.items():
-            pose = self._poses[0][place]
+        for index, half_space in self._half_spaces.items():
+            pose = self._poses[0][index]
             x, y, _ = pose[:, :3].T @ (0.5 * (low + high) - pose[:, 3])
             width, thickness = _TILE * diagonal, half_space.thickness or _RIGID_TILE * diagonal
             corners = np.array([[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 0)])
             vertices = np.array([x, y, 0.0]) + corners * np.array([width, width, thickness])
-            self._bodies[place]["shape"] = self._add_shape(vertices, _TILE_TRIANGLES)
+            self._bodies[index]["shape"] = self._add_shape(vertices, _TILE_TRIANGLES)
 
     def add_paths(self, origins: _Floats) -> None:
-        """The paths of the origins: (t, n, 3)."""
+        """Adds the paths of the origins, (t, n, 3)."""
         for body in range(origins.shape[1]):
             points = origins[:, body]
             if len(points) > 1 and np.ptp(points, axis=0).any():
-                # Some hundred points are enough to look smooth.
-                places = np.unique(np.linspace(0, len(points) - 1, 400).round().astype(int))
-                self._paths.append({"points": self._packed.add(points[places], "f4"), "body": body})
+                # 400 points are enough to look smooth.
+                indices = np.unique(np.linspace(0, len(points) - 1, 400).round().astype(int))
+                self._paths.append({"points": self._packed.add(points[indices], "f4"), "body": body})
 
     def add_frame(self, time: float, poses: _Floats, surfaces: Sequence[Surface]) -> None:
-        place = len(self._times)
+        index = len(self._times)
         self._times.append(time)
         self._poses.append(poses[:, :3, :])
-        self._surfaces += [(place, surface) for surface in surfaces if len(surface)]
+        self._surfaces += [(index, surface) for surface in surfaces if len(surface)]
 
     def page(self) -> str:
         greatest = max((float(surface.pressures.max()) for _, surface in self._surfaces), default=0.0)
@@ -328,14 +452,15 @@ class _Scene:
         return patch
 
     def _box(self) -> tuple[_Floats, _Floats]:
-        """The corners of a box around the bodies that move, in all frames, or else around all that there is."""
+        """Returns two corners of a box around all surfaces and the moving bodies in all frames. If no body moves, the
+        box is around all bodies without half-spaces."""
         origins = np.array(self._poses)[..., 3]
-        bounded = [place for place in range(len(self._bodies)) if place not in self._half_spaces]
-        of_bodies = [place for place in bounded if self._bodies[place]["moves"]] or bounded
+        bounded = [index for index in range(len(self._bodies)) if index not in self._half_spaces]
+        of_bodies = [index for index in bounded if self._bodies[index]["moves"]] or bounded
         points = [surface.vertices for _, surface in self._surfaces]
-        for place in of_bodies:
-            reach = self._bodies[place]["reach"]
-            points += [origins[:, place] - reach, origins[:, place] + reach]
+        for index in of_bodies:
+            reach = self._bodies[index]["reach"]
+            points += [origins[:, index] - reach, origins[:, index] + reach]
         if not self._bodies and origins.size:
             points.append(origins.reshape(-1, 3))
         if not points:
@@ -351,7 +476,7 @@ class _Scene:
 
 
 def _outline(shape: Shape | RigidShape) -> tuple[_Floats, _Whole]:
-    """The vertices and triangles of its surface."""
+    """Returns the vertices and triangles of the surface of a shape."""
     if isinstance(shape, RigidShape):
         return shape.vertices, shape.triangles
     used, triangles = np.unique(shape.surface_triangles, return_inverse=True)
@@ -359,7 +484,7 @@ def _outline(shape: Shape | RigidShape) -> tuple[_Floats, _Whole]:
 
 
 def creases(vertices: _Floats, triangles: _Whole) -> _Whole:
-    """The edges (m, 2) between triangles of a closed surface that turn by more than 30 degrees from one to the other."""
+    """Returns the edges, (m, 2), between triangles of a closed surface whose normals differ by more than 30 degrees."""
     corners = vertices[triangles]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), np.finfo(float).tiny)
@@ -367,8 +492,8 @@ def creases(vertices: _Floats, triangles: _Whole) -> _Whole:
     owners = np.repeat(np.arange(len(triangles)), 3)
     order = np.lexsort((edges[:, 1], edges[:, 0]))
     edges, owners = edges[order], owners[order]
-    # The edges of two triangles are one after another.
+    # After sorting, the two copies of an edge are adjacent.
     twin = np.flatnonzero((edges[1:] == edges[:-1]).all(axis=1))
     cosines = np.einsum("ij,ij->i", normals[owners[twin]], normals[owners[twin + 1]])
-    found: _Whole = edges[twin[cosines < math.cos(_CREASE)]]
-    return found
+    sharp: _Whole = edges[twin[cosines < math.cos(_CREASE)]]
+    return sharp

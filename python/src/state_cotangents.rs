@@ -1,4 +1,4 @@
-//! Derivatives of a number by recorded states.
+//! Cotangents of recorded states: the derivatives of a loss with respect to their poses and twists.
 
 use crate::arrays::{Numbers, numbers, wrong_shape};
 use crate::poses::twist_of;
@@ -6,20 +6,22 @@ use hydroelastic::dynamics::{BodyState, Plan, StateGradient, Trajectory};
 use hydroelastic::nalgebra::{Matrix3, Vector3};
 use pyo3::prelude::*;
 
-/// Entries of a pose, and numbers of a twist.
+/// Number of entries of a pose.
 const POSE: usize = 16;
+/// Number of components of a twist.
 const TWIST: usize = 6;
 
-/// Derivatives by the poses and twists of the states that a plan records: of one trajectory, or of several.
-pub struct ByStates {
+/// Derivatives of a loss with respect to the poses and twists of the recorded states, for one trajectory or for several.
+pub struct StateCotangents {
     poses: Vec<f64>,
     twists: Vec<f64>,
     states: usize,
     bodies: usize,
 }
 
-impl ByStates {
-    /// From arrays of the shapes of a trajectory's, with the number of trajectories in front if there are several.
+impl StateCotangents {
+    /// Reads arrays that have the shapes of the poses and twists of a trajectory. With several trajectories, their number is the first
+    /// axis.
     pub fn of(
         by_poses: &Bound<'_, PyAny>,
         by_twists: &Bound<'_, PyAny>,
@@ -49,12 +51,12 @@ impl ByStates {
         })
     }
 
-    /// Those by the states of a trajectory, which is in such a place among several.
-    pub fn covectors(&self, place: usize, trajectory: &Trajectory) -> Vec<Vec<StateGradient>> {
+    /// Gradients with respect to the states of the trajectory with an index.
+    pub fn covectors(&self, index: usize, trajectory: &Trajectory) -> Vec<Vec<StateGradient>> {
         let states = trajectory.states().iter().enumerate();
         let of_state = |(record, state): (usize, &hydroelastic::dynamics::State)| {
             let bodies = state.bodies.iter().enumerate();
-            let first = (place * self.states + record) * self.bodies;
+            let first = (index * self.states + record) * self.bodies;
             bodies
                 .map(|(body, state)| self.covector(first + body, state))
                 .collect()
@@ -62,9 +64,9 @@ impl ByStates {
         states.map(of_state).collect()
     }
 
-    fn covector(&self, place: usize, state: &BodyState) -> StateGradient {
-        let pose = &self.poses[POSE * place..POSE * (place + 1)];
-        let twist = &self.twists[TWIST * place..TWIST * (place + 1)];
+    fn covector(&self, index: usize, state: &BodyState) -> StateGradient {
+        let pose = &self.poses[POSE * index..POSE * (index + 1)];
+        let twist = &self.twists[TWIST * index..TWIST * (index + 1)];
         StateGradient::from_entries(
             state.pose.rotation(),
             &Matrix3::from_fn(|row, column| pose[4 * row + column]),

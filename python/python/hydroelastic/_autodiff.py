@@ -1,7 +1,7 @@
-"""Wrenches and rollouts as functions of rows of numbers, with their Jacobians: what ``jax`` and ``torch`` share.
+"""Wrenches and rollouts as functions of rows of numbers, with their Jacobians, for ``jax`` and ``torch``.
 
-A row starts with the entries of poses, 16 each, and other numbers follow. The columns of a Jacobian are 6 for each
-pose, a twist in world axes, and one for each other number. Poses among the outputs are numbers like all others.
+A row has the 16 entries of each pose first, then all other numbers. A Jacobian has 6 columns for each pose, which are a
+twist in world axes, and one column for each other number. Poses among the outputs are 16 numbers each.
 """
 
 from __future__ import annotations
@@ -19,58 +19,62 @@ Floats = NDArray[np.float64]
 Errors = dict[int, HydroelasticError]
 _T = TypeVar("_T")
 
-# Entries of a pose, numbers of a twist and of both wrenches.
+# Numbers of components of a pose, of a twist and of both wrenches.
 POSE = 16
 TWIST = 6
 WRENCHES = 12
 
 
 class Function:
-    """A function of rows, (m, numbers), with its Jacobian by the columns of the module.
+    """Function of rows, (m, numbers), with its Jacobian. The module describes the columns.
 
-    What the library refuses gives rows of NaN, and an exception each, by the place of the row.
+    If the library raises an exception for a row, the results of the row are NaN. The exceptions are returned by the
+    index of the row.
     """
 
     name: str
-    # Whether products with vectors take the place of Jacobians: there are many columns, and the outputs are swept back.
+    # True if reverse mode computes products with vectors, because a Jacobian would have many columns.
     sweeps_back = False
-    # How many poses a row starts with, its length, that of the outputs, and the number of columns.
+    # Number of poses at the start of a row, length of a row, and number of outputs.
     poses: int
     numbers: int
     outputs: int
 
     @property
     def columns(self) -> int:
+        """Number of columns of the Jacobian."""
         return self.numbers - (POSE - TWIST) * self.poses
 
     def values(self, rows: Floats) -> tuple[Floats, Errors]:
-        """(m, outputs) float64."""
+        """Returns the outputs, (m, outputs) float64, and the errors."""
         raise NotImplementedError
 
     def values_and_jacobians(self, rows: Floats) -> tuple[Floats, Floats, Errors]:
-        """(m, outputs) and (m, outputs, columns) float64."""
+        """Returns the outputs, (m, outputs), and Jacobians, (m, outputs, columns), of float64, and the errors."""
         raise NotImplementedError
 
     def pushforwards(self, rows: Floats, tangents: Floats) -> tuple[Floats, Errors]:
-        """The Jacobian of each row times c vectors of its own, (m, c, columns): (m, c, outputs) float64."""
+        """Returns the products of the Jacobian of each row with c tangents, (m, c, columns): (m, c, outputs) float64.
+        """
         _, jacobians, errors = self.values_and_jacobians(rows)
         return tangents @ jacobians.swapaxes(-1, -2), errors
 
     def pullbacks(self, rows: Floats, cotangents: Floats) -> tuple[Floats, Errors]:
-        """c vectors for each row, (m, c, outputs), times its Jacobian: (m, c, columns) float64."""
+        """Returns the products of c cotangents, (m, c, outputs), with the Jacobian of each row: (m, c, columns)
+        float64."""
         _, jacobians, errors = self.values_and_jacobians(rows)
         return cotangents @ jacobians, errors
 
 
 def moduli_of(pair: Pair) -> Floats:
-    """(2,): the moduli of a pair; that of a rigid B is infinite."""
+    """Returns the moduli of a pair, (2,). The modulus of a rigid B is infinite."""
     modulus_a, modulus_b = pair.moduli
     return np.array([modulus_a, np.inf if modulus_b is None else modulus_b])
 
 
 class Wrench(Function):
-    """Both wrenches of a pair: of two poses and two moduli; in motion of two twists, before the moduli, and of
-    dissipation and friction too.
+    """Both wrenches of a pair. A row has two poses and two moduli. In motion, a row has two poses, two twists, two
+    moduli, the dissipation and the friction coefficient.
     """
 
     def __init__(self, pair: Pair, in_motion: bool) -> None:
@@ -82,18 +86,19 @@ class Wrench(Function):
         self._in_motion = in_motion
 
     def values(self, rows: Floats) -> tuple[Floats, Errors]:
-        (found,), errors = self._found(rows, lambda *a, **k: (self._pair.wrench(*a, **k),), [(WRENCHES,)])
-        return found, errors
+        (values,), errors = self._results(rows, lambda *a, **k: (self._pair.wrench(*a, **k),), [(WRENCHES,)])
+        return values, errors
 
     def values_and_jacobians(self, rows: Floats) -> tuple[Floats, Floats, Errors]:
         call = self._pair.linearized if self._in_motion else self._pair.wrench_and_jacobian
-        (values, jacobians), errors = self._found(rows, call, [(WRENCHES,), (WRENCHES, self.columns)])
+        (values, jacobians), errors = self._results(rows, call, [(WRENCHES,), (WRENCHES, self.columns)])
         return values, jacobians, errors
 
-    def _found(
+    def _results(
         self, rows: Floats, call: Callable[..., tuple[Floats, ...]], shapes: Sequence[tuple[int, ...]]
     ) -> tuple[list[Floats], Errors]:
-        """The results of a call for all rows at once; one by one if a row is refused."""
+        """Calls a method of the pair with all rows as a batch, or with one row at a time if a row raises an exception.
+        """
         count = len(rows)
         if count > 1:
             try:
@@ -101,12 +106,12 @@ class Wrench(Function):
             except HydroelasticError:
                 pass
         results, errors = [np.full((count, *shape), np.nan) for shape in shapes], Errors()
-        for place in range(count):
+        for index in range(count):
             try:
-                for result, found in zip(results, self._called(call, rows[place])):
-                    result[place] = found
+                for result, of_row in zip(results, self._called(call, rows[index])):
+                    result[index] = of_row
             except HydroelasticError as error:
-                errors[place] = error
+                errors[index] = error
         return results, errors
 
     def _called(self, call: Callable[..., tuple[Floats, ...]], rows: Floats) -> tuple[Floats, ...]:
@@ -119,8 +124,10 @@ class Wrench(Function):
 
 
 class Rollout(Function):
-    """The recorded states of a world, all poses, then all twists: of changes of parameters; with an initial state of
-    its n poses and n twists, before the changes, and of the number of steps taken before, which is the last number.
+    """Recorded states of a world: all poses, then all twists.
+
+    A row has the changes of parameters. With an initial state, a row has its n poses and n twists, the changes, and the
+    number of steps before the start.
     """
 
     def __init__(
@@ -138,20 +145,20 @@ class Rollout(Function):
         self.outputs = self.states * self.bodies * (POSE + TWIST)
         self._world, self._plan, self._parameters = world, plan, list(parameters)
         self._from_state = from_state
-        self._dynamic = [place for place, body in enumerate(world.bodies) if body.mass is not None]
-        # Refuses what is not a parameter of the world.
+        self._dynamic = [index for index, body in enumerate(world.bodies) if body.mass is not None]
+        # This raises an error if a parameter does not belong to the world.
         world.perturbed(self._parameters, np.zeros(self.width))
         self.sweeps_back = world._sweeps_back(plan, self._initial_parameters() + self._parameters)
 
     def values(self, rows: Floats) -> tuple[Floats, Errors]:
         values, errors = np.full((len(rows), self.outputs), np.nan), Errors()
         worlds = _each(self._started, rows, errors)
-        found = Batch(self._plan).rollouts(list(worlds.values()))
-        for place, trajectory in zip(worlds, found):
-            if isinstance(trajectory, Trajectory):
-                values[place] = self._value(trajectory)
+        results = Batch(self._plan).rollouts(list(worlds.values()))
+        for index, result in zip(worlds, results):
+            if isinstance(result, Trajectory):
+                values[index] = self._value(result)
             else:
-                errors[place] = trajectory
+                errors[index] = result
         return values, errors
 
     def values_and_jacobians(self, rows: Floats) -> tuple[Floats, Floats, Errors]:
@@ -160,13 +167,13 @@ class Rollout(Function):
         by = self._initial_parameters() + self._parameters
 
         worlds = _each(self._started, rows, errors)
-        found = Batch(self._plan).jacobians(list(worlds.values()), by)
-        for place, result in zip(worlds, found):
+        results = Batch(self._plan).jacobians(list(worlds.values()), by)
+        for index, result in zip(worlds, results):
             if isinstance(result, tuple):
-                values[place] = self._value(result[0])
-                jacobians[place] = self._columns_of(self._rows_of(result[1]))
+                values[index] = self._value(result[0])
+                jacobians[index] = self._columns_of(self._rows_of(result[1]))
             else:
-                errors[place] = result
+                errors[index] = result
         return values, jacobians, errors
 
     def pullbacks(self, rows: Floats, cotangents: Floats) -> tuple[Floats, Errors]:
@@ -174,22 +181,25 @@ class Rollout(Function):
         count = cotangents.shape[1]
         if not self._world._sweeps_back(self._plan, by, count):
             return super().pullbacks(rows, cotangents)
-        found, errors = np.full((*cotangents.shape[:2], self.columns), np.nan), Errors()
+        gradients, errors = np.full((*cotangents.shape[:2], self.columns), np.nan), Errors()
         worlds = _each(self._started, rows, errors)
         if not worlds:
-            return found, errors
-        places = [(place, which) for place in worlds for which in range(count)]
-        by_poses, by_twists = self._by_states(np.array([cotangents[it] for it in places]).reshape(-1, self.outputs))
-        results = Batch(self._plan).vjps([worlds[place] for place, _ in places], by, by_poses, by_twists)
-        for at, result in zip(places, results):
+            return gradients, errors
+        # Index of the row, and index of the cotangent.
+        indices = [(row, cotangent) for row in worlds for cotangent in range(count)]
+        of_pairs = np.array([cotangents[pair] for pair in indices]).reshape(-1, self.outputs)
+        by_poses, by_twists = self._by_states(of_pairs)
+        results = Batch(self._plan).vjps([worlds[row] for row, _ in indices], by, by_poses, by_twists)
+        for pair, result in zip(indices, results):
             if isinstance(result, HydroelasticError):
-                errors[at[0]] = result
+                errors[pair[0]] = result
             else:
-                found[at] = self._columns_of(result[None])[0]
-        return found, errors
+                gradients[pair] = self._columns_of(result[None])[0]
+        return gradients, errors
 
     def _by_states(self, cotangents: Floats) -> tuple[Floats, Floats]:
-        """The cotangents of all recorded poses and twists, where those of all but the last may have no part in outputs."""
+        """Returns the cotangents of all recorded poses and twists. They are zero for states that are not among the
+        outputs."""
         count, recorded = len(cotangents), recorded_count(self._plan)
         by_poses = np.zeros((count, recorded, self.bodies, 4, 4))
         by_twists = np.zeros((count, recorded, self.bodies, TWIST))
@@ -199,7 +209,7 @@ class Rollout(Function):
         return by_poses, by_twists
 
     def _started(self, row: Floats) -> World:
-        """The world with the initial state and the changes of a row."""
+        """Returns the world with the initial state and the changes of a row."""
         world, changes = self._world, row
         if self._from_state:
             entries, twists = self.bodies * POSE, self.bodies * TWIST
@@ -213,10 +223,11 @@ class Rollout(Function):
         return world.perturbed(self._parameters, changes)
 
     def _initial_parameters(self) -> list[Parameter]:
-        """The initial states of all dynamic bodies: poses, then twists, angular parts first."""
+        """Returns the parameters of the initial states of all dynamic bodies: poses, then twists, angular parts first.
+        """
         if not self._from_state:
             return []
-        names = [self._world.names[place] for place in self._dynamic]
+        names = [self._world.names[index] for index in self._dynamic]
         poses = [kind(name) for name in names for kind in (Parameter.initial_orientation, Parameter.initial_position)]
         return poses + [kind(name) for name in names for kind in (Parameter.initial_angular_velocity, Parameter.initial_velocity)]
 
@@ -227,32 +238,34 @@ class Rollout(Function):
     def _rows_of(self, jacobian: TrajectoryJacobian) -> Floats:
         states = slice(-self.states, None)
         width = jacobian.poses.shape[-1]
-        return np.concatenate([it[states].reshape(-1, width) for it in (jacobian.poses, jacobian.twists)])
+        return np.concatenate([array[states].reshape(-1, width) for array in (jacobian.poses, jacobian.twists)])
 
-    def _columns_of(self, found: Floats) -> Floats:
-        """Derivatives by all columns, from rows of those by the initial states of dynamic bodies and by parameters."""
+    def _columns_of(self, derivatives: Floats) -> Floats:
+        """Expands derivatives with respect to the initial states of dynamic bodies and parameters to all columns."""
         if not self._from_state:
-            return found
-        # Bodies that forces do not move ignore their part of the initial state, and the time has no derivative.
-        columns, dynamic = np.zeros((len(found), self.columns)), len(self._dynamic) * TWIST
+            return derivatives
+        # Fixed and kinematic bodies ignore their part of the initial state, and the time has no derivative.
+        columns, dynamic = np.zeros((len(derivatives), self.columns)), len(self._dynamic) * TWIST
         moved = (TWIST * np.array(self._dynamic, dtype=int)[:, None] + np.arange(TWIST)).ravel()
-        columns[:, moved] = found[:, :dynamic]
-        columns[:, self.bodies * TWIST + moved] = found[:, dynamic : 2 * dynamic]
-        columns[:, 2 * self.bodies * TWIST : -1] = found[:, 2 * dynamic :]
+        columns[:, moved] = derivatives[:, :dynamic]
+        columns[:, self.bodies * TWIST + moved] = derivatives[:, dynamic : 2 * dynamic]
+        columns[:, 2 * self.bodies * TWIST : -1] = derivatives[:, 2 * dynamic :]
         return columns
 
 
 class Arrays(Protocol):
-    """What jax and torch bring to wrench and states: how they check arguments, and how they evaluate a function."""
+    """Operations of an array framework that ``wrench`` and ``states`` need: checks of arguments, and the evaluation of
+    a function."""
 
     def floats(self, value: Any, name: str, shape: tuple[int, ...]) -> Any:
-        """An argument as an array of float64 that ends in a shape."""
+        """Converts an argument to an array of float64 whose last axes have a shape."""
 
     def count(self, value: Any) -> Any:
-        """A whole number, or an array of them, as float64."""
+        """Converts an integer or an array of integers to float64."""
 
     def evaluated(self, function: Function, ranks: Sequence[int], parts: Sequence[Any]) -> Any:
-        """The outputs for numbers that consist of parts, each with so many axes of its own, and any axes in front."""
+        """Evaluates a function whose numbers are the concatenated parts. The rank is the number of axes of a part
+        without additional leading axes."""
 
 
 def wrench(
@@ -263,16 +276,18 @@ def wrench(
     moduli: Any,
     law: Any,
 ) -> Any:
-    """Both wrenches of a pair, (12,) with any axes in front: in motion if a twist is given. What is None is zero, or that
-    of the pair.
+    """Computes both wrenches of a pair, (12,) with any leading axes.
+
+    The bodies are in motion if a twist is given. A twist that is None is zero, and moduli or a law that are None are
+    those of the pair.
     """
     in_motion = any(twist is not None for twist in twists)
     parts = [arrays.floats(pose, name, (4, 4)) for pose, name in zip(poses, ("pose_a", "pose_b"))]
     if in_motion:
-        given = [np.zeros(TWIST) if twist is None else twist for twist in twists]
-        parts += [arrays.floats(twist, name, (TWIST,)) for twist, name in zip(given, ("twist_a", "twist_b"))]
+        both = [np.zeros(TWIST) if twist is None else twist for twist in twists]
+        parts += [arrays.floats(twist, name, (TWIST,)) for twist, name in zip(both, ("twist_a", "twist_b"))]
     parts.append(arrays.floats(moduli_of(pair) if moduli is None else moduli, "moduli", (2,)))
-    # Without twists a law does not matter, but a wrong one is refused all the same.
+    # Without twists the law has no effect, but a wrong law raises an error.
     if law is not None or in_motion:
         of_pair = np.array([pair.law.dissipation, pair.law.friction])
         numbers = arrays.floats(of_pair if law is None else law, "law", (2,))
@@ -287,38 +302,42 @@ def states(
     start: tuple[Any, Any] | None,
     start_step: Any,
 ) -> tuple[Any, Any]:
-    """The poses and twists that a rollout gives, with the recorded states in front unless only the last is asked for."""
+    """Computes the poses and twists of a rollout. The recorded states are the first axis, unless the function returns
+    only the last state."""
     count = function.bodies
     numbers = arrays.floats(np.zeros(function.width) if changes is None else changes, "changes", (function.width,))
     if start is None:
         if not (isinstance(start_step, int) and start_step == 0):
             raise HydroelasticError("start_step needs start: without one, the rollout starts at the initial time of the world")
-        found = arrays.evaluated(function, [1], [numbers])
+        outputs = arrays.evaluated(function, [1], [numbers])
     else:
         poses, twists = start
         parts = [arrays.floats(poses, "poses", (count, 4, 4)), arrays.floats(twists, "twists", (count, 6))]
-        found = arrays.evaluated(function, [3, 2, 1, 1], [*parts, numbers, arrays.count(start_step)[..., None]])
-    lead, recorded = found.shape[:-1], () if function.only_last else (function.states,)
+        outputs = arrays.evaluated(function, [3, 2, 1, 1], [*parts, numbers, arrays.count(start_step)[..., None]])
+    lead, recorded = outputs.shape[:-1], () if function.only_last else (function.states,)
     entries = function.states * count * POSE
     return (
-        found[..., :entries].reshape(*lead, *recorded, count, 4, 4),
-        found[..., entries:].reshape(*lead, *recorded, count, TWIST),
+        outputs[..., :entries].reshape(*lead, *recorded, count, 4, 4),
+        outputs[..., entries:].reshape(*lead, *recorded, count, TWIST),
     )
 
 
 def paired(numbers: Floats, vectors: Floats) -> tuple[Floats, Floats, Callable[[Floats], Floats]]:
-    """Numbers and vectors with as many axes in front, of which those of numbers may have the length 1: as rows (m, numbers)
-    and the vectors of each, (m, c, entries). And what gives results for each vector, (m, c, results), the axes in front.
+    """Groups vectors by the numbers that they belong to.
+
+    Numbers and vectors have the same number of leading axes. A leading axis of numbers may have the length 1 instead of
+    the length of the vectors. Returns the numbers as rows, (m, numbers), the c vectors of each row, (m, c, entries),
+    and a function that restores the leading axes of results, (m, c, results).
     """
     front = vectors.shape[:-1]
     shared = [axis for axis, length in enumerate(front) if numbers.shape[axis] == length]
-    own = [axis for axis in range(len(front)) if axis not in shared]
-    order = [*shared, *own, len(front)]
+    repeated = [axis for axis in range(len(front)) if axis not in shared]
+    order = [*shared, *repeated, len(front)]
     count = math.prod(front[axis] for axis in shared)
-    each = math.prod(front[axis] for axis in own)
+    each = math.prod(front[axis] for axis in repeated)
 
-    def restored(found: Floats) -> Floats:
-        axes = found.reshape(*(front[axis] for axis in order[:-1]), found.shape[-1])
+    def restored(results: Floats) -> Floats:
+        axes = results.reshape(*(front[axis] for axis in order[:-1]), results.shape[-1])
         return axes.transpose(np.argsort(order))
 
     rows = numbers.reshape(count, numbers.shape[-1])
@@ -326,19 +345,20 @@ def paired(numbers: Floats, vectors: Floats) -> tuple[Floats, Floats, Callable[[
 
 
 def recorded_count(plan: Plan) -> int:
-    """How many states a plan records: the initial one, every so many-th after it and the last."""
+    """Returns the number of states that a plan records."""
     return 1 + -(-plan.steps // plan.record_every)
 
 
 def one_step(plan: Plan) -> Plan:
-    """The plan of a single step."""
+    """Returns the plan of a single step."""
     return _recording(plan, 1, steps=1)
 
 
 def first_error(errors: Errors, count: int) -> HydroelasticError:
-    """The exception for rows that were refused: the first, with the place of its row if there are several rows."""
-    place, error = min(errors.items())
-    return error if count == 1 else type(error)(f"row {place} of {count}: {error}")
+    """Returns the exception of the first invalid row. If there are several rows, its message has the index of the row.
+    """
+    index, error = min(errors.items())
+    return error if count == 1 else type(error)(f"row {index} of {count}: {error}")
 
 
 def _recording(plan: Plan, every: int, steps: int | None = None) -> Plan:
@@ -354,11 +374,12 @@ def _recording(plan: Plan, every: int, steps: int | None = None) -> Plan:
 
 
 def _each(function: Callable[[Floats], _T], rows: Floats, errors: Errors) -> dict[int, _T]:
-    """The results of the rows that are not refused, by their places."""
-    found: dict[int, _T] = {}
-    for place, row in enumerate(rows):
+    """Returns the results of all rows that raise no exception, by the index of the row. Adds the exceptions to
+    ``errors``."""
+    results: dict[int, _T] = {}
+    for index, row in enumerate(rows):
         try:
-            found[place] = function(row)
+            results[index] = function(row)
         except HydroelasticError as error:
-            errors[place] = error
-    return found
+            errors[index] = error
+    return results
