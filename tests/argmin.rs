@@ -42,7 +42,7 @@ fn experiment() -> Experiment {
     let plan = Plan::new(5e-3, 80)
         .unwrap()
         .with_integrator(Integrator::Sdirk3);
-    Experiment::new(&world(), &plan.recording_ends())
+    Experiment::new(world(), &plan.recording_ends())
 }
 
 fn by() -> [Parameter; 1] {

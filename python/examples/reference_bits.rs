@@ -158,13 +158,13 @@ fn rigid_world(found: &mut Found) -> Result<(), Box<dyn Error>> {
     let ball = Shape::new(shapes::icosphere(0.1, 2)?);
     let bodies = vec![
         Body::dynamic("ball", ball, skin, Mass::Total(1.0))?
-            .at(Pose::from_translation(vector![0.0, 0.0, 0.12])),
+            .with_pose(Pose::from_translation(vector![0.0, 0.0, 0.12])),
         Body::dynamic("block", rigid_block()?, hard, Mass::Density(100.0))?
-            .at(Pose::from_translation(vector![-0.31, 0.0, 0.1]))
+            .with_pose(Pose::from_translation(vector![-0.31, 0.0, 0.1]))
             .with_velocity(vector![0.5, 0.0, 0.5]),
         Body::fixed("ground", HalfSpace::rigid(), hard)?,
     ];
-    let world = World::new_ignoring(bodies, &[["block", "ground"]])?;
+    let world = World::builder().bodies(bodies).ignore("block", "ground").build()?;
     let world = world.with_gravity(vector![0.0, 0.0, -9.81])?;
     let plan = Plan::new(5e-3, 40)?
         .with_integrator(Integrator::Sdirk3)
@@ -183,10 +183,10 @@ fn scene() -> Result<World, Box<dyn Error>> {
     let tilted = Pose::from_rotation_vector(&vector![0.1, 0.3, -0.2], vector![0.3, 0.0, 0.26]);
     Ok(World::new(vec![
         Body::dynamic("ball", ball, skin, Mass::Total(1.0))?
-            .at(Pose::from_translation(vector![-0.3, 0.0, 0.25]))
+            .with_pose(Pose::from_translation(vector![-0.3, 0.0, 0.25]))
             .with_velocity(vector![0.5, 0.0, 0.0])
             .with_angular_velocity(vector![0.0, 1.0, 0.5]),
-        Body::dynamic("brick", brick, skin, Mass::Density(800.0))?.at(tilted),
+        Body::dynamic("brick", brick, skin, Mass::Density(800.0))?.with_pose(tilted),
         Body::fixed("floor", floor, skin)?,
     ])?
     .with_gravity(vector![0.0, 0.0, -9.81])?
@@ -209,7 +209,7 @@ fn recorded<F: Force>(
     world: &World<f64, F>,
     plan: &Plan,
 ) -> Result<(), Box<dyn Error>> {
-    states(found, name, world.rollout(plan).recorded()?.states());
+    states(found, name, world.rollout(plan).run()?.states());
     Ok(())
 }
 
@@ -270,10 +270,10 @@ fn worlds(found: &mut Found) -> Result<(), Box<dyn Error>> {
     let end = experiment.jacobian(&by, &FinalState::of_body(&shared, "ball")?)?;
     keep(found, "end", &end.value);
     by_rows(found, "end jacobian", &end.jacobian);
-    let by_start = experiment.pullback(&by, by_last_state)?;
+    let by_start = experiment.vjp(&by, by_last_state)?;
     keep(found, "pullback", &by_start);
     let linearized =
-        Experiment::new(Arc::clone(&shared), &Plan::new(1e-3, 100)?).linearized(&by)?;
+        Experiment::new(Arc::clone(&shared), &Plan::new(1e-3, 100)?).linearize(&by)?;
     by_rows(found, "A", &linearized.by_state);
     by_rows(found, "B", &linearized.by_parameters);
     Ok(())

@@ -284,7 +284,7 @@ impl Body {
 
     pub fn __repr__(&self) -> String {
         let kind = match (&self.path, self.mass()) {
-            (Some(_), _) => "prescribed".to_owned(),
+            (Some(_), _) => "kinematic".to_owned(),
             (None, Some(mass)) => format!("dynamic, {mass:?} kg"),
             (None, None) => "fixed".to_owned(),
         };

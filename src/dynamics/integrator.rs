@@ -19,8 +19,8 @@ use crate::spatial::{Twist, Wrench};
 ///
 /// # Implicit steps
 ///
-/// [`Sdirk3`](Self::Sdirk3) and [`ImplicitEuler`](Self::ImplicitEuler) solve each stage for the velocities u at its end: P(q̃ ⊕ τu, u) = p̃
-/// + τ f(q̃ ⊕ τu, u). Here P are the momenta, f the wrenches at the end of the stage, q̃ and p̃ the poses and momenta at its start, and τ
+/// [`Sdirk3`](Self::Sdirk3) and [`ImplicitEuler`](Self::ImplicitEuler) solve each stage for the velocities u at its end:
+/// P(q̃ ⊕ τu, u) = p̃ + τ f(q̃ ⊕ τu, u). Here P are the momenta, f the wrenches at the end of the stage, q̃ and p̃ the poses and momenta at its start, and τ
 /// its duration. Steps of 1 to 10 ms suit most tasks, however stiff the contact and small the slip tolerance. Bodies that do not touch are
 /// solved separately, and their steps are divided separately. Derivatives are exact for the discrete steps, by the implicit function
 /// theorem. Stages are solved to [`Plan::with_solver_tolerance`](super::Plan::with_solver_tolerance).
