@@ -429,6 +429,46 @@ def test_rollout_on_a_half_space_has_the_derivatives_of_differences():
     check_grads(jax.jit(run), (zero,), **CHECK)
 
 
+def test_nested_values_have_the_derivatives_of_changes():
+    world, plan, _, _ = ground()
+    values = {
+        "ball": {"friction": 0.5, "mass": jnp.asarray(1.1), "modulus": 1.2e5, "velocity": jnp.array([0.4, 0.2, -0.1])},
+        "gravity": jnp.array([0.0, 0.1, -9.0]),
+    }
+    by = [he.Parameter.friction("ball"), he.Parameter.mass("ball"), he.Parameter.modulus("ball")]
+    by += [he.Parameter.initial_velocity("ball"), he.Parameter.gravity()]
+
+    def loss(state):
+        return state.poses[-1, 0, 0, 3] + 2.0 * state.twists[-1, 0, 5]
+
+    def of_values(values):
+        return loss(hj.rollout(world, plan, values))
+
+    flat_values = np.array([0.5, 1.1, 1.2e5, 0.4, 0.2, -0.1, 0.0, 0.1, -9.0])
+    changes = flat_values - world.values(by)
+    expected = jax.jacfwd(lambda changes: loss(hj.rollout(world, plan, by, changes)))(changes)
+    found = jax.jit(jax.grad(of_values))(jax.tree.map(jnp.asarray, values))
+    ball = found["ball"]
+    parts = [ball["friction"], ball["mass"], ball["modulus"], *ball["velocity"], *found["gravity"]]
+    assert np.abs(np.array(parts) / expected - 1.0).max() < 1e-9
+    assert float(of_values(values)) == pytest.approx(float(loss(hj.rollout(world, plan, by, changes))), rel=1e-12)
+    mapped = jax.vmap(lambda friction: of_values({"ball": {"friction": friction}}))(jnp.array([0.1, 0.4]))
+    assert float(mapped[1]) == pytest.approx(float(of_values({"ball": {"friction": 0.4}})), rel=1e-12)
+
+
+def test_nested_values_that_do_not_fit_are_refused():
+    world, plan, _, _ = ground()
+    with pytest.raises(he.HydroelasticError, match="body 'ball' has no quantity 'weight': expected one of position"):
+        hj.rollout(world, plan, {"ball": {"weight": 1.0}})
+    with pytest.raises(he.HydroelasticError, match='no body is named "wall"'):
+        hj.rollout(world, plan, {"wall": {"mass": 1.0}})
+    with pytest.raises(he.HydroelasticError, match="stiffness"):
+        hj.rollout(world, plan, {"stiffness": 1.0})
+    with pytest.raises(he.HydroelasticError, match="need no changes"):
+        hj.rollout(world, plan, {"gravity": np.zeros(3)}, np.zeros(3))
+    assert hj.rollout(world, plan, {}).poses.shape == (4, 2, 4, 4)
+
+
 def test_rollout_by_its_start_has_the_derivatives_of_differences(bounce):
     world, plan = bounce
     world = without_friction(world)

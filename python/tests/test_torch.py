@@ -366,6 +366,18 @@ def test_rollout_on_a_half_space_has_the_derivatives_of_differences():
     assert torch.autograd.gradcheck(run, variable(zero), **CHECK)
 
 
+def test_nested_values_have_the_derivatives_of_changes():
+    world, plan, _, _ = ground()
+    friction, velocity = variable(np.array(0.5)), variable(np.array([0.4, 0.2, -0.1]))
+    end = ht.final_state(world, plan, {"ball": {"friction": friction, "velocity": velocity}})
+    end.poses[0, 0, 3].backward()
+    by = [he.Parameter.friction("ball"), he.Parameter.initial_velocity("ball")]
+    changes = variable(np.array([0.5, 0.4, 0.2, -0.1]) - world.values(by))
+    ht.final_state(world, plan, by, changes).poses[0, 0, 3].backward()
+    found = np.array([float(friction.grad), *velocity.grad.tolist()])
+    assert np.abs(found - changes.grad.numpy()).max() < 1e-12
+
+
 def test_rollout_by_its_start_has_the_derivatives_of_differences(bounce):
     world, plan = bounce
     world = without_friction(world)

@@ -7,7 +7,7 @@ twist in world axes, and one column for each other number. Poses among the outpu
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, Protocol, TypeVar
 
 import numpy as np
@@ -295,25 +295,78 @@ def wrench(
     return arrays.evaluated(Wrench(pair, in_motion), [2, 2, *[1] * (len(parts) - 2)], parts)
 
 
+# Quantities of a body in nested values, with their parameters and numbers of components (0 for a number).
+QUANTITIES: dict[str, tuple[Callable[[str], Parameter], int]] = {
+    "position": (Parameter.initial_position, 3),
+    "velocity": (Parameter.initial_velocity, 3),
+    "angular_velocity": (Parameter.initial_angular_velocity, 3),
+    "modulus": (Parameter.modulus, 0),
+    "dissipation": (Parameter.dissipation, 0),
+    "friction": (Parameter.friction, 0),
+    "mass": (Parameter.mass, 0),
+}
+
+
+def parameters_and_changes(
+    arrays: Arrays, world: World, parameters: Sequence[Parameter] | Mapping[str, Any], changes: Any
+) -> tuple[list[Parameter], list[Any]]:
+    """Returns parameters, and the parts of their changes.
+
+    A mapping has values: ``{body: {quantity: value}}``, ``{"gravity": value}`` and ``{force parameter: value}``. The change of a
+    value is the difference from the value of the world.
+    """
+    if not isinstance(parameters, Mapping):
+        by = list(parameters)
+        width = len(world.values(by))
+        return by, [arrays.floats(np.zeros(width) if changes is None else changes, "changes", (width,))]
+    if changes is not None:
+        raise HydroelasticError("values of parameters, as a mapping, need no changes")
+    by, parts = [], []
+    for name, kind, size, value in _leaves(world, parameters):
+        parameter = kind(name) if callable(kind) else kind
+        array = arrays.floats(value, name, (size,) if size else ())
+        by.append(parameter)
+        current = arrays.floats(world.values([parameter]), name, (max(size, 1),))
+        parts.append((array if size else array[..., None]) - current)
+    return by, parts or [arrays.floats(np.zeros(0), "changes", (0,))]
+
+
+def _leaves(world: World, values: Mapping[str, Any]) -> Iterator[tuple[str, Any, int, Any]]:
+    """Yields the names, parameters, sizes and values of nested values, in the order of sorted keys, as JAX orders them."""
+    for name, value in sorted(values.items()):
+        if isinstance(value, Mapping):
+            world.index_of(name)
+            for quantity, number in sorted(value.items()):
+                if quantity not in QUANTITIES:
+                    known = ", ".join(QUANTITIES)
+                    raise HydroelasticError(f"body {name!r} has no quantity {quantity!r}: expected one of {known}")
+                kind, size = QUANTITIES[quantity]
+                yield name, kind, size, number
+        elif name == "gravity":
+            yield name, Parameter.gravity(), 3, value
+        else:
+            yield name, Parameter.force_parameter, 0, value
+
+
 def states(
     arrays: Arrays,
     function: Rollout,
-    changes: Any,
+    changes: Sequence[Any],
     start: tuple[Any, Any] | None,
     start_step: Any,
 ) -> tuple[Any, Any]:
     """Computes the poses and twists of a rollout. The recorded states are the first axis, unless the function returns
     only the last state."""
     count = function.bodies
-    numbers = arrays.floats(np.zeros(function.width) if changes is None else changes, "changes", (function.width,))
     if start is None:
         if not (isinstance(start_step, int) and start_step == 0):
             raise HydroelasticError("start_step needs start: without one, the rollout starts at the initial time of the world")
-        outputs = arrays.evaluated(function, [1], [numbers])
+        outputs = arrays.evaluated(function, [1] * len(changes), changes)
     else:
         poses, twists = start
         parts = [arrays.floats(poses, "poses", (count, 4, 4)), arrays.floats(twists, "twists", (count, 6))]
-        outputs = arrays.evaluated(function, [3, 2, 1, 1], [*parts, numbers, arrays.count(start_step)[..., None]])
+        ranks = [3, 2, *[1] * len(changes), 1]
+        outputs = arrays.evaluated(function, ranks, [*parts, *changes, arrays.count(start_step)[..., None]])
     lead, recorded = outputs.shape[:-1], () if function.only_last else (function.states,)
     entries = function.states * count * POSE
     return (

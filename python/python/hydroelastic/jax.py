@@ -39,7 +39,7 @@ import functools
 import logging
 import math
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple, NoReturn, TypeAlias
 
 import numpy as np
@@ -209,7 +209,7 @@ def initial_state(world: World) -> State:
 def rollout(
     world: World,
     plan: Plan,
-    parameters: Sequence[Parameter] = (),
+    parameters: Sequence[Parameter] | Mapping[str, Any] = (),
     changes: _Array | None = None,
     *,
     start: State | None = None,
@@ -227,8 +227,10 @@ def rollout(
         World. It has no derivative except with respect to its parameters.
     plan : Plan
         Steps, and the states to record.
-    parameters : sequence of Parameter
-        Parameters to change, p numbers together.
+    parameters : sequence of Parameter, or mapping
+        Parameters to change, p numbers together. A mapping has new values instead, without ``changes``: for each body
+        a mapping of "position", "velocity", "angular_velocity" (3,), "modulus", "dissipation", "friction" and "mass";
+        "gravity" (3,); and the names of force parameters.
     changes : (p,) array_like, optional
         Changes that are added to the parameters, as in ``World.perturbed``. Default: zeros.
     start : State, optional
@@ -260,7 +262,7 @@ def rollout(
 def final_state(
     world: World,
     plan: Plan,
-    parameters: Sequence[Parameter] = (),
+    parameters: Sequence[Parameter] | Mapping[str, Any] = (),
     changes: _Array | None = None,
     *,
     start: State | None = None,
@@ -292,7 +294,7 @@ def step(
     world: World,
     plan: Plan,
     state: State,
-    parameters: Sequence[Parameter] = (),
+    parameters: Sequence[Parameter] | Mapping[str, Any] = (),
     changes: _Array | None = None,
     *,
     start_step: _Array | int = 0,
@@ -326,16 +328,17 @@ def step(
 def _states(
     world: World,
     plan: Plan,
-    parameters: Sequence[Parameter],
+    parameters: Sequence[Parameter] | Mapping[str, Any],
     changes: _Array | None,
     start: State | None,
     start_step: _Array | int,
     *,
     only_last: bool,
 ) -> State:
-    function = _autodiff.Rollout(world, plan, parameters, from_state=start is not None, only_last=only_last)
+    by, parts = _autodiff.parameters_and_changes(_Arrays(), world, parameters, changes)
+    function = _autodiff.Rollout(world, plan, by, from_state=start is not None, only_last=only_last)
     initial = None if start is None else (start.poses, start.twists)
-    return State(*_autodiff.states(_Arrays(), function, changes, initial, start_step))
+    return State(*_autodiff.states(_Arrays(), function, parts, initial, start_step))
 
 
 class _Arrays:
