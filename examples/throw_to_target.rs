@@ -24,7 +24,7 @@ const STEPS: usize = 1_200;
 const HIT: f64 = 1e-3;
 const FAR: f64 = 0.1;
 const ITERATIONS: usize = 60;
-/// Fraction of the predicted decrease that a change must achieve; otherwise it is halved.
+/// Fraction of the predicted decrease that a change must achieve. A change that achieves less is halved.
 const SHARE: f64 = 0.1;
 
 /// Squared distance (m²) of the ball's final position from the target.

@@ -8,7 +8,7 @@ use hydroelastic::gradient::Outcome;
 use hydroelastic::scalar::{Scalar, lift};
 use nalgebra::Vector3;
 
-/// Force (N) with which the hand presses at the end of the way down, and total work of the hand (J).
+/// Downward force (N) of the hand at the end of its downward motion, and total work (J) of the hand.
 pub struct Felt(pub Hand);
 
 impl Outcome for Felt {

@@ -1,4 +1,4 @@
-//! A small mesh and any partner, in any poses and motion, have finite wrenches and derivatives, and push on each other alike.
+//! A small mesh and any partner, in any poses and motion, have finite wrenches and derivatives, and opposite forces.
 //!
 //! Numbers come in eighths, so that faces and edges often fall on one another.
 #![no_main]
@@ -255,7 +255,7 @@ fn assert_opposite(pair: &ContactPair, wrench: &ContactWrench, scale: f64) {
     assert_same(&wrench.on_b, &from_a, scale, "third law");
 }
 
-/// How far a partner reaches (m) from the origin of the world; a half-space as far as its frame.
+/// Returns the largest distance (m) of a partner from the origin of the world. For a half-space, this is the distance of its frame.
 fn reach_of(partner: &Partner) -> f64 {
     let own = match (partner.shape(), partner.rigid_shape()) {
         (Some(shape), _) => shape.field().reach(),
@@ -279,7 +279,7 @@ fn force_scale(pair: &ContactPair) -> f64 {
     highest(&a).max(highest(pair.b())) * reach.powi(3)
 }
 
-/// By how much more dissipation and friction may push than the pressure.
+/// Returns an upper bound of the factor by which dissipation and friction may increase the force.
 fn motion_scale(pair: &ContactPair, law: &SurfaceLaw, twists: &[Twist; 2]) -> f64 {
     let reach = reach_of(&Partner::from(*pair.a())) + reach_of(pair.b());
     let speed = |twist: &Twist| twist.linear.norm() + 2.0 * twist.angular.norm() * reach;

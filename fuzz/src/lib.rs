@@ -1,4 +1,4 @@
-//! What the fuzz targets share: bytes read as a mesh file or as a surface file.
+//! Functions shared by the fuzz targets: bytes read as a mesh file or as a surface file.
 
 use hydroelastic::io::{FileError, MeshFile, read_mesh, read_triangle_surface};
 use hydroelastic::mesh::{PressureField, TriangleSurface};

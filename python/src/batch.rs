@@ -174,7 +174,7 @@ impl Batch {
     /// world : World
     ///     World before the perturbation.
     /// parameters : list of Parameter
-    ///     Parameters to perturb, p numbers together.
+    ///     Parameters to perturb, with p components in total.
     /// samples : (n, p) array_like
     ///     Changes that are added to the parameters, as in World.perturbed.
     ///
@@ -230,7 +230,7 @@ impl Batch {
     /// world : World
     ///     World before the perturbation.
     /// parameters : list of Parameter
-    ///     Parameters to perturb and to differentiate with respect to, p numbers together.
+    ///     Parameters to perturb and to differentiate with respect to, with p components in total.
     /// samples : (n, p) array_like
     ///     Changes that are added to the parameters, as in World.perturbed.
     ///
@@ -315,7 +315,7 @@ impl Batch {
     /// worlds : list of World
     ///     World of each rollout. All worlds must have the same number n of bodies.
     /// parameters : list of Parameter
-    ///     Parameters to differentiate with respect to, p numbers together.
+    ///     Parameters to differentiate with respect to, with p components in total.
     /// by_poses : (m, k, n, 4, 4) array_like
     ///     Derivatives of each loss with respect to the poses of the k recorded states.
     /// by_twists : (m, k, n, 6) array_like

@@ -98,15 +98,15 @@ impl StepReport {
         self.0.energy.numerical_loss()
     }
 
-    /// Estimated relative error of the velocity of each body, (n,) float64. It is the sum over substeps of error over tolerance, times
-    /// Accuracy.values. It is 0 for fixed and kinematic bodies, and without error control.
+    /// Estimated relative error of the velocity of each body, (n,) float64. It is Accuracy.values times the sum of error/tolerance over the
+    /// substeps. It is 0 for fixed and kinematic bodies, and without error control.
     #[getter]
     fn errors_of_values<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
         self.of_bodies(py, |errors| errors.values)
     }
 
-    /// Estimated relative error of the derivatives of the motion of each body, (n,) float64. It is the sum over substeps of error over
-    /// tolerance, times Accuracy.slopes. It is 0 for fixed and kinematic bodies, and without error control.
+    /// Estimated relative error of the derivatives of the motion of each body, (n,) float64. It is Accuracy.slopes times the sum of
+    /// error/tolerance over the substeps. It is 0 for fixed and kinematic bodies, and without error control.
     #[getter]
     fn errors_of_slopes<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
         self.of_bodies(py, |errors| errors.slopes)

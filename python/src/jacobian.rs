@@ -46,7 +46,7 @@ impl Outcome for RecordedPositions {
     }
 }
 
-/// Derivatives of the k recorded states of n bodies with respect to p numbers of parameters.
+/// Derivatives of the k recorded states of n bodies with respect to p parameter components.
 ///
 /// Each array has the shape of the same array of the trajectory, with p as an additional last axis.
 ///
@@ -176,14 +176,14 @@ impl DifferenceCheck {
         array(py, self.0.steps.clone(), &[self.0.steps.len()])
     }
 
-    /// Name of each of the p numbers: a parameter, and the component of the parameter.
+    /// Name of each of the p parameter components: the parameter, followed by the component.
     #[getter]
     fn numbers(&self) -> Vec<String> {
         self.0.numbers.clone()
     }
 
-    /// Relative error at each step size for each number, (7, p) float64. The reference is the largest entry of the column, or, if that
-    /// is larger, a millionth of the largest entry of the row and of the largest number of the outcome.
+    /// Relative error at each step size for each parameter component, (7, p) float64. The reference is the largest entry of the column. It
+    /// is at least a millionth of the largest entry of the row, and at least a millionth of the largest outcome component.
     #[getter]
     fn errors<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
         let errors = &self.0.errors;
@@ -191,7 +191,7 @@ impl DifferenceCheck {
         array(py, by_rows, &[errors.nrows(), errors.ncols()])
     }
 
-    /// Smallest relative error of each number over all step sizes, (p,) float64.
+    /// Smallest relative error of each parameter component over all step sizes, (p,) float64.
     #[getter]
     fn best_by_parameter<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
         let best = self.0.best_by_parameter();
@@ -222,13 +222,13 @@ impl DifferenceCheck {
     }
 }
 
-/// Comparison of the derivatives of recorded positions with the slopes of the motion, for p numbers of parameters.
+/// Comparison of the derivatives of recorded positions with the slopes of the motion, for p parameter components.
 #[pyclass(frozen, module = "hydroelastic")]
 pub struct DerivativeCheck(pub gradient::DerivativeCheck);
 
 #[pymethods]
 impl DerivativeCheck {
-    /// Name of each of the p numbers: a parameter, and the component of the parameter.
+    /// Name of each of the p parameter components: the parameter, followed by the component.
     #[getter]
     fn numbers(&self) -> Vec<String> {
         let derivatives = self.0.derivatives.iter();

@@ -399,8 +399,8 @@ impl Pair {
 
     /// Returns whether the bodies overlap so deeply that contact may no longer push them apart.
     ///
-    /// This is true if the bodies overlap without a contact surface, one body is wholly inside the other, or each body contains the
-    /// middle of the other. A rod that pierces a body beside the point of highest pressure is not reported.
+    /// This is true if the bodies overlap without a contact surface, one body is wholly inside the other, or each body contains the middle
+    /// of the other. A rod that pierces a body away from the point of highest pressure is not reported.
     ///
     /// Parameters
     /// ----------

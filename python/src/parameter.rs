@@ -191,7 +191,7 @@ impl Parameter {
     /// Returns
     /// -------
     /// list of Parameter
-    ///     Parameters whose numbers together have the order of an array of the shape (intervals, len(bodies), 6).
+    ///     Parameters. Their components have the order of an array of the shape (intervals, len(bodies), 6).
     ///
     /// Raises
     /// ------

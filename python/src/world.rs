@@ -244,7 +244,7 @@ impl World {
     /// Parameters
     /// ----------
     /// parameters : list of Parameter
-    ///     Parameters to change, p numbers together.
+    ///     Parameters to change, with p components in total.
     /// changes : (p,) array_like
     ///     Changes. The change of an orientation is a rotation vector (rad) in world axes.
     ///
@@ -272,7 +272,7 @@ impl World {
     /// Parameters
     /// ----------
     /// parameters : list of Parameter
-    ///     Parameters, p numbers together.
+    ///     Parameters, with p components in total.
     ///
     /// Returns
     /// -------
@@ -301,7 +301,7 @@ impl World {
     /// Parameters
     /// ----------
     /// parameters : list of Parameter
-    ///     Parameters to set, p numbers together.
+    ///     Parameters to set, with p components in total.
     /// values : (p,) array_like
     ///     New values, in the order of the method values.
     ///

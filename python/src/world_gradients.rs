@@ -63,7 +63,7 @@ impl World {
     /// plan : Plan
     ///     Plan of the rollout.
     /// parameters : list of Parameter
-    ///     Parameters to differentiate with respect to, p numbers together.
+    ///     Parameters to differentiate with respect to, with p components in total.
     /// progress : bool or callable, optional
     ///     True for a progress bar of tqdm if tqdm is installed, or a function of (done, total) steps.
     ///
@@ -100,7 +100,7 @@ impl World {
     /// np.tensordot(by_poses, jacobian.poses, 4) + np.tensordot(by_twists, jacobian.twists, 3).
     /// A sweep back from the last state computes it in a time that does not depend on p. The method first runs the rollout again.
     ///
-    /// Only the part of the derivatives with respect to a rotation matrix that turns the body has an effect. Derivatives with respect to
+    /// Derivatives with respect to a rotation matrix have an effect only in the directions of rotations. Derivatives with respect to
     /// kinematic bodies have no effect.
     ///
     /// Parameters
@@ -108,7 +108,7 @@ impl World {
     /// plan : Plan
     ///     Plan of the rollout.
     /// parameters : list of Parameter
-    ///     Parameters to differentiate with respect to, p numbers together.
+    ///     Parameters to differentiate with respect to, with p components in total.
     /// by_poses : (k, n, 4, 4) array_like
     ///     Derivatives of the loss with respect to the poses of the recorded states.
     /// by_twists : (k, n, 6) array_like
@@ -209,7 +209,7 @@ impl World {
     /// plan : Plan
     ///     Plan of the rollout.
     /// parameters : list of Parameter, optional
-    ///     Parameters to differentiate with respect to, p numbers together. Default: none.
+    ///     Parameters to differentiate with respect to, with p components in total. Default: none.
     /// progress : bool or callable, optional
     ///     True for a progress bar of tqdm if tqdm is installed, or a function of (done, total) steps.
     ///
@@ -264,7 +264,7 @@ impl World {
     /// plan : Plan
     ///     Plan of the rollout.
     /// parameters : list of Parameter
-    ///     Parameters to check, p numbers together.
+    ///     Parameters to check, with p components in total.
     /// width : float
     ///     Width in typical changes of each number: the value of a material number or a mass, and 1 SI unit otherwise. Choose the
     ///     accuracy to which the numbers matter.
@@ -304,7 +304,7 @@ impl World {
     /// plan : Plan
     ///     Plan of the rollout.
     /// parameters : list of Parameter
-    ///     Parameters to check, p numbers together.
+    ///     Parameters to check, with p components in total.
     ///
     /// Returns
     /// -------

@@ -20,8 +20,8 @@ use nalgebra::{Matrix3, Vector3};
 /// The pose of B, the margin (m), and the box around A's surface.
 pub(super) struct RelativePose {
     rotation: [[f64; 3]; 3],
-    /// Absolute values |Rᵢⱼ|. They map the half extents of a box of B to those of the box around it
-    /// in A.
+    /// Absolute values |Rᵢⱼ|. They map the half extents of a box of B to the half extents of its
+    /// bounding box in A.
     reach: [[f64; 3]; 3],
     translation: [f64; 3],
     margin: f64,

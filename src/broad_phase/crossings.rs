@@ -16,8 +16,8 @@ use crate::spatial::Pose;
 use std::ops::Range;
 
 /// Visits the pairs of triangles of two surfaces, one in A and one in B, that may cross or touch.
-/// The boxes of such a pair overlap, and neither triangle is beside the plane of the other, all to
-/// within `margin` (m). `memory` is scratch memory.
+/// The boxes of such a pair overlap, and neither triangle is entirely on one side of the plane of
+/// the other, all to within `margin` (m). `memory` is scratch memory.
 pub(crate) fn visit_crossing_triangles(
     [a, b]: [&TriangleBvh; 2],
     pose_ab: &Pose<f64>,

@@ -45,7 +45,8 @@ impl<'f> FourTriangles<'f> {
     }
 
     /// Returns which of the four triangles a triangle of the other body may cross, one bit each.
-    /// The boxes of such triangles overlap, and neither triangle is beside the plane of the other.
+    /// The boxes of such triangles overlap, and neither triangle is entirely on one side of the
+    /// plane of the other.
     #[inline(always)]
     pub fn crossed<L: Lanes>(
         &self,

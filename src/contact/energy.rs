@@ -98,8 +98,8 @@ impl<T: Scalar> PolygonSource<'_, T> {
         self.smaller_pressure_within(&[extent], a, half_space, highest)
     }
 
-    /// Returns the apex of the fan, in the frame of a rigid B, or `None` if the boxes around both bodies are apart. The apex is beside the
-    /// common part of the boxes, so that the tetrahedra of the fan hold little more of A than B does, and little cancels.
+    /// Returns the apex of the fan, in the frame of a rigid B, or `None` if the bounding boxes do not overlap. The apex is next to the
+    /// intersection of the boxes. So the tetrahedra of the fan contain little more of A than B does, and cancellation is small.
     fn apex(&self, shape_b: &RigidShape) -> Option<Vector3<f64>> {
         let pose_ba = self.pair.pose_ab.inverse();
         let a = self.pair.shape_a.bounds().posed(&pose_ba);

@@ -15,8 +15,8 @@ use nalgebra::{SMatrix, Vector6};
 /// evaluations of the contact.
 ///
 /// The wrench and the elastic derivatives are exact. The model integrates dissipation and friction over the unchanged contact polygons,
-/// with the pressure that the fields of the bodies have there. It is cheap to evaluate again as velocities change, and exact in the changes
-/// of friction's direction, which make friction hard.
+/// with the pressure that the fields of the bodies have there. The model is cheap to evaluate again after a change of velocities. It is
+/// exact as the direction of friction changes. These changes are the reason why friction is hard to solve.
 #[derive(Clone)]
 pub(crate) struct FrozenContact {
     /// The exact wrenches, in the world, about the origins of the bodies.
@@ -101,8 +101,8 @@ impl FrozenContact {
         self.law.is_some()
     }
 
-    /// Returns the contribution of dissipation and friction after a motion of B (angular, linear, of the point at A's origin) for a
-    /// velocity of A relative to B (angular, linear at A's origin), all in A's axes.
+    /// Returns the contribution of dissipation and friction after a motion of B, at a velocity of A relative to B. Both have an angular
+    /// part, and a linear part at A's origin, in A's axes.
     pub fn added(&self, motion: &Vector6<f64>, twist: &Vector6<f64>) -> AddedByLaw {
         let Some(law) = &self.law else {
             return AddedByLaw::nothing();

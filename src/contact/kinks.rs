@@ -1,4 +1,4 @@
-/// Reasons why the wrenches of a contact have no derivative at a pose, or why the pose is too near to such a pose to tell them apart. The
+/// Reasons why the wrenches of a contact have no derivative at a pose, or why the pose cannot be distinguished from such a pose. The
 /// derivatives are then the mean of both sides, or the derivatives about one generic direction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[non_exhaustive]

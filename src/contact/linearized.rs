@@ -20,11 +20,11 @@ use nalgebra::{Matrix3, Matrix6, SMatrix, SVector, Vector3};
 /// contact polygons. The part of dissipation and friction also needs the motion of the polygons' edges, which follows from the motion of
 /// the faces that contain them.
 ///
-/// If the wrench has a kink, as friction has at flush sides, the derivatives with respect to poses and moduli are the mean of those on
-/// either side. Poses within at most 2.5e-10 of the bodies' size of a kink count as on it; the limit is smaller if the bodies are pressed
-/// in by less. If several kinks meet, no linear function is the mean in all directions, and the derivatives are those about one generic
-/// direction. Derivatives with respect to velocities and the law are those at the pose itself. Surfaces that face each other and only touch
-/// have no contact and zero derivatives. The slip tolerance is a constant.
+/// If the wrench has a kink, as friction has at flush sides, the derivatives with respect to poses and moduli are the mean of the
+/// derivatives on both sides. A pose counts as at the kink if its distance from the kink is at most 2.5e-10 of the bodies' size. The limit
+/// is smaller if the bodies overlap by less. If several kinks meet, no linear function is the mean in all directions. The mean is then
+/// taken about one generic direction. Derivatives with respect to velocities and the law are evaluated at the pose itself. Surfaces that
+/// face each other and only touch have no contact and zero derivatives. The slip tolerance is a constant.
 ///
 /// ```
 /// use hydroelastic::contact::{ContactBody, ContactPair, Shape, SurfaceLaw};
@@ -175,7 +175,7 @@ impl RelativeLinearization {
             let [turn, shift] = motion.by_pose_a(rotation, &twists[1].angular);
             by_pose_a += by_twist * (turn - shift);
             by_pose_b += by_twist * shift;
-            // The relative velocity is that of A minus that of B at A's origin.
+            // The relative velocity is the velocity of A minus the velocity of B, at A's origin.
             by_twists = [by_twist, -(by_twist * lever)];
         }
         let reaction = Reaction {

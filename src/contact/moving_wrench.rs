@@ -1,5 +1,5 @@
 //! The wrench of a contact with the surface law. Generic polygons are integrated in lanes, several triangles at a time. Special polygons
-//! are integrated one by one, and so are generic polygons on which the pressure is clamped or the slip turns quickly.
+//! are integrated one by one, and so are generic polygons on which the pressure is clamped or the slip direction varies rapidly.
 
 use super::SurfaceLaw;
 use super::integrate::{Integrand, Remainder};
@@ -29,7 +29,7 @@ pub(super) struct MovingWrench<T> {
 }
 
 /// Adds the wrenches on A of the polygons of octets, like [`PlanePolygon::wrench_in_motion`]. Skips polygons on which the pressure is
-/// clamped somewhere, or the slip turns quickly.
+/// clamped somewhere, or the slip direction varies rapidly.
 struct InLanesOver<'o> {
     octets: &'o [Octet],
     law: &'o SurfaceLaw,

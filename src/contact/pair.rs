@@ -32,7 +32,7 @@ pub struct ContactPair<'a, T = f64> {
 /// [`ContactPair::wrench`] does this only for `f64` and for derivatives of second and higher order.
 ///
 /// It is slower than the [linearized contact](super::LinearizedContact), and serves to check it. If faces of both bodies coincide, its
-/// derivatives are those of one side, or are lost in round-off.
+/// derivatives are one-sided, or are lost in round-off.
 #[derive(Debug, Clone, Copy)]
 pub struct Pipeline<'p, 'a, T>(pub(super) &'p ContactPair<'a, T>);
 
@@ -154,7 +154,7 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
     }
 
     /// Returns the pairs of tetrahedra (of A, of B) with a contact polygon, in no particular order. If B is a rigid body, the second index
-    /// is that of a triangle. If B is a half-space, it is 0.
+    /// is the index of a triangle. If B is a half-space, the second index is 0.
     #[must_use]
     pub fn touching_tets(&self) -> Vec<[usize; 2]> {
         let surface = self.real().cut_surface();

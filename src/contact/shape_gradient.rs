@@ -34,8 +34,8 @@ impl ShapeGradient {
     /// parameter of the rates. Ready-made shapes have rates with respect to their dimensions in [`shapes`](crate::mesh::shapes).
     ///
     /// # Errors
-    /// Returns an error if the number of velocities differs from that of vertices, if the number of rates of extents differs from that of
-    /// extents, unless there are no extents, or if a rate is not finite.
+    /// Returns an error if the numbers of velocities and vertices differ, or if a rate is not finite. Returns an error also if there are
+    /// extents, and the numbers of rates and extents differ.
     pub fn along(&self, rates: &ShapeRates) -> Result<f64, MeshError> {
         rates.dot(&self.by_vertices, &self.by_extents)
     }
@@ -70,11 +70,11 @@ impl ContactPair<'_> {
     /// For A's vertices, exchange A and B, and W and −W. The formula also holds for surface vertices, and nothing is differentiated through
     /// a clip.
     ///
-    /// If faces of both bodies are flush, the derivatives with respect to all vertices together give those with respect to the pose, about
-    /// one generic direction. The sum of the derivatives with respect to all extents, each times its extent, is the derivative with respect
-    /// to the modulus, times the modulus. The derivative with respect to a single vertex need not lie between those of both sides if the
-    /// vertex moves at an angle to the face. If fields are equal over a volume ([`Kinks::are_equal`](crate::contact::Kinks)), the sums may
-    /// differ from the derivatives with respect to pose and modulus.
+    /// If faces of both bodies are flush, the derivatives with respect to all vertices together give the derivatives with respect to the
+    /// pose, about one generic direction. The sum of the derivatives with respect to all extents, each times its extent, is the derivative
+    /// with respect to the modulus, times the modulus. The derivative with respect to a single vertex need not lie between the derivatives
+    /// of both sides if the vertex moves at an angle to the face. If fields are equal over a volume
+    /// ([`Kinks::are_equal`](crate::contact::Kinks)), the sums may differ from the derivatives with respect to pose and modulus.
     ///
     /// ```
     /// use hydroelastic::contact::{ContactBody, ContactPair, Partner, Shape};

@@ -14,8 +14,8 @@ pub(super) struct SlipFields<'o> {
     pub damping: [Row; 3],
     /// The slip at the origin, and the spin.
     pub slip: [Row; 3],
-    /// The lowest level of quadrature rules that is accurate enough for each polygon, as a whole number. It is [`LEVELS`] if no rule is
-    /// used. The slip then turns too quickly, or the pressure is clamped at a corner.
+    /// The lowest level of quadrature rules that is accurate enough for each polygon, as a whole number. If the slip direction varies too
+    /// rapidly, or the pressure is clamped at a corner, no rule is used and the level is [`LEVELS`].
     levels: Row,
 }
 

@@ -24,7 +24,7 @@ impl<T: Scalar> ContactPair<'_, T> {
     /// - A rigid body contains a point of the compliant body's highest pressure, and the compliant body contains the middle of the rigid
     ///   body there. This is the middle of the chord through the point along the contact force.
     ///
-    /// A rod or a plate that pierces a body beside the points of highest pressure is not reported.
+    /// A rod or a plate that pierces a body away from the points of highest pressure is not reported.
     ///
     /// Takes as long as [`Self::potential_energy`] if there is no contact surface.
     #[must_use]

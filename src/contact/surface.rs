@@ -8,14 +8,15 @@ use nalgebra::Vector3;
 #[derive(Debug, Clone)]
 #[non_exhaustive]
 pub struct ContactPolygon<T = f64> {
-    /// The tetrahedra of A and of B that contain the polygon. For B, this is the triangle of a rigid body, or 0 for a half-space.
+    /// Indices of the tetrahedra of A and of B that contain the polygon. If B is rigid, the second index is a triangle of its surface. If B
+    /// is a half-space, the second index is 0.
     pub tets: [usize; 2],
     /// Corners (m), counter-clockwise about the normal.
     pub outline: ConvexPolygon<T>,
     /// Unit normal, out of B into A.
     pub normal: Vector3<T>,
-    /// Area (m²), positive: the area of the outline, or half of it if the polygon lies in a face of a tetrahedron. If the face is shared,
-    /// the polygon of the tetrahedron beyond it has the other half.
+    /// Area (m²), positive: the area of the outline, or half of it if the polygon lies in a face of a tetrahedron. If two tetrahedra share
+    /// the face, each has a polygon with half of the area.
     pub area: T,
     /// Centroid (m).
     pub centroid: Vector3<T>,

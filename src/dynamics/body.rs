@@ -290,7 +290,7 @@ pub(super) fn require_index_of<T: Scalar>(
 }
 
 impl Body {
-    /// Whether center of mass and inertia are those of the shape at a uniform density, up to round-off.
+    /// Whether center of mass and inertia agree, up to round-off, with the shape at a uniform density.
     pub(crate) fn is_uniform(&self) -> bool {
         let unit = self.shape.mass_properties(&self.name, &Mass::Density(1.0));
         let (Some(inertia), Ok(unit)) = (self.inertia(), unit) else {

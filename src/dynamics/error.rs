@@ -153,7 +153,7 @@ pub enum WorldError {
     /// A force names a force parameter that the world does not have.
     #[error("no force parameter is named {name:?}; there are {known:?}")]
     UnknownForceParameter {
-        /// Name that the force asks for.
+        /// Name that the force requires.
         name: String,
         /// Names of the world's force parameters.
         known: Vec<String>,

@@ -124,7 +124,7 @@ impl<T: Scalar> Model<T> {
         });
         wrenches.clear();
         wrenches.resize(states.len(), Wrench::zero());
-        // Sum in the order of the pairs, whichever thread finished first, because another order rounds differently.
+        // Sum in the order of the pairs, not in the order in which threads finish, because another order rounds differently.
         for (&(i, j), contact) in pairs.iter().zip(&*pair_wrenches) {
             wrenches[i] += contact.on_a;
             wrenches[j] += contact.on_b;

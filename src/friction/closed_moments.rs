@@ -148,7 +148,7 @@ impl EdgeFlux {
         };
         let ([p0, p1], [d0, d1]) = (along(load.pressure), along(load.damping));
         let g = [p0 * d0, p0 * d1 + p1 * d0, p1 * d1];
-        // The means of g·tᵏ/R, from which those of g·tᵏ·u follow, because u = sense·(−r₂, r₁)/R.
+        // The means of g·tᵏ/R. The means of g·tᵏ·u follow from them, because u = sense·(−r₂, r₁)/R.
         let over_r = |k: usize| (0..3).map(|i| g[i] * means.over_r[k + i]).sum::<f64>();
         let over_r = [0, 1, 2, 3].map(over_r);
         let along = |o: f64, e: f64| {

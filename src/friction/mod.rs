@@ -1,7 +1,7 @@
 //! Regularized Coulomb friction over a plane convex polygon, exact to round-off.
 //!
 //! In a rigid motion the velocity s of slip is affine, and friction acts along −u with u = s/√(s·s + v_s²). If u hardly changes over the
-//! polygon, quadrature of a high degree is exact to round-off. If the center of rotation is near and u turns quickly, the integrals have a
+//! polygon, quadrature of a high degree is exact to round-off. If the center of rotation is near and u varies rapidly, the integrals have a
 //! closed form.
 
 mod closed_form;
@@ -36,7 +36,7 @@ pub(crate) struct Slip<T> {
     pub tolerance: f64,
 }
 
-/// The closed form for a slip that turns quickly over a loaded polygon. It computes the integrals from which the derivatives of
+/// The closed form for a slip direction that varies rapidly over a loaded polygon. It computes the integrals from which the derivatives of
 /// [`Slip::resultant`] follow.
 pub(crate) struct ClosedForm<'a> {
     slip: Slip<f64>,

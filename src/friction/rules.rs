@@ -8,8 +8,8 @@
     reason = "nodes and weights are compared with the source as they are"
 )]
 
-/// Two points of a rule on the triangle (first corner, b, c): the barycentric coordinates of b, those of c, and the weights, as fractions
-/// of the area. Points are processed in pairs so that the compiler can use whole registers.
+/// Two points of a rule on the triangle (first corner, b, c): the barycentric coordinates of b and of c, and the weights, as fractions of
+/// the area. Points are processed in pairs so that the compiler can use whole registers.
 pub(crate) type PointPair = [[f64; 2]; 3];
 
 /// A rule on the triangle, exact for polynomials up to its degree.

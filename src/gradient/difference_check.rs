@@ -19,9 +19,9 @@ const PLATEAU: f64 = 10.0;
 /// The error of a difference over a long step comes from curvature and from kinks within the step. Over a short step it comes
 /// from rounding. The error of a correct derivative has a plateau between the two, where it is small for all steps.
 ///
-/// Errors are relative to the largest entry of a column, that is, of the derivatives with respect to one number. A column that
-/// should be zero holds only rounding errors. Errors are therefore relative to at least a millionth of the largest entry of the
-/// row and of the largest number of the outcome.
+/// Errors are relative to the largest entry of a column, that is, of the derivatives with respect to one parameter component. A column that
+/// should be zero holds only rounding errors. The scale of errors is therefore at least a millionth of the largest entry of the row, and at
+/// least a millionth of the largest outcome component.
 ///
 /// If a derivative or the outcome is not finite, the errors at all steps are infinite. If a difference is not finite, the error at its
 /// step is infinite.
@@ -39,14 +39,14 @@ pub struct DifferenceCheck {
     /// Steps, in typical changes of a parameter. The typical change is the value for materials, masses and force parameters, and 1
     /// SI unit otherwise.
     pub steps: Vec<f64>,
-    /// Name of the number of each column: a parameter, and a component if there are several.
+    /// Name of the parameter component of each column: the parameter, followed by the component if there are several.
     pub numbers: Vec<String>,
-    /// Relative error for each step (row) and each number of the parameters (column).
+    /// Relative error for each step size (row) and each parameter component (column).
     pub errors: DMatrix<f64>,
 }
 
 impl DifferenceCheck {
-    /// Smallest error over all steps, for each number of the parameters. Infinite if no error is finite.
+    /// Smallest error over all step sizes, for each parameter component. Infinite if no error is finite.
     #[must_use]
     pub fn best_by_parameter(&self) -> Vec<f64> {
         self.errors.column_iter().map(smallest).collect()
@@ -99,7 +99,7 @@ impl Experiment {
     /// [`Self::jacobian`] returns an error for a derivative that is not finite. This check reports an infinite error for it instead,
     /// and compares the other derivatives.
     ///
-    /// Numbers of materials should be positive, because a central difference at zero evaluates a negative value.
+    /// Parameters of materials should be positive, because a central difference at zero evaluates a negative value.
     ///
     /// # Errors
     /// - As [`Self::jacobian`], except for derivatives that are not finite.

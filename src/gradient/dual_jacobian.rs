@@ -7,8 +7,8 @@ type Dual = DenseDual<28>;
 
 /// Wrenches of a pair (N m, N) and their 12×28 Jacobian, computed with dual numbers through the whole pipeline.
 ///
-/// Rows and columns are those of [`LinearizedContact::jacobian`](crate::contact::LinearizedContact::jacobian). For a pair
-/// without motion, the derivatives with respect to the twists and the surface law are zero.
+/// Rows and columns have the order of [`LinearizedContact::jacobian`](crate::contact::LinearizedContact::jacobian). For a pair without
+/// motion, the derivatives with respect to the twists and the surface law are zero.
 ///
 /// This function is slower than the closed form. It is also less accurate if edges of a polygon nearly coincide.
 #[must_use]

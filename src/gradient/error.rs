@@ -51,15 +51,15 @@ pub enum GradientError {
         /// Names of the two bodies, in the order of the world.
         bodies: [String; 2],
     },
-    /// The number of values or changes differs from the number of numbers of the parameters.
+    /// The number of values or changes differs from the number of parameter components.
     #[error("the parameters have {expected} numbers, but got {found} values or changes")]
     NumberCount {
         /// Number of values or changes.
         found: usize,
-        /// Number of numbers of the parameters.
+        /// Number of parameter components.
         expected: usize,
     },
-    /// A number of the outcome is NaN or infinite, although all states are finite.
+    /// An outcome component is NaN or infinite, although all states are finite.
     #[error(
         "number {row} of the outcome, counted from 0, is {value}, but must be finite: the outcome may divide by zero, or take a root or a logarithm of a negative number"
     )]
@@ -91,7 +91,7 @@ pub enum GradientError {
         "number {row} of the outcome, counted from 0, has a derivative with respect to {number} that is not finite, although the derivatives of all states are finite: the outcome may take a root or a norm of zero"
     )]
     OutcomeDerivativeNotFinite {
-        /// Index of the number of the outcome, which is the row of the Jacobian.
+        /// Index of the outcome component, which is the row of the Jacobian.
         row: usize,
         /// Name of the parameter's number, as in [`DifferenceCheck::numbers`](super::DifferenceCheck::numbers). The first, if there
         /// are several.

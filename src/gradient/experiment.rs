@@ -150,7 +150,7 @@ impl Experiment {
     ///
     /// # Errors
     /// - If the rollout ends early.
-    /// - [`GradientError::OutcomeNotFinite`] if a number of the outcome is not finite.
+    /// - [`GradientError::OutcomeNotFinite`] if an outcome component is not finite.
     pub fn value(&self, outcome: &impl Outcome) -> Result<Vec<f64>, GradientError> {
         let value = self.value_of(outcome)?;
         check_outcome(&value)?;
@@ -165,13 +165,13 @@ impl Experiment {
         self.outcome_of(self.world.clone(), outcome)
     }
 
-    /// Outcome and its derivatives with respect to the parameters, in forward mode. Each rollout on dual numbers handles up to 96
-    /// numbers of the parameters.
+    /// Outcome and its derivatives with respect to the parameters, in forward mode. Each rollout on dual numbers handles up to 96 parameter
+    /// components.
     ///
     /// # Errors
     /// - If the world does not have one of the parameters.
     /// - If the rollout ends early.
-    /// - [`GradientError::OutcomeNotFinite`] if a number of the outcome is not finite.
+    /// - [`GradientError::OutcomeNotFinite`] if an outcome component is not finite.
     /// - [`GradientError::StateDerivativeNotFinite`] if a derivative of the outcome is not finite because a derivative of a state
     ///   is not. The error names the parameter and the first such step. Finding the step takes another rollout.
     /// - [`GradientError::OutcomeDerivativeNotFinite`] if a derivative of the outcome is not finite although the derivatives of all
@@ -283,7 +283,7 @@ impl Experiment {
         self.outcome_of(self.world.with_model(model), outcome)
     }
 
-    /// Typical change of each number of the parameters.
+    /// Typical change of each parameter component.
     pub(super) fn scales(&self, parameters: &[Parameter]) -> Result<Vec<f64>, GradientError> {
         let slots = Slots::resolve(parameters, self.model())?;
         Ok(slots.scales(self.model()))

@@ -54,13 +54,13 @@ pub(super) struct MotionCheck<'a> {
     jacobian: OutcomeJacobian,
     /// The outcome at tight tolerances, with unchanged parameters.
     unperturbed: DVector<f64>,
-    /// Noise of each number of the outcome: the change of the error at tight tolerances over the width.
+    /// Noise of each outcome component: the change of the error at tight tolerances over the width.
     noise: DVector<f64>,
     /// The Jacobian at tight tolerances, computed on demand.
     converged: OnceCell<OutcomeJacobian>,
 }
 
-/// Slopes of the motion with respect to one number of the parameters, for each number of the outcome.
+/// Slopes of the motion with respect to one parameter component, for each outcome component.
 struct Slopes {
     /// Central slopes, of fourth order in the width.
     central: DVector<f64>,
@@ -242,7 +242,7 @@ impl<'a> MotionCheck<'a> {
         Ok(self.converged.get_or_init(|| jacobian))
     }
 
-    /// Slopes with respect to one number of the parameters.
+    /// Slopes with respect to one parameter component.
     fn slopes(&self, column: usize, width: f64) -> Result<Slopes, GradientError> {
         let value = |factor: f64| {
             let mut change = vec![0.0; self.jacobian.jacobian.ncols()];

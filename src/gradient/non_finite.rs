@@ -7,7 +7,7 @@ use nalgebra::DMatrix;
 /// The first derivative that is not finite.
 pub(super) struct NonFinite {
     location: Location,
-    /// Index of the number of the parameters that the derivative is with respect to.
+    /// Index of the parameter component of the derivative.
     column: usize,
 }
 
@@ -15,7 +15,7 @@ pub(super) struct NonFinite {
 enum Location {
     /// The state of a body after a step.
     State { step: usize, time: f64, body: usize },
-    /// A number of the outcome. The derivatives of all states are finite.
+    /// An outcome component. The derivatives of all states are finite.
     Outcome { row: usize },
 }
 

@@ -98,8 +98,8 @@ fn weight(times: &[f64], record: usize) -> f64 {
 pub struct OutcomeJacobian {
     /// Value of the outcome.
     pub value: DVector<f64>,
-    /// Jacobian of the outcome: a row for each number of the outcome, and a column for each number of the parameters, in their
-    /// order. Units: the unit of the outcome over the unit of the parameter.
+    /// Jacobian of the outcome: a row for each outcome component, and a column for each parameter component, in their order. Units: the
+    /// unit of the outcome over the unit of the parameter.
     pub jacobian: DMatrix<f64>,
 }
 
@@ -116,7 +116,7 @@ pub struct FinalState {
     body: usize,
 }
 
-/// States of a body at all recorded times except the first: 18 numbers each, as in [`FinalState`].
+/// States of a body at all recorded times except the first, with 18 components each, as in [`FinalState`].
 #[derive(Debug, Clone, Copy)]
 pub struct RecordedStates {
     body: usize,

@@ -46,7 +46,7 @@ impl Experiment {
         Ok((OutcomeJacobian { value, jacobian }, earliest))
     }
 
-    /// One pass for a range of at most [`WIDE`] numbers of the parameters, in the narrowest sufficient width.
+    /// Runs one pass for a range of at most [`WIDE`] parameter components, with dual numbers of the smallest sufficient width.
     fn pass(
         &self,
         slots: &Slots,
@@ -63,7 +63,7 @@ impl Experiment {
         }
     }
 
-    /// One pass for a range of at most `WIDTH` numbers of the parameters.
+    /// Runs one pass for a range of at most `WIDTH` parameter components.
     fn pass_of<const WIDTH: usize>(
         &self,
         world: &dyn WithModel<DenseDual<WIDTH>>,

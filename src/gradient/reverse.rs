@@ -101,9 +101,9 @@ impl Experiment {
         })
     }
 
-    /// Nonsmooth points of the rollout, by kind and bodies, with the steps. At these points the rollout has no unique derivative, and
-    /// both modes use one of several. If there are many, differences may not agree with a gradient. The cost is that of a
-    /// reverse-mode gradient.
+    /// Nonsmooth points of the rollout, by kind and bodies, with the steps. At these points the rollout has no unique derivative, and both
+    /// modes use one of several. If there are many, differences may not agree with a gradient. This method costs as much as a reverse-mode
+    /// gradient.
     ///
     /// # Errors
     /// If the rollout ends early.

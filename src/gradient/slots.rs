@@ -96,7 +96,7 @@ impl Slots {
         }
     }
 
-    /// Checks that a slice of numbers has one entry for each number of the parameters.
+    /// Checks that a slice has one entry for each parameter component.
     ///
     /// # Errors
     /// [`GradientError::NumberCount`] if the counts differ.

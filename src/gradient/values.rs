@@ -46,8 +46,8 @@ impl<F: Force> World<f64, F> {
         self.with_checked_model(with_values(&self.model, parameters, values)?)
     }
 
-    /// The world with a change added to each number of the parameters. A change of an orientation is a rotation vector (rad) in
-    /// world axes that rotates the body about its origin.
+    /// The world with a change added to each parameter component. A change of an orientation is a rotation vector (rad) in world axes that
+    /// rotates the body about its origin.
     ///
     /// # Errors
     /// - If the world does not have one of the parameters.
@@ -68,7 +68,7 @@ impl<F: Force> World<f64, F> {
     }
 }
 
-/// Returns the model with a change added to each number of the parameters. Validates the result.
+/// Returns the model with a change added to each parameter component. Validates the result.
 pub(super) fn perturbed(
     model: &Model,
     parameters: &[Parameter],

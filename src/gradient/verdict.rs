@@ -10,8 +10,8 @@ pub enum Verdict {
     /// The derivative agrees with a one-sided slope, but not with the central slope. It is the derivative of the plan or the
     /// derivative at tight tolerances.
     Kink,
-    /// The derivative agrees with the slope at tight tolerances, but not at those of the plan, because the steps of the plan do not
-    /// resolve the motion.
+    /// The derivative agrees with the slope at tight tolerances, but not at the tolerances of the plan, because the steps of the plan do
+    /// not resolve the motion.
     Unresolved,
     /// The derivative does not agree with the slope over the width, even at tight tolerances. Either the motion amplifies small
     /// changes, or the outcome is curved within the width. Dissipation, finer meshes or a larger resting speed make the outcome
@@ -22,7 +22,7 @@ pub enum Verdict {
     Noisy,
 }
 
-/// Derivative of an outcome with respect to one number of the parameters, compared with the slope of the motion.
+/// Derivative of an outcome with respect to one parameter component, compared with the slope of the motion.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
@@ -44,7 +44,7 @@ pub struct CheckedDerivative {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct DerivativeCheck {
-    /// One entry for each number of the parameters.
+    /// One entry for each parameter component.
     pub derivatives: Vec<CheckedDerivative>,
 }
 

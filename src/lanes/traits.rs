@@ -15,7 +15,7 @@ pub(crate) type Quad = [f64; 4];
 pub(crate) trait Lanes: Copy {
     type Numbers: Numbers;
 
-    /// How many lanes: 2, 4 or 8.
+    /// Number of lanes: 2, 4 or 8.
     const COUNT: usize;
 
     /// Returns one number in all lanes.

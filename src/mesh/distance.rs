@@ -9,9 +9,9 @@ pub(super) struct MadeOfDistances {
     pub mesh: TetMesh,
     pub surface: SurfaceDistance,
     pub extents: Vec<f64>,
-    /// The vertices that follow those of the input mesh: midpoints and centroids of the simplices that were split.
+    /// The vertices that follow the vertices of the input mesh: midpoints and centroids of the simplices that were split.
     pub centers: Vec<Center>,
-    /// Distances (m) to the surface of the vertices of the input mesh, followed by those of `centers`.
+    /// Distances (m) of the vertices of the input mesh from the surface, followed by the distances of `centers`.
     pub distances: Vec<f64>,
     /// The vertices that follow `centers`: intersections of edges with the inner boundary of a skin.
     pub passages: Vec<Passage>,

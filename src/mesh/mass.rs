@@ -38,7 +38,7 @@ pub(super) fn center(
 
 /// Computes the exact mass properties of a sum of signed tetrahedra of uniform density (kg/m³).
 ///
-/// An origin amid the tetrahedra keeps cancellation small.
+/// An origin near the center of the solid keeps cancellation small.
 pub(super) fn mass_properties(
     origin: Vector3<f64>,
     tetrahedra: impl Iterator<Item = Tetrahedron>,

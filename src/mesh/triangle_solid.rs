@@ -17,8 +17,8 @@ struct Part<'a> {
     volume: f64,
 }
 
-/// Computes the volume (m³) inside triangles by the divergence theorem, as a sum of signed tetrahedra with apex
-/// `point`. A point amid the triangles keeps cancellation small.
+/// Computes the volume (m³) inside triangles by the divergence theorem, as a sum of signed tetrahedra with apex `point`. A point near the
+/// center of the solid keeps cancellation small.
 pub(super) fn volume(point: Vector3<f64>, triangles: impl Iterator<Item = Corners>) -> f64 {
     let six_volumes = triangles.map(|corners| {
         let [a, b, c] = corners.map(|corner| corner - point);

@@ -17,9 +17,8 @@ use nalgebra::Vector3;
 /// A surface may have several connected components, which may touch at vertices. A component whose triangles face
 /// inwards has a negative volume and is a cavity. It must lie inside another component, which is checked at one point.
 ///
-/// Self-intersection is *not* checked. If the surface intersects itself, or a component that is not a cavity lies
-/// inside another, each sheet acts in contact independently. Volume and mass then count an overlap once for each
-/// enclosing component.
+/// Self-intersection is *not* checked. If the surface intersects itself, or a component that is not a cavity lies inside another, each part
+/// of the surface acts in contact independently. Volume and mass then count an overlap once for each enclosing component.
 ///
 /// ```
 /// use hydroelastic::mesh::TriangleSurface;

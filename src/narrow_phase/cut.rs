@@ -12,15 +12,15 @@ use crate::spatial::Pose;
 
 /// Position of the equilibrium plane relative to a pair of tetrahedra.
 pub(crate) enum PairClass {
-    /// The plane misses one of them.
+    /// The plane misses one of the tetrahedra.
     Disjoint,
     /// There is no plane, because the fields are equal over a volume.
     EqualFields,
-    /// The plane passes through both or touches them, though not always at the same place.
+    /// The plane passes through both tetrahedra or touches them. They may still have no common point in the plane.
     Intersecting(CutTopology),
 }
 
-/// The decisions about a polygon, in `f64`: they suffice to construct it in any scalar.
+/// The decisions about a polygon, made in `f64`. They determine its construction in any scalar.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct CutTopology {
     /// p_A − p_B (Pa) at A's corners.
@@ -29,7 +29,7 @@ pub(crate) struct CutTopology {
     zero: f64,
     /// Corners of A below the plane.
     below: u8,
-    /// The faces that lie in the plane: bits as of the polygon's owners.
+    /// The faces that lie in the plane, with the bits of the polygon's owners.
     faces_in_plane: u8,
     /// The faces of B that may bound the polygon.
     bounding_faces: u8,
@@ -48,7 +48,7 @@ pub(crate) struct Cut {
     /// The tetrahedra, of A and of B.
     pub tets: [usize; 2],
     /// The polygon. It may be degenerate if the plane only touches. Bits 0 to 3 of the owners of its edges are the faces of A opposite to
-    /// each corner, bits 4 to 7 those of B.
+    /// each corner. Bits 4 to 7 are the faces of B.
     pub polygon: ConvexPolygon,
     /// B's pressure (Pa), or the depth (m) in it if it is rigid.
     pub field_b: AffineField,
@@ -56,8 +56,8 @@ pub(crate) struct Cut {
 }
 
 impl RelativePair<'_> {
-    /// Classifies a tetrahedron of A and one of B. Without `plane_check`, they are sliced and clipped even if the plane misses one of
-    /// them.
+    /// Classifies a tetrahedron of A and one of B. Without `plane_check`, the tetrahedra are sliced and clipped even if the plane misses
+    /// one of them.
     pub fn classify(&self, a: &FieldTet, b: &PosedTet, plane_check: bool) -> PairClass {
         let scale_a = self.scales[0];
         // A corner's own pressure is exact. The other field has the error of the rounded coordinates times its gradient.
@@ -138,8 +138,9 @@ impl RelativePair<'_> {
         of_a.common(&b.tetrahedron.aabb().inflated(self.margin()))
     }
 
-    /// Returns the signs at the corners of a tetrahedron of B, and their distances from the plane. For a partner without tetrahedra,
-    /// returns that the plane passes through it or, if a surface of A is in the plane too, that B's surface is in the plane.
+    /// Returns the signs at the corners of a tetrahedron of B, and their distances from the plane. A partner without tetrahedra has the
+    /// signs of a tetrahedron through which the plane passes. If a surface of A is in the plane too, it has the signs of a tetrahedron with
+    /// its surface in the plane.
     fn signs_at_b(
         &self,
         a: &FieldTet,
@@ -170,7 +171,7 @@ impl RelativePair<'_> {
         })
     }
 
-    /// The polygon of a cut, made again in another scalar by the same topology, from the scale of A's field and B's field.
+    /// Returns the polygon of a cut in another scalar, with the same topology. The inputs are the scale of A's field, and B's field.
     pub fn polygon_in<T: Scalar>(
         &self,
         cut: &Cut,
@@ -231,7 +232,7 @@ impl Cut {
         self.polygon.coplanarity()
     }
 
-    /// Returns the faces that the polygon reaches, over which the surface may continue: bits as of the owners of its edges.
+    /// Returns the faces that the polygon reaches, over which the surface may continue, with the bits of the owners of its edges.
     #[inline]
     pub fn reached(&self) -> u8 {
         let owners = self.polygon.owners();

@@ -25,7 +25,7 @@ impl CornerSigns {
         zero: 0,
     };
 
-    /// A tetrahedron of which no signs are known.
+    /// A tetrahedron without known signs.
     pub const UNKNOWN: Self = Self {
         below: 0,
         zero: ALL_CORNERS,
@@ -176,9 +176,9 @@ impl Weight {
 /// faces on the same side. When a body moves, the plane may stay between them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Weights {
-    /// For values, and for all derivatives except those by a motion.
+    /// For values, and for all derivatives except derivatives with respect to a motion.
     pub still: Weight,
-    /// For derivatives by a motion.
+    /// For derivatives with respect to a motion.
     pub moving: Weight,
 }
 

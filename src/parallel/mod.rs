@@ -81,7 +81,7 @@ fn alone<O>(job: impl FnOnce() -> O) -> O {
     job()
 }
 
-/// Ends a job when dropped, also after a panic.
+/// Guard that ends a job when it is dropped, even after a panic.
 struct Job {
     had_job: bool,
 }

@@ -144,7 +144,7 @@ pub(crate) fn change<T: Scalar>(value: T) -> T {
 /// Properties of a scalar type that are known at compile time.
 ///
 /// If a branch depends on such a constant, the branch not taken is not compiled. For example, the
-/// whole contact computation is not compiled for the many derivatives of a rollout's gradient.
+/// contact computation is not compiled for the wide dual numbers of rollouts.
 pub(crate) struct Order<T>(PhantomData<T>);
 
 impl<T: Scalar> Order<T> {

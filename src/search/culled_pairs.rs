@@ -67,7 +67,7 @@ impl RelativePair<'_> {
         }
     }
 
-    /// Visits the tetrahedra of A in which its pressure may be that of a half-space.
+    /// Visits the tetrahedra of A in which the pressures of A and of a half-space may be equal.
     fn visit_at_half_space(&self, half_space: &PosedTet, visit: impl FnMut(&FieldTet)) {
         // The equilibrium plane of a rigid half-space is its surface. For others it may lie at any depth.
         let is_rigid = self.shape_b.is_rigid();

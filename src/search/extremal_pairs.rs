@@ -15,8 +15,8 @@ const FLATNESS: f64 = 1e-10;
 ///
 /// Let K be a closed component of {f = 0}, f = p_A − p_B. Both fields are positive inside, so K is compact and inside both bodies. Let y be
 /// a highest point of K in a direction u. Other components are at a distance, so f is not zero in a half ball above y. It has one sign
-/// there, and on the closed half ball f has its maximum or minimum at y. By the multiplier rule \[Clarke 1983, §6.1\], a convex combination of
-/// the gradients of f at y is a multiple of u. Each of these gradients is that of a pair of tetrahedra that contain y. So for every
+/// there, and on the closed half ball f has its maximum or minimum at y. By the multiplier rule \[Clarke 1983, §6.1\], a convex combination
+/// of the gradients of f at y is a multiple of u. Each of these gradients is that of a pair of tetrahedra that contain y. So for every
 /// direction d perpendicular to u
 ///
 /// 1. ∂f/∂d ≤ 0 in at least one of these pairs, and ≥ 0 in at least one;
@@ -28,11 +28,12 @@ const FLATNESS: f64 = 1e-10;
 struct ExtremalPairs<'s, 'a> {
     pair: &'s RelativePair<'a>,
     trees: [BoundsTree<'s>; 2],
-    /// |R|. It maps the half extents of a box in B to those of the box around it in A's axes.
+    /// |R|. It maps the half extents of a box in B to the half extents of its bounding box in A's axes.
     reach: Matrix3<f64>,
-    /// The directions d of (2); the first is that of (1).
+    /// The directions d of (2). The first is also the direction of (1).
     across: [Direction; 4],
-    /// A stack of lists of nodes of A's tree: those that may meet each node of B's tree, from the root down to the current node.
+    /// A stack of lists of nodes of A's tree. Each list has the nodes that may meet one node of B's tree, from the root down to the current
+    /// node.
     partners: Vec<Node>,
 }
 
@@ -126,8 +127,8 @@ impl<'s, 'a> ExtremalPairs<'s, 'a> {
         }
     }
 
-    /// Visits the pairs of tetrahedra in which a component may be extremal, below a node of B and below its partners from the given place
-    /// on.
+    /// Visits the pairs of tetrahedra in which a component may be extremal. The tetrahedra of B are below `node_b`, and the tetrahedra of A
+    /// below its partners `partners[from..]`.
     fn descend(&mut self, node_b: Node, from: usize, visit: &mut impl FnMut(usize, usize)) {
         let (bvh, bounds) = self.trees[1].at(node_b);
         let posed = self.posed(bounds);
@@ -146,7 +147,7 @@ impl<'s, 'a> ExtremalPairs<'s, 'a> {
         self.partners.truncate(to);
     }
 
-    /// Visits the tetrahedra below the partners from the given place on in which, with one of B, a component may be extremal.
+    /// Visits the tetrahedra of A below `partners[from..]` in which, paired with the tetrahedron of B, a component may be extremal.
     fn visit_partners(
         &self,
         tet_b: usize,

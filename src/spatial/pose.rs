@@ -5,7 +5,8 @@ use nalgebra::{Matrix3, Vector3};
 use std::ops::Mul;
 
 /// Largest deviation of an entry of RᵀR from the identity for R to be accepted as a rotation. It is
-/// the rounding error of a few thousand products, far above that of one normalized quaternion.
+/// the rounding error of a few thousand products, far above the rounding error of one normalized
+/// quaternion.
 const ORTHONORMALITY: f64 = 1e-9;
 
 /// Largest deviation of RᵀR from the identity for a rotation to be restored bit for bit. It is
@@ -225,7 +226,7 @@ impl Pose<f64> {
     /// that accurate.
     ///
     /// # Errors
-    /// The same as those of [`Self::new`].
+    /// As [`Self::new`].
     pub fn restored(rotation: Matrix3<f64>, translation: Vector3<f64>) -> Result<Self, PoseError> {
         let righted = Self::new(rotation, translation)?;
         let gram = rotation.transpose() * rotation;

@@ -108,7 +108,7 @@ pub(super) fn merge(total: &mut Tallies, tallies: Tallies) {
     }
 }
 
-/// Checks `count` pairs from number `first` on, on all threads.
+/// Checks `count` consecutive pairs, beginning with pair `first`, on all threads.
 fn swept(first: usize, count: usize) -> Tallies {
     let work = |tallies: &mut Tallies, batch, numbers: Range<usize>| {
         let bodies = Bodies::new(batch as u64);

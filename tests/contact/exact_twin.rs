@@ -112,7 +112,7 @@ fn tried(numbers: Range<usize>) -> Tallies {
     tallies
 }
 
-/// Compares `count` pairs from number `first` on, on all threads.
+/// Compares `count` consecutive pairs, beginning with pair `first`, on all threads.
 fn soaked(first: usize, count: usize) -> Tallies {
     let merge = |total: &mut Tallies, tallies: Tallies| {
         for (tally, other) in total.iter_mut().zip(tallies) {

@@ -100,7 +100,7 @@ fn tried(batch: usize, numbers: std::ops::Range<usize>) -> Tallies {
     tallies
 }
 
-/// Checks `count` pairs from number `first` on, on all threads.
+/// Checks `count` consecutive pairs, beginning with pair `first`, on all threads.
 fn soaked(first: usize, count: usize) -> Tallies {
     let work = |tallies: &mut Tallies, batch, numbers| merge(tallies, tried(batch, numbers));
     in_batches((first, count), BATCH, work, merge)

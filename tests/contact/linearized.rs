@@ -17,14 +17,14 @@ const TWO_WAYS: f64 = 1e-10;
 /// Rounding error of values that are rotated into the world in another order.
 const SAME_VALUE: f64 = 1e-12;
 
-/// Error of differences with the best of three steps.
+/// Error of finite differences with the best of three step sizes.
 const DIFFERENCES: f64 = 1e-6;
 const STEPS: [f64; 3] = [1e-5, 1e-6, 1e-7];
 
-/// Steps of differences at a kink, where the error is the step times the jump of the second derivative.
+/// Step sizes of finite differences at a kink, where the error is the step size times the jump of the second derivative.
 const KINK_STEPS: [f64; 3] = [1e-6, 1e-7, 1e-8];
 
-/// Error of trajectories, because hundreds of steps amplify the rounding error of each step.
+/// Error of trajectories. It is larger, because hundreds of steps amplify the rounding error of each step.
 const TRAJECTORIES: f64 = 1e-11;
 
 fn assert_same(closed: &ContactWrench<Wide>, whole: &ContactWrench<Wide>) -> f64 {

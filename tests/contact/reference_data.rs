@@ -8,7 +8,7 @@ use nalgebra::{DMatrix, SMatrix, SVector, Vector3};
 /// Tolerance of wrenches. The programs agree with each other to 1.5e-14; meshes with larger torque arms need more.
 const WRENCH: f64 = 1e-11;
 
-/// Tolerance of central differences. Those of the reference have an error of about 1e-9.
+/// Tolerance of central differences. The differences of the reference have an error of about 1e-9.
 const DIFFERENCES: f64 = 1e-7;
 
 /// Tolerance of complex-step Jacobians, which are exact to round-off. Their poses are printed with 17 digits.

@@ -36,7 +36,7 @@ fn contact_with_an_ever_stiffer_ball_tends_to_that_with_a_rigid_one() {
     }
 }
 
-/// No value overflows, even beside the contact surface, where p_A − p_B is no height above the surface.
+/// No value overflows, even away from the contact surface, where p_A − p_B cannot be converted to a height above the surface.
 #[test]
 fn contact_is_finite_at_the_steepest_pressures() {
     let ball = Shape::new(shapes::icosphere(1e5, 1).unwrap());

@@ -121,7 +121,7 @@ fn everything(pair: &ContactPair, units: Units) -> Vec<f64> {
     numbers
 }
 
-/// Returns results for sliding at speeds in the unit of length per second, with derivatives with respect to all parameters.
+/// Returns the wrench and the Jacobian of a sliding pair. Speeds are the same numbers in any unit of length per second.
 fn in_motion(pair: &ContactPair, units: Units) -> Vec<f64> {
     let twist = |numbers: [f64; 6]| {
         let mut twist = Twist::from_vector(&Vector6::from(numbers));

@@ -87,8 +87,8 @@ fn derivatives_flow_through_forces_of_the_users_own() {
     assert!(check.best() < 1e-8, "{check}");
 }
 
-/// Thrust along x on the body named "rocket" that grows with time (m/s³), and no gravity. It has the form of the paper, in which a body's
-/// accelerations are a function of those by contact.
+/// Thrust along x on the body named "rocket" that grows with time (m/s³), and no gravity. As in the paper, a body's accelerations are a
+/// function of the accelerations due to contact.
 struct Rocket(f64);
 
 impl Rocket {

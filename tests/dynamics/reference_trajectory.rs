@@ -12,7 +12,7 @@ use std::sync::Arc;
 /// the squared step.
 const TRAJECTORY: f64 = 2e-8;
 
-/// Number of steps in 10 ms, the interval of the reference, for the longer of two steps.
+/// Number of steps per interval of the reference (10 ms), for the longer of the two time steps.
 const STEPS: usize = 500;
 
 fn vector_at(row: &Row, first: usize) -> Vector3<f64> {

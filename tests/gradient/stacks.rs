@@ -30,8 +30,8 @@ const NAMES: [&str; 5] = ["first", "second", "third", "fourth", "fifth"];
 const FLOOR: [f64; 3] = [2e5, 0.3, 0.5];
 const SKIN: [f64; 3] = [1e5, 0.3, 0.4];
 
-/// Agreement with differences, relative to the largest entry of a column: without a kink, and at a kink. At a kink, the steps are 1e-8 to
-/// 1e-6, and the differences contain the rounding errors of the states.
+/// Agreement with finite differences, relative to the largest entry of a column: without a kink, and at a kink. At a kink, the step sizes
+/// are 1e-8 to 1e-6, and the differences contain the rounding errors of the states.
 const SMOOTH: f64 = 2e-7;
 const AT_KINKS: f64 = 1e-6;
 
@@ -39,7 +39,7 @@ const AT_KINKS: f64 = 1e-6;
 /// example the friction of a stack at rest (1e-5), drown in the rounding errors of the states.
 const LEAST: f64 = 1e-4;
 
-/// Steps of differences at kinks and for parameters with little effect, relative to the parameter or to 1 SI unit.
+/// Step sizes of finite differences at kinks, and for parameters with little effect. They are relative to the parameter or to 1 SI unit.
 const STEPS: [f64; 8] = [3e-3, 1e-6, 3e-7, 1e-7, 5e-8, 3e-8, 2e-8, 1e-8];
 
 fn material([modulus, dissipation, friction]: [f64; 3]) -> Material {
@@ -180,8 +180,8 @@ fn error_at_kink(experiment: &Experiment, column: &Column, number: usize) -> f64
     errors.fold(f64::INFINITY, f64::min)
 }
 
-/// Asserts that all derivatives of a rollout equal differences. Returns the number of components that need more than the steps of
-/// [`Experiment::difference_check`].
+/// Asserts that all derivatives of a rollout equal finite differences. Returns the number of parameter components for which the step sizes
+/// of [`Experiment::difference_check`] are not enough.
 fn assert_gradients(what: &str, world: &World, steps: usize) -> usize {
     let plan = Plan::new(TIME_STEP, steps).unwrap();
     let experiment = Experiment::new(world, &plan.recording_every(steps / 2));

@@ -1,4 +1,4 @@
-//! Tolerances of the wrench relative to that of the exact twin.
+//! Comparison of the wrench with the wrench in exact arithmetic, and its tolerances.
 
 use super::exact;
 use super::hostile::kinks::{Kink, first_kink};
@@ -13,8 +13,8 @@ const SPECK: f64 = 1e-12;
 /// most the highest pressure over a disc around the smaller body.
 const JUMP: f64 = 2.0 * PI;
 
-/// Distance, in margins, within which faces count as coincident if a polygon nearly lies in a face. The wrench is that of coordinates with
-/// an error of this distance.
+/// Distance, in margins, within which faces count as coincident if a polygon nearly lies in a face. The error of the wrench is then the
+/// effect of moving coordinates by this distance.
 const COINCIDENT: f64 = 64.0;
 
 /// Relation of a pair's wrench to the exact wrench.
@@ -31,7 +31,7 @@ pub enum Standing {
 /// A wrench compared with the exact wrench.
 pub struct Comparison {
     pub standing: Standing,
-    /// Number of contact polygons of the twin.
+    /// Number of contact polygons in exact arithmetic.
     pub polygons: usize,
     /// Difference divided by the bound of round-off. It is at most 1 if the wrench is determined. The largest ratio over 11,000 pairs is
     /// 0.76 (`cargo test --test contact exact_twin:: -- --ignored --nocapture`).
@@ -40,7 +40,7 @@ pub struct Comparison {
     pub jump: f64,
 }
 
-/// Compares the wrench on A of a pair with that of the twin.
+/// Compares the wrench on A of a pair with the exact wrench.
 pub fn compared(pair: &ContactPair) -> Comparison {
     let measures = Measures::of(pair);
     let own = measures.evaluation(pair);

@@ -228,7 +228,7 @@ def rollout(
     plan : Plan
         Steps, and the states to record.
     parameters : sequence of Parameter, or mapping
-        Parameters to change, p numbers together. A mapping has new values instead, without ``changes``: for each body
+        Parameters to change, with p components in total. A mapping has new values instead, without ``changes``: for each body
         a mapping of "position", "velocity", "angular_velocity" (3,), "modulus", "dissipation", "friction" and "mass";
         "gravity" (3,); and the names of force parameters.
     changes : (p,) array_like, optional

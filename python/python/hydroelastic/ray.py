@@ -189,7 +189,7 @@ class Batch:
         world : World
             World before the perturbation.
         parameters : sequence of Parameter
-            Parameters to perturb, p numbers together.
+            Parameters to perturb, with p components in total.
         samples : (n, p) array_like
             Changes that are added to the parameters, as in ``World.perturbed``.
 
@@ -217,7 +217,7 @@ class Batch:
         world : World
             World before the perturbation.
         parameters : sequence of Parameter
-            Parameters to perturb and to differentiate with respect to, p numbers together.
+            Parameters to perturb and to differentiate with respect to, with p components in total.
         samples : (n, p) array_like
             Changes that are added to the parameters, as in ``World.perturbed``.
 

@@ -54,7 +54,7 @@ impl<N: Numbers> LawOnPlane<N> {
     }
 }
 
-/// The moments of a vector's components along e₁, e₂ and n, by the monomials 1, y₁, y₂, y₁², y₁y₂ and y₂².
+/// The moments of a vector's components along e₁, e₂ and n, weighted by the monomials 1, y₁, y₂, y₁², y₁y₂ and y₂².
 type VectorMoments<N> = [[N; 6]; 3];
 
 /// The wrenches of ∂t/∂vᵢ times 1, y₁ and y₂, for i = 1, 2, 3.
@@ -62,13 +62,13 @@ type ByVelocity<N> = [[Six<N>; 3]; 3];
 
 /// Moments over the area of a polygon.
 pub(super) struct AreaMoments<N> {
-    /// Moments of t along each axis, by 1, y₁ and y₂.
+    /// Moments of t along each axis, weighted by 1, y₁ and y₂.
     traction: [[N; 3]; 3],
     /// Moments of ∂t/∂p.
     by_pressure: VectorMoments<N>,
     /// Moments of the columns of T.
     by_velocity: [VectorMoments<N>; 3],
-    /// Moments of ∂t/∂d and ∂t/∂μ along each axis, by 1, y₁ and y₂.
+    /// Moments of ∂t/∂d and ∂t/∂μ along each axis, weighted by 1, y₁ and y₂.
     by_dissipation: [[N; 3]; 3],
     by_friction: [[N; 3]; 3],
 }
@@ -211,8 +211,8 @@ impl<N: Linear> Rates<N> {
         self.add_along_normal([-slope_b[0], -slope_b[1], -slope_b[2]], &by_speed);
     }
 
-    /// Adds a contribution to `by_motion`. A motion (θ, u) about the origin moves points y at the speed m·(u + θ × y). The arguments are m,
-    /// and the contributions of the speeds 1, y₁ and y₂. The columns follow from
+    /// Adds a contribution to `by_motion`. A motion (θ, u) about the origin moves a point y with the normal speed m·(u + θ × y). The
+    /// arguments are m, and the contributions of motions with the normal speeds 1, y₁ and y₂. The columns follow from
     ///
     /// m·(θ × y) = θ·(y × m),  y × m = (y₂m₃, −y₁m₃, y₁m₂ − y₂m₁).
     #[inline(always)]

@@ -304,8 +304,8 @@ mod tests {
         SMatrix::from([[surface.area(), total, weighted.x, weighted.y, weighted.z]])
     }
 
-    /// Returns the derivatives of [`integrals`] with respect to the position of B: those of the interior, and the flux of 1, p and p x
-    /// through the edges.
+    /// Returns the derivatives of [`integrals`] with respect to the position of B: the derivatives of the interior, and the flux of 1, p
+    /// and p x through the edges.
     fn integral_rates(pair: &ContactPair) -> SMatrix<f64, 5, 3> {
         let (source, mut rates) = (pair.source(), SMatrix::<f64, 5, 3>::zeros());
         for cut in &all_cuts(pair) {

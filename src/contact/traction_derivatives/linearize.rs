@@ -179,7 +179,7 @@ impl<'o> Linearizer<'o> {
         piece.close();
     }
 
-    /// Divides a generic polygon on which the pressure is clamped at a corner, or the slip turns quickly.
+    /// Divides a generic polygon on which the pressure is clamped at a corner, or the slip direction varies rapidly.
     #[inline(never)]
     fn divide_generic(&mut self, generic: GenericPairs, octet: &Octet, place: usize) {
         self.divide(&generic.cut(octet, place, &self.of.source.pair), false);
@@ -316,7 +316,7 @@ impl LaneGroup<'_> {
         add_columns(lanes, others, first, &of_each);
     }
 
-    /// Weights the derivatives of the pieces' wrenches, and adds what edges contribute. Returns the K₀, K₁ and K₂ for growth of the modulus of
+    /// Weights the derivatives of the pieces' wrenches, and adds what edges contribute. Returns K₀, K₁ and K₂ for growth of the modulus of
     /// B, too.
     #[inline(always)]
     fn add_edges<L: Lanes>(

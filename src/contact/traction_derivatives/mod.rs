@@ -86,10 +86,10 @@ impl<R: Responses> PartialSum for InMotion<R> {
 impl ContactPair<'_> {
     /// Linearizes a pair in A's frame. The result is in A's axes.
     ///
-    /// The wrench and its derivatives with respect to velocities and law are those of the actual contact polygons. Derivatives with respect
-    /// to motions and moduli have kinks if faces coincide. Near a kink, they are computed from polygons that are cut as if the faces
-    /// coincided (see [`PolygonSource::for_derivatives`]). The elastic derivatives are computed from these polygons too. Rounding error
-    /// decides which of two flush sides has a polygon, so both sides must count as flush, or neither.
+    /// The wrench and its derivatives with respect to velocities and law are computed from the actual contact polygons. Derivatives with
+    /// respect to motions and moduli have kinks if faces coincide. Near a kink, they are computed from polygons that are cut as if the
+    /// faces coincided (see [`PolygonSource::for_derivatives`]). The elastic derivatives are computed from these polygons too. Rounding
+    /// error decides which of two flush sides has a polygon, so both sides must count as flush, or neither.
     pub(super) fn linearization_in_motion<R: Responses>(
         &self,
         law: &SurfaceLaw,

@@ -71,8 +71,8 @@ impl IslandSolver<'_> {
         Ok(equations.evaluation(velocities_of(bodies), false))
     }
 
-    /// Finds the reason why a substep was not solved. The reason is a force if a force is not finite at the poses at the start of the
-    /// substep, at its first or last time. Otherwise it is the given error.
+    /// Finds the reason why a substep was not solved. Evaluates the forces at the initial poses of the substep, at its initial and its
+    /// final time. Returns [`StepError::Force`] if a force is not finite, and the original error otherwise.
     fn diagnosed(&self, error: StepError, offset: f64, duration: f64) -> StepError {
         if !matches!(error, StepError::Unsolved { .. }) {
             return error;

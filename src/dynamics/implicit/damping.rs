@@ -36,7 +36,8 @@ impl DampedStep {
         }
     }
 
-    /// Natural monotonicity test: whether the simplified correction is smaller than the step by at least a quarter of the fraction.
+    /// Natural monotonicity test: returns whether the size of the simplified correction is at most (1 − fraction/4) times the size of the
+    /// step.
     pub fn is_accepted(&self, simplified: &SimplifiedCorrection) -> bool {
         simplified.size <= (1.0 - self.fraction / 4.0) * self.size
     }

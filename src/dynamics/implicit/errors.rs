@@ -3,8 +3,8 @@
 //! The *error of values* is the difference from an embedded formula of lower order, propagated through the last stage. The *error of
 //! slopes* is the error of the derivative along the motion. The time derivative of the state obeys the same linearized equations as every
 //! other sensitivity. It is known at both ends of a substep as velocities and accelerations. The linearized stages propagate the rates at
-//! the start to the end. Their difference from the rates at the end is the error of the derivative along the motion. It serves as the
-//! estimate for all derivatives.
+//! the start to the end. The difference between the propagated rates and the rates at the end is the error of the derivative along the
+//! motion. This error serves as the estimate for all derivatives.
 
 use super::island_solver::IslandSolver;
 use super::report::Work;

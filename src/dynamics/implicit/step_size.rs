@@ -15,7 +15,7 @@ const REDUCTIONS: [f64; 2] = [0.02, 0.6];
 /// Lowest assumed order of convergence of the errors. Contact that begins or ends lowers it.
 const LOWEST_ORDER: f64 = 0.7;
 
-/// Number of durations in a factor of two.
+/// Number of possible durations per factor of two.
 const PER_OCTAVE: f64 = 8.0;
 
 /// Chooses the duration of the next substep from the error of the last one and from the remaining trials.

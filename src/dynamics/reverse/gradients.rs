@@ -123,8 +123,8 @@ pub enum Kink {
     Clamped,
     /// Two bodies have equal pressures over a volume: [`Kinks::are_equal`].
     EqualFields,
-    /// An implicit step has substeps in which an error of the body exceeds a tolerance of [`Accuracy`](crate::dynamics::Accuracy).
-    /// The derivative of the numerical solution may differ from that of the motion.
+    /// An implicit step has substeps in which an error of the body exceeds a tolerance of [`Accuracy`](crate::dynamics::Accuracy). The
+    /// derivative of the numerical solution may differ from the derivative of the motion.
     Unresolved,
 }
 

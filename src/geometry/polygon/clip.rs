@@ -63,7 +63,7 @@ impl<T: Scalar> ConvexPolygon<T> {
     }
 
     /// Restores the exact values at both ends of an edge that has one of these owners, if both ends
-    /// are inside. The edge lies beside the plane, not on it.
+    /// are inside. The edge lies next to the plane, not on it.
     #[cold]
     fn restore_beside(
         &self,

@@ -111,7 +111,7 @@ fn distance_filled<T: Scalar>(half: Vector3<T>) -> CoredSurface<T> {
     }
 }
 
-/// Fills the box with the half edges `half` (m) around a core with the half edges `core_half` (m).
+/// Creates the tetrahedra of a box with the half edges `half` (m), around a core with the half edges `core_half` (m).
 fn filled<T: Scalar>(half: Vector3<T>, core_half: Vector3<T>) -> CoredSurface<T> {
     let corners = |half: Vector3<T>| {
         let corner = |c| signs(c).zip_map(&half, |sign, half| half * sign);

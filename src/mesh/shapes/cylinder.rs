@@ -49,7 +49,7 @@ fn checked_dimensions(radius: f64, length: f64, segments: usize) -> Result<[f64;
     Ok(dimensions)
 }
 
-/// Fills the prism with this radius and length (m).
+/// Creates the tetrahedra of the prism with this radius and length (m).
 fn filled<T: Scalar>([radius, length]: [T; 2], segments: usize) -> CoredSurface<T> {
     let (sine_of_half, cosine_of_half) = sin_cos(PI / segments as f64);
     let inscribed = radius * cosine_of_half;

@@ -37,8 +37,8 @@ impl<'p, P: Fn(u32) -> &'p PosedTet> InLanes for CutOctets<'_, 'p, '_, P> {
 }
 
 impl Octet {
-    /// Returns the index of the tetrahedron of A (0) or B (1) of a pair. For a missing pair, returns that of the first pair, so that all
-    /// lanes have valid input.
+    /// Returns the index of the tetrahedron of A (0) or B (1) of a pair. For a missing pair, returns the index of the first pair, so that
+    /// all lanes have valid input.
     #[inline(always)]
     fn tet_or_first(&self, place: usize, body: usize) -> u32 {
         self.tets[if place < self.len { place } else { 0 }][body]
@@ -195,7 +195,7 @@ impl Octet {
     }
 }
 
-/// Returns where points are the origin.
+/// Returns the lanes in which a point is the origin.
 #[inline(always)]
 fn is_origin<N: Numbers>([y1, y2]: [N; 2], zero: N) -> N::Mask {
     (y1.abs() + y2.abs()).is_at_most(zero)

@@ -41,19 +41,21 @@ pub(crate) struct Octet {
     pub gradient_a: [Row; 3],
     /// ∇p_A/|g| and ∇p_B/|g| (see [`EquilibriumPlane`](super::EquilibriumPlane)).
     pub slopes: [[Row; 3]; 2],
-    /// 1/|g| (m/Pa), 0 where B is rigid.
+    /// 1/|g| (m/Pa), or 0 if B is rigid.
     pub inverse_gradient_norm: Row,
     /// ∫ m dA for the monomials m = 1, y₁, y₂, y₁², y₁y₂, y₂².
     pub moments: [Row; 6],
-    /// The start of the edge of each slot, counter-clockwise; the origin, which is a corner too, if a slot has no edge.
+    /// The start of the edge of each slot, counter-clockwise. If a slot has no edge, this is the origin, which is also a corner of the
+    /// polygon.
     pub corners: [[Row; 2]; SLOTS],
     /// The end of the edge of each slot, in the same way.
     pub ends: [[Row; 2]; SLOTS],
-    /// For each of B's `bounds`, the slot before its own in the order of edges; −1 if it cuts nothing off.
+    /// For each of B's `bounds`, the slot before the slot of the bound, in the order of edges. The entry is −1 if the bound cuts nothing
+    /// off.
     after: [Row; 4],
-    /// The topology as whole numbers. The lowest bits are the slots with an edge, followed by [`SPECIAL`]. From [`BELOW`] on come A's corners
-    /// below the plane, from [`OPPOSITE`] on the slots with an edge that does not touch the origin. `f64`, because lanes have no other
-    /// numbers.
+    /// The topology as bits of a whole number, stored as `f64` because lanes have no integers. The lowest bits are the slots with an edge,
+    /// followed by [`SPECIAL`]. The bits from [`BELOW`] are A's corners below the plane. The bits from [`OPPOSITE`] are the slots with an
+    /// edge that does not touch the origin.
     codes: Row,
     /// The pairs of tetrahedra, of A and of B.
     tets: [[u32; 2]; ROW],
@@ -67,7 +69,7 @@ pub(crate) struct Octet {
 pub(crate) struct ReachedFaces {
     /// Bit i for the face of A opposite to corner i, bit 4 + k for the face of B opposite to corner k.
     pub faces: u8,
-    /// Whether rounding errors decided which faces.
+    /// Whether `faces` depends on rounding errors.
     pub is_ill_conditioned: bool,
     /// Whether the fields are equal over a volume, so that there is no plane.
     pub is_equal: bool,
@@ -82,16 +84,16 @@ impl ReachedFaces {
     };
 }
 
-/// As many pairs of an octet as there are lanes.
+/// The pairs of an octet that are in the lanes.
 struct Part<'t> {
-    /// The place of the first pair in the octet.
+    /// The position of the first pair in the octet.
     first: usize,
-    /// The tetrahedra from that place to the end of the octet.
+    /// The tetrahedra from this position to the end of the octet.
     a: &'t [&'t FieldTet],
     b: &'t [&'t PosedTet],
 }
 
-/// The bit of a code above those of slots: a value is near zero. No other bit is set then.
+/// The bit of a code above the bits of slots. It means that a value is near zero. No other bit is set then.
 const SPECIAL: u32 = 1 << SLOTS;
 
 /// The bit of A's first corner: set if the corner is below the plane.
@@ -148,7 +150,7 @@ impl Octet {
         self.bits(place).to_le_bytes()[0]
     }
 
-    /// Returns whether a pair must be cut by itself, because values are near zero.
+    /// Returns whether a pair must be cut alone, because values are near zero.
     #[inline]
     pub fn is_special(&self, place: usize) -> bool {
         self.bits(place) & SPECIAL != 0
@@ -210,7 +212,7 @@ impl Octet {
         (self.bits(place) >> BELOW).to_le_bytes()[0] & 0b1111
     }
 
-    /// Returns the polygon in A's frame. Its edges are owned by the faces that they lie in: bits as of [`Cut::polygon`].
+    /// Returns the polygon in A's frame. The owner of each edge is the face that contains it, with the bits of [`Cut::polygon`].
     fn polygon(&self, place: usize, tet_b: &PosedTet) -> ConvexPolygon {
         let origin = vector_at(&self.origin, place);
         let [e1, e2, _] = self.axes.each_ref().map(|axis| vector_at(axis, place));

@@ -20,7 +20,7 @@ impl<N: Numbers> Planes<N> {
         let inverse_gradient_norm = one / dot(met.gradient, met.gradient).sqrt();
         let normal = scaled(met.gradient, inverse_gradient_norm);
         let [e1, e2] = axes_beside(normal, [zero, one]);
-        // Without a generic polygon this is no height, and pressures so far away could overflow.
+        // If there is no generic polygon, the quotient is not a height, and pressures at this distance could overflow.
         let height = met
             .is_generic
             .select(met.at_a[0] * inverse_gradient_norm, zero);

@@ -4,19 +4,19 @@ use crate::lanes::space::{difference, dot, gathered, scaled};
 use crate::lanes::{Lanes, Mask, Numbers};
 use crate::narrow_phase::RelativePair;
 
-/// Pressure gradients that differ by less than this fraction of the fields' sensitivity are nearly equal: the plane is placed a
-/// thousand times worse than coordinates are rounded, or more, and round-off shows in everything.
+/// Pressure gradients count as nearly equal if they differ by less than this fraction of the fields' sensitivity. The error of the plane's
+/// position is then at least a thousand times the rounding error of a coordinate.
 const NEARLY_EQUAL: f64 = 1e-3;
 
-/// What is the same for all pairs of tetrahedra of two bodies.
+/// Properties of two bodies that are the same for all their pairs of tetrahedra.
 pub(super) struct Bodies<N> {
     pub scale_a: N,
     pub modulus_a: N,
     /// Distances (m) up to which values are near zero.
     pub near: N,
     pub is_rigid: bool,
-    /// Whether the plane must pass between the corners of B's tetrahedra. Where B is rigid or a half-space its faces decide
-    /// that alone (see `RelativePair::signs_at_b`).
+    /// Whether the plane must pass between the corners of B's tetrahedra. If B is rigid or a half-space, only the clips by B's faces decide
+    /// this (see `RelativePair::signs_at_b`).
     has_corners_b: bool,
 }
 
@@ -33,25 +33,25 @@ impl<N: Numbers> Bodies<N> {
     }
 }
 
-/// Whether and how the plane of equal pressure passes through a tetrahedron of A and one of B.
+/// Position of the plane of equal pressure relative to a tetrahedron of A and one of B, in each lane.
 pub(super) struct PairClasses<N: Numbers> {
     pub corners_a: [[N; 3]; 4],
     /// p_A − p_B (Pa) at A's corners.
     pub at_a: [N; 4],
-    /// Where it is below zero.
+    /// Lanes in which `at_a` is below zero.
     pub below: [N::Mask; 4],
     pub extent_gradient: [N; 3],
     pub gradient_b: [N; 3],
-    /// ∇p_A − ∇p_B; a unit vector where there is no generic polygon.
+    /// ∇p_A − ∇p_B, or a unit vector if there is no generic polygon.
     pub gradient: [N; 3],
-    /// Where the plane passes through both, no value is near zero, and the fields are not nearly equal.
+    /// Lanes in which the plane passes through both tetrahedra, no value is near zero, and the fields are not nearly equal.
     pub is_generic: N::Mask,
-    /// Where it passes through both or may, and some value is near zero, or the fields are nearly equal. Elsewhere, where
-    /// neither is set, it surely misses one of them, or there is no pair.
+    /// Lanes in which the plane may pass through both tetrahedra, and a value is near zero or the fields are nearly equal. If a lane is
+    /// neither generic nor special, the plane misses one of the tetrahedra, or there is no pair.
     pub is_special: N::Mask,
 }
 
-/// How the four values at the corners of a tetrahedron lie about zero.
+/// Signs of the four values at the corners of a tetrahedron.
 struct Signs<M> {
     have_below: M,
     have_above: M,
@@ -88,7 +88,7 @@ fn excess_at_corners_of_a<L: Lanes>(
     at_a
 }
 
-/// p_A − p_B (Pa) at B's corners, A's field extended beyond its tetrahedron.
+/// Returns p_A − p_B (Pa) at B's corners. A's field is extended beyond its tetrahedron.
 #[inline(always)]
 fn excess_at_corners_of_b<L: Lanes>(
     lanes: L,
@@ -166,7 +166,7 @@ impl<N: Numbers> PairClasses<N> {
         }
     }
 
-    /// Whether any lane has something to go on with.
+    /// Returns whether any lane has a generic pair.
     #[inline(always)]
     pub fn is_any_generic(&self) -> bool {
         self.is_generic.is_any()

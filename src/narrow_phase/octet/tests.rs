@@ -1,4 +1,4 @@
-//! Octets beside pairs that are decided one by one.
+//! Comparison of octets with pairs that are classified and cut one at a time.
 
 use super::*;
 use crate::contact_shape::{ContactBody, HalfSpace, Partner, RigidShape, Shape};
@@ -10,8 +10,8 @@ use nalgebra::{Matrix3, Vector3};
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
 
-/// What a corner may be off, of bodies of size 1: clips in other coordinates round differently, the more where planes meet at a
-/// small angle.
+/// Error of a corner, for bodies of size 1. Clips in other coordinates round differently. The error is larger if planes meet at a small
+/// angle.
 const CLOSE: f64 = 1e-9;
 
 fn pairs_of(pair: &RelativePair) -> Vec<[u32; 2]> {
@@ -25,7 +25,7 @@ fn pairs_of(pair: &RelativePair) -> Vec<[u32; 2]> {
     .collect()
 }
 
-/// Whether one polygon is the other, whichever corner it begins with.
+/// Returns whether two polygons are equal, except that they may begin with different corners.
 fn are_same(one: &ConvexPolygon, other: &ConvexPolygon) -> bool {
     let count = one.corners().len();
     let is_turned = |turn: usize| {
@@ -38,8 +38,8 @@ fn are_same(one: &ConvexPolygon, other: &ConvexPolygon) -> bool {
     count == other.corners().len() && (0..count).any(is_turned)
 }
 
-/// ∫ 1, x and x xᵀ dA of a polygon, in the first entry, the first column and all of three matrices: by the midpoints of the edges of
-/// triangles from its first corner.
+/// Returns ∫ 1 dA, ∫ x dA and ∫ x xᵀ dA of a polygon, in the first entry, the first column and all entries of three matrices. Splits the
+/// polygon into triangles at its first corner, and applies the edge midpoint rule to each triangle.
 fn moments_of(cut: &Cut, normal: &Vector3<f64>) -> [Matrix3<f64>; 3] {
     let mut moments = [Matrix3::zeros(); 3];
     let corners = cut.polygon.corners();
@@ -56,8 +56,8 @@ fn moments_of(cut: &Cut, normal: &Vector3<f64>) -> [Matrix3<f64>; 3] {
     moments
 }
 
-/// Asserts that the rows of an octet have what its plane and its polygon, made one by one, say: lengths to within [`CLOSE`], and
-/// pressures to within what these make of the gradients.
+/// Asserts that an octet has the plane and the polygon moments of a pair that was cut alone. The tolerance of lengths is [`CLOSE`]. The
+/// tolerance of pressures is [`CLOSE`] times the pressure gradients.
 fn assert_rows_agree(octet: &Octet, place: usize, pair: &RelativePair, cut: &Cut) {
     let [a, b] = [pair.tet_a(cut.tets[0]), pair.tet_b(cut.tets[1])];
     let pressure_a = a.extent.scaled(pair.modulus_a);
@@ -89,7 +89,7 @@ fn assert_rows_agree(octet: &Octet, place: usize, pair: &RelativePair, cut: &Cut
     assert!((area - expected_area[0]).abs() < CLOSE);
     assert!((first - expected_first.column(0)).norm() < CLOSE);
     assert!((second - expected_second).norm() < CLOSE);
-    // Along the plane both fields rise alike.
+    // Along the plane, both fields have the same gradient.
     let close = CLOSE * (pair.modulus_a * a.sensitivity + pair.scales[1] * b.sensitivity);
     let gradient = pressure_a.gradient;
     assert!((at(&octet.gradient_a) - gradient).norm() < close);
@@ -99,7 +99,8 @@ fn assert_rows_agree(octet: &Octet, place: usize, pair: &RelativePair, cut: &Cut
     }
 }
 
-/// How many pairs have a polygon, and how many are special.
+/// Asserts that octets and single pairs have the same classes and polygons. Returns the number of pairs with a polygon, and the number of
+/// special pairs.
 fn assert_decided_alike(pair: &RelativePair) -> [usize; 2] {
     let posed: Vec<PosedTet> = (0..pair.shape_b.cells().len())
         .map(|tet| pair.posed_tet(tet))

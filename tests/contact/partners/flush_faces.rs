@@ -10,7 +10,7 @@ use nalgebra::vector;
 /// Printed precision of the other program's force (N).
 const PRINTED: f64 = 2e-9;
 
-/// Distance from the layer (m) at which one-sided slopes are evaluated, and their difference (N/m) from the slopes at the layer.
+/// Distance (m) from the layer at which one-sided slopes are evaluated, and tolerance (N/m) of these slopes.
 const BESIDE: f64 = 1e-7;
 const NEAR: f64 = 1e-5;
 

@@ -86,7 +86,7 @@ fn components_and_cavities_add_up() {
     }
 }
 
-/// Triangles of an L against those of its three boxes. The shared sides of the boxes cancel.
+/// The surface of an L-shaped solid against the surfaces of its three boxes. The shared sides of the boxes cancel.
 #[test]
 fn a_solid_that_is_not_convex_is_the_sum_of_its_boxes() {
     let all = |_: [usize; 3]| true;

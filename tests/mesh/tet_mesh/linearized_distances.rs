@@ -180,7 +180,7 @@ fn rigid_motions_change_no_extent_and_a_change_of_size_changes_distances() {
                     let error = rigid.extents[vertex].abs() * scale;
                     assert!(error <= SAME * steep, "{name} {depth:?}: {error:e}");
                 }
-                // With a skin, the depth grows too.
+                // If the field has a skin, its depth is scaled too.
                 let by_depth = distances.rates_by_depth();
                 let depth = depth.unwrap_or(0.0);
                 for (vertex, x) in vertices.iter().enumerate() {

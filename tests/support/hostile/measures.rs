@@ -79,8 +79,8 @@ impl Measures {
         self.pressure * self.size.powi(2)
     }
 
-    /// Returns the effect of a coordinate error (N) if the wrench does not show it. In the thinnest tetrahedra, the pressure changes most
-    /// and clips are least accurate.
+    /// Returns a bound of the effect of a coordinate error (N) that the Jacobian does not predict. The bound depends on the thinnest
+    /// tetrahedra, in which pressure changes most and clips are least accurate.
     pub fn noise(&self, error: f64) -> f64 {
         self.force() * (SPECK + (ROOM * FASTEST.sqrt() * self.blur(error)).min(1.0))
     }
@@ -112,7 +112,7 @@ impl Measures {
         scaled
     }
 
-    /// Returns the change of the wrench (N) for an error of B's coordinates (m), by the Jacobian.
+    /// Returns the change of the wrench (N) that the Jacobian predicts for an error of B's coordinates (m).
     pub fn explained(&self, evaluation: &Evaluation, error: f64) -> f64 {
         let by_pose = &evaluation.by_poses[1];
         let arm = self.reach[1];
@@ -129,7 +129,7 @@ impl Measures {
         explained[0] + explained[1] + self.noise(error) + SAME * ROOM * here.wrench.norm()
     }
 
-    /// Returns the change of the wrench (N) by a motion, by the Jacobian.
+    /// Returns the change of the wrench (N) that the Jacobian predicts for a motion.
     pub fn predicted(&self, evaluation: &Evaluation, (body, twist): &Motion) -> Vector6<f64> {
         let by_pose = evaluation.by_poses[*body];
         let (w, v) = (&twist.angular, &twist.linear);

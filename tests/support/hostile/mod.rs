@@ -220,7 +220,7 @@ pub fn shared(shapes: [&Shape; 2], random: &mut Random) -> Pose {
     on_a * turn * facing(random) * on_b.inverse()
 }
 
-/// Returns a pose with equal or opposite normals; the latter is half a turn about the edge.
+/// Returns a pose with equal or opposite normals. The opposite normal is half a turn about the edge.
 fn facing(random: &mut Random) -> Pose {
     let signs = [Vector3::new(1.0, 1.0, 1.0), Vector3::new(1.0, -1.0, -1.0)][random.below(2)];
     Pose::new(Matrix3::from_diagonal(&signs), Vector3::zeros()).unwrap()
