@@ -136,7 +136,7 @@ def test_a_step_to_first_order(bounce):
         def displaced(step):
             return world.difference(end, world.step(world.integrate(state, step * np.eye(12)[column]), plan))
 
-        return integrate
+        return displaced
 
     for column in range(12):
         assert np.abs(difference(after(column), 1e-6) - a[:, column]).max() < 1e-6 * np.abs(a).max()

@@ -32,7 +32,7 @@ use nalgebra::DVector;
 ///     let (_, gradient) = problem.gradient(velocity.as_slice())?;
 ///     velocity -= gradient * 4.0; // 0.5 s of flight: Newton's step is the gradient over 0.25 s²
 /// }
-/// assert!((velocity.x - 6.0).abs() < 1e-9);
+/// assert!((velocity[0] - 6.0).abs() < 1e-9);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug, Clone)]

@@ -39,7 +39,8 @@ pub struct CheckedDerivative {
     pub first_mismatch: Option<(f64, String)>,
 }
 
-/// Derivatives of an outcome, compared with the slopes of the motion: see [`Experiment::derivative_check`].
+/// Derivatives of an outcome, compared with the slopes of the motion: see
+/// [`Experiment::derivative_check`](super::Experiment::derivative_check).
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]

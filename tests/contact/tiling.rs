@@ -164,8 +164,8 @@ fn aligned_pairs_keep_their_sums() {
     assert!(seen.in_faces >= 1000, "{seen:?}");
 }
 
-/// A cube of side a is pressed into a large box by x. With k the pressure per depth of each body, the pressures are equal at δ = k_B·x/(k_A
-/// + k_B) above the cube's lower face. They are equal on a square there, and on four trapezoids from the square's sides to the cube's
+/// A cube of side a is pressed into a large box by x. With k the pressure per depth of each body, the pressures are equal at
+/// δ = k_B·x/(k_A + k_B) above the cube's lower face. They are equal on a square there, and on four trapezoids from the square's sides to the cube's
 /// sides, where the cube's sides enter the box.
 #[test]
 fn cube_pressed_into_a_box_has_the_closed_form_however_they_are_divided() {

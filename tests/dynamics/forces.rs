@@ -308,8 +308,8 @@ fn derivatives_through_forces_and_controls_are_those_of_differences() {
         Parameter::Gravity,
     ]
     .into_iter()
-    .chain(names.map(|name| Parameter::initial_velocity(name)))
-    .chain(names.map(|name| Parameter::mass(name)))
+    .chain(names.map(Parameter::initial_velocity))
+    .chain(names.map(Parameter::mass))
     .collect();
     let experiment = Experiment::new(&world, &Plan::new(5e-4, 20).unwrap());
     let outcome = FinalState::of_body(&world, "right").unwrap();

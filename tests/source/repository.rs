@@ -110,15 +110,11 @@ impl Repository {
             "pytest" if !words.is_empty() => self.existing(words[0]).map(|_| ()),
             _ => return None,
         };
-        let names = variables
+        let mut names = variables
             .iter()
             .filter_map(|variable| variable.split('=').next());
-        Some(
-            names
-                .map(|name| self.is_read(name))
-                .collect::<Verdict>()
-                .and(verdict),
-        )
+        let are_read = names.try_for_each(|name| self.is_read(name));
+        Some(are_read.and(verdict))
     }
 
     fn cargo(&self, words: &[&str]) -> Verdict {
@@ -131,60 +127,47 @@ impl Repository {
             .position(|word| *word == "--")
             .unwrap_or(words.len());
         let (own, passed) = words.split_at(split);
+        match own {
+            ["bench" | "run", ..] => self.target(own, passed),
+            ["test", ..] if own.contains(&"--doc") => {
+                let mut filters = own.iter().filter(|word| word.starts_with("guide::"));
+                filters.try_for_each(|filter| self.chapter(filter))
+            }
+            ["test", ..] => self.target(own, passed),
+            ["fuzz", "run", name, ..] if !name.chars().all(char::is_uppercase) => {
+                let target = format!("fuzz/fuzz_targets/{name}.rs");
+                self.existing(&target).map(|_| ())
+            }
+            ["fuzz", ..] => Ok(()),
+            [other, ..] if OTHER_SUBCOMMANDS.contains(other) => Ok(()),
+            _ => Err("no such subcommand is known here".into()),
+        }
+    }
+
+    /// Checks the target that a command names, if it names one, and what the command passes to it after `--`.
+    fn target(&self, own: &[&str], passed: &[&str]) -> Verdict {
         let value = |option: &str| {
             let index = own.iter().position(|word| *word == option)?;
             own.get(index + 1).copied()
         };
-        match own {
-            ["bench" | "test" | "run", ..] => {}
-            ["fuzz", "run", name, ..] if !name.chars().all(char::is_uppercase) => {
-                return self
-                    .existing(&format!("fuzz/fuzz_targets/{name}.rs"))
-                    .map(|_| ());
-            }
-            ["fuzz", ..] => return Ok(()),
-            [other, ..] if OTHER_SUBCOMMANDS.contains(other) => return Ok(()),
-            _ => return Err("no such subcommand is known here".into()),
-        }
-        if own.contains(&"--doc") {
-            let filters = own.iter().filter(|word| word.starts_with("guide::"));
-            return filters.map(|filter| self.chapter(filter)).collect();
-        }
-        let kinds = ["bench", "example", "test"];
-        let named = kinds
-            .iter()
-            .find_map(|kind| Some((*kind, value(&format!("--{kind}"))?)));
-        let Some((kind, name)) = named else {
+        let kinds = ["bench", "example", "test"].iter();
+        let mut named = kinds.filter_map(|kind| Some((*kind, value(&format!("--{kind}"))?)));
+        let Some((kind, name)) = named.next() else {
             return Ok(());
         };
         let mut of_kind = self.targets.iter().filter(|target| target.kind == kind);
         let target = of_kind.find(|target| target.name == name);
         let target = target.ok_or_else(|| format!("no {kind} is named {name}"))?;
-        if kind == "example" && value("-p") != Some(EXAMPLES) {
-            return Err(format!("examples are run with -p {EXAMPLES}"));
-        }
         self.has_features(target, own, value("--features").unwrap_or_default())?;
-        if kind == "test" {
-            let after_name = own.iter().skip_while(|word| **word != name).skip(1);
-            let filters = after_name
-                .chain(passed)
-                .filter(|word| !word.starts_with('-'));
-            filters
-                .map(|filter| has_test(target, filter))
-                .collect::<Verdict>()?;
-            let flags = passed.iter().skip(1).filter(|word| word.starts_with("--"));
-            let unknown = |flag: &&&str| !RUNNER_FLAGS.contains(&flag.split('=').next().unwrap());
-            return match flags.into_iter().find(unknown) {
-                Some(flag) => Err(format!("the test runner does not know {flag}")),
-                None => Ok(()),
-            };
+        match kind {
+            "test" => {
+                let after_name = own.iter().skip_while(|word| **word != name).skip(1);
+                are_test_arguments(target, after_name.copied(), passed)
+            }
+            "bench" => knows_flags(folder_of(target), passed),
+            _ if value("-p") == Some(EXAMPLES) => knows_flags(&self.root.join("examples"), passed),
+            _ => Err(format!("examples are run with -p {EXAMPLES}")),
         }
-        let folder = if kind == "bench" {
-            folder_of(target)
-        } else {
-            &self.root.join("examples")
-        };
-        knows_flags(folder, passed)
     }
 
     fn chapter(&self, filter: &str) -> Verdict {
@@ -251,6 +234,24 @@ impl Repository {
             None => Ok(()),
         }
     }
+}
+
+/// Checks the filters of a test command and the flags of the test runner.
+fn are_test_arguments<'w>(
+    target: &Target,
+    filters: impl Iterator<Item = &'w str>,
+    passed: &[&'w str],
+) -> Verdict {
+    let passed = passed.iter().copied().filter(|word| *word != "--");
+    for word in filters.chain(passed) {
+        let flag = word.split('=').next().unwrap_or(word);
+        if !word.starts_with('-') {
+            has_test(target, word)?;
+        } else if !RUNNER_FLAGS.contains(&flag) {
+            return Err(format!("the test runner does not know {flag}"));
+        }
+    }
+    Ok(())
 }
 
 /// Checks that a test target has a module or a test for each part of a filter.
