@@ -128,12 +128,11 @@ impl Repository {
             .unwrap_or(words.len());
         let (own, passed) = words.split_at(split);
         match own {
-            ["bench" | "run", ..] => self.target(own, passed),
             ["test", ..] if own.contains(&"--doc") => {
                 let mut filters = own.iter().filter(|word| word.starts_with("guide::"));
                 filters.try_for_each(|filter| self.chapter(filter))
             }
-            ["test", ..] => self.target(own, passed),
+            ["bench" | "run" | "test", ..] => self.target(own, passed),
             ["fuzz", "run", name, ..] if !name.chars().all(char::is_uppercase) => {
                 let target = format!("fuzz/fuzz_targets/{name}.rs");
                 self.existing(&target).map(|_| ())
