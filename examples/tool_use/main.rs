@@ -106,7 +106,7 @@ fn check_gradients(world: &World<f64, Hand>) -> Result<(), Box<dyn Error>> {
     // A lower path is equivalent to a path at the same height above a higher block on higher ground.
     let by_modulus = [Parameter::modulus("block")];
     let mut by = by_modulus.to_vec();
-    by.extend(["block", "ground"].map(|name| Parameter::initial_position(name)));
+    by.extend(["block", "ground"].map(Parameter::initial_position));
     let exact = experiment.jacobian(&by, &felt(LOWEST))?;
     let column = |column: usize| exact.jacobian.column(column).into_owned();
     let slopes = [column(0), column(3) + column(6)];
