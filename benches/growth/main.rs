@@ -3,7 +3,7 @@
 //!
 //! Helps to estimate the cost of a scene before it is built: one measured time and the exponents give all other times. An exponent above
 //! the expected value means that some cost grows although it should not. Run `cargo bench --bench growth` (about a minute), or with
-//! `-- --quick`. Add `-- --svg docs/growth.svg` to write the figure; the bench writes no other file.
+//! `-- --quick`. Add `-- --svg ../docs/growth.svg` to write the figure; the bench writes no other file.
 //!
 //! Times are medians of processor time on one thread. Exponents are least-squares slopes in log-log coordinates.
 
