@@ -9,6 +9,7 @@ use crate::jacobian::{
 use crate::kink::Kink;
 use crate::parameter::{Parameter, inner};
 use crate::plan::Plan;
+use crate::state::State;
 use crate::state_cotangents::StateCotangents;
 use crate::trajectory::Trajectory;
 use crate::world::World;
@@ -215,6 +216,8 @@ impl World {
     ///
     /// Returns
     /// -------
+    /// end : State
+    ///     Last state.
     /// a : (12 d, 12 d) ndarray of float64
     ///     Derivatives with respect to the initial state.
     /// b : (12 d, p) ndarray of float64
@@ -233,7 +236,7 @@ impl World {
         plan: &Plan,
         parameters: Vec<Bound<'py, Parameter>>,
         progress: Option<&Bound<'py, PyAny>>,
-    ) -> PyResult<(Floats<'py>, Floats<'py>)> {
+    ) -> PyResult<(State, Floats<'py>, Floats<'py>)> {
         let by = inner(&parameters);
         let dynamic = self
             .inner
@@ -243,6 +246,7 @@ impl World {
         let watched = (12 * dynamic.count() + width(&by), progress);
         let found = self.experiment(py, plan, watched, |it| it.linearize(&by))?;
         Ok((
+            State(found.end),
             by_rows(py, &found.by_state)?,
             by_rows(py, &found.by_parameters)?,
         ))

@@ -129,8 +129,9 @@ def test_a_step_to_first_order(bounce):
     state = he.State(0.0, np.stack([he.pose([0.01, 0.02, 0.19]), he.pose()]), np.array([[0.1] * 6, [0.0] * 6]))
     control = he.Parameter.control("ball", 0)
     world = world.replace(controls=[he.Control("ball", 1.0, np.zeros((1, 6)))], start=state)
-    a, b = world.linearize(plan, [control])
+    last, a, b = world.linearize(plan, [control])
     end = world.step(state, plan)
+    assert last.time == end.time and np.array_equal(last.poses, end.poses) and np.array_equal(last.twists, end.twists)
 
     def after(column):
         def displaced(step):

@@ -56,7 +56,7 @@ impl<T: Scalar> Pose<T> {
     }
 
     /// Creates a pose from a rotation and a translation (m), without checks or corrections.
-    pub(super) fn from_parts(rotation: Matrix3<T>, translation: Vector3<T>) -> Self {
+    pub(crate) fn from_parts(rotation: Matrix3<T>, translation: Vector3<T>) -> Self {
         Self {
             rotation,
             translation,

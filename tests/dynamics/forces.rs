@@ -1,5 +1,6 @@
 //! Forces, controls, single steps, and rollouts linearized with respect to them.
 
+use crate::scenes::bits;
 use hydroelastic::contact::Shape;
 use hydroelastic::dynamics::{
     Body, Control, Drag, Force, ForceContext, Integrator, Mass, Material, Plan, Spring, State,
@@ -362,6 +363,8 @@ fn linearized_rollouts_are_those_of_differences() {
         let found = Experiment::new(&world, &plan)
             .linearize(std::slice::from_ref(&control))
             .unwrap();
+        let rollout = world.rollout(&plan).run().unwrap();
+        assert_eq!(bits(&found.end), bits(rollout.last()));
         let expected = differences(&world, &plan, &control);
         let (size, count) = (found.by_state.nrows(), found.by_parameters.ncols());
         assert_eq!((size, count), (24, 6));
