@@ -164,7 +164,10 @@ fn rigid_world(found: &mut Found) -> Result<(), Box<dyn Error>> {
             .with_velocity(vector![0.5, 0.0, 0.5]),
         Body::fixed("ground", HalfSpace::rigid(), hard)?,
     ];
-    let world = World::builder().bodies(bodies).ignore("block", "ground").build()?;
+    let world = World::builder()
+        .bodies(bodies)
+        .ignore("block", "ground")
+        .build()?;
     let world = world.with_gravity(vector![0.0, 0.0, -9.81])?;
     let plan = Plan::new(5e-3, 40)?
         .with_integrator(Integrator::Sdirk3)
@@ -270,10 +273,13 @@ fn worlds(found: &mut Found) -> Result<(), Box<dyn Error>> {
     let end = experiment.jacobian(&by, &FinalState::of_body(&shared, "ball")?)?;
     keep(found, "end", &end.value);
     by_rows(found, "end jacobian", &end.jacobian);
-    let by_start = experiment.vjp(&by, by_last_state)?;
-    keep(found, "pullback", &by_start);
-    let linearized =
-        Experiment::new(Arc::clone(&shared), &Plan::new(1e-3, 100)?).linearize(&by)?;
+    let vjp = experiment.vjp(&by)?;
+    keep(
+        found,
+        "pullback",
+        &vjp.pull_back(by_last_state(vjp.trajectory()))?,
+    );
+    let linearized = Experiment::new(Arc::clone(&shared), &Plan::new(1e-3, 100)?).linearize(&by)?;
     by_rows(found, "A", &linearized.by_state);
     by_rows(found, "B", &linearized.by_parameters);
     Ok(())

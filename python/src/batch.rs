@@ -359,8 +359,8 @@ impl Batch {
         let job = |batch: &dynamics::Batch| {
             let items: Vec<_> = worlds.iter().enumerate().collect();
             batch.map(&items, |job, &(index, world)| {
-                let experiment = job.experiment(world);
-                experiment.vjp(&by, |trajectory| cotangents.covectors(index, trajectory))
+                let vjp = job.experiment(world).vjp(&by)?;
+                vjp.pull_back(cotangents.covectors(index, vjp.trajectory()))
             })
         };
         let found = self.results(py, worlds.len(), job)?.into_iter();

@@ -34,6 +34,7 @@ mod state;
 mod state_cotangents;
 mod surface;
 mod trajectory;
+mod vjp;
 mod world;
 mod world_at_state;
 mod world_files;
@@ -94,6 +95,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<diagnostics::StepReport>()?;
     module.add_class::<diagnostics::Diagnostics>()?;
     module.add_class::<kink::Kink>()?;
+    module.add_class::<vjp::VectorJacobianProduct>()?;
     module.add_class::<contacts::Contact>()?;
     module.add_class::<contacts::ContactTopology>()
 }

@@ -172,7 +172,7 @@ impl Accuracy {
 /// steps : int
 ///     Number of steps, at least 0.
 /// integrator : Integrator or str, optional
-///     Integrator or its name, such as "sdirk3". Default: Integrator.LEAPFROG.
+///     Integrator or its name: "leapfrog", "symplectic_euler", "sdirk3" or "implicit_euler". Default: Integrator.LEAPFROG.
 /// record_every : int
 ///     Number of steps between recorded states, at least 1. The initial state and the last state are always recorded.
 /// check_stability : bool

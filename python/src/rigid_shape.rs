@@ -22,7 +22,7 @@ use std::sync::Arc;
 /// Parameters
 /// ----------
 /// vertices : (n, 3) array_like
-///     Positions (m) in the body frame.
+///     Positions (m) in the body frame. Each vertex must belong to a triangle: RigidShape.around makes the surface of a Shape.
 /// triangles : (m, 3) array_like of int
 ///     Vertex indices of each triangle, counter-clockwise seen from outside.
 ///

@@ -11,7 +11,8 @@ type Whole = Py<PyArrayDyn<i64>>;
 /// Contact surface in the world frame: m polygons with k corners together.
 ///
 /// Polygon i has the corners offsets[i] to offsets[i + 1] - 1, counter-clockwise about its normal. The normal points out of B into A. The
-/// parameters of the constructor are the attributes.
+/// parameters of the constructor are the attributes. The pressure is linear in a polygon. If B is rigid, the polygons lie on the surface
+/// of B, its sides included: for the image of a sensor, project them onto the face and select them by their normals.
 ///
 /// Raises
 /// ------

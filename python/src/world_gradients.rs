@@ -10,8 +10,8 @@ use crate::kink::Kink;
 use crate::parameter::{Parameter, inner};
 use crate::plan::Plan;
 use crate::state::State;
-use crate::state_cotangents::StateCotangents;
 use crate::trajectory::Trajectory;
+use crate::vjp::VectorJacobianProduct;
 use crate::world::World;
 use hydroelastic::gradient::{self, Experiment, GradientError, Mode};
 use hydroelastic::nalgebra::DMatrix;
@@ -95,14 +95,7 @@ impl World {
         both(py, &found, self.inner.bodies().len())
     }
 
-    /// Computes the gradient of a loss with respect to parameters from its gradient with respect to the recorded states, in reverse mode.
-    ///
-    /// The result is the vector–Jacobian product
-    /// np.tensordot(by_poses, jacobian.poses, 4) + np.tensordot(by_twists, jacobian.twists, 3).
-    /// A sweep back from the last state computes it in a time that does not depend on p. The method first runs the rollout again.
-    ///
-    /// Derivatives with respect to a rotation matrix have an effect only in the directions of rotations. Derivatives with respect to
-    /// kinematic bodies have no effect.
+    /// Runs a rollout, and returns its trajectory and its vector–Jacobian product with respect to parameters.
     ///
     /// Parameters
     /// ----------
@@ -110,44 +103,47 @@ impl World {
     ///     Plan of the rollout.
     /// parameters : list of Parameter
     ///     Parameters to differentiate with respect to, with p components in total.
-    /// by_poses : (k, n, 4, 4) array_like
-    ///     Derivatives of the loss with respect to the poses of the recorded states.
-    /// by_twists : (k, n, 6) array_like
-    ///     Derivatives of the loss with respect to the twists of the recorded states.
     /// memory : int, optional
     ///     Memory (bytes) for stored steps. Steps that do not fit are computed again. Default: 256 MiB.
     ///
     /// Returns
     /// -------
-    /// (p,) ndarray of float64
-    ///     Gradient of the loss.
+    /// trajectory : Trajectory
+    ///     k recorded states of n bodies.
+    /// vjp : VectorJacobianProduct
+    ///     Function of (by_poses, by_twists) that returns the gradient of a loss with respect to the parameters.
     ///
     /// Raises
     /// ------
     /// HydroelasticError
-    ///     If a parameter does not belong to the world, an array has an unexpected shape, or a derivative is not finite.
+    ///     If a parameter does not belong to the world.
     /// RolloutError
     ///     If the rollout ends early. The error has no trajectory.
-    #[pyo3(signature = (plan, parameters, by_poses, by_twists, *, memory=None))]
-    fn vjp<'py>(
+    #[pyo3(signature = (plan, parameters, *, memory=None))]
+    fn vjp(
         &self,
-        py: Python<'py>,
+        py: Python<'_>,
         plan: &Plan,
-        parameters: Vec<Bound<'py, Parameter>>,
-        by_poses: &Bound<'py, PyAny>,
-        by_twists: &Bound<'py, PyAny>,
+        parameters: Vec<Bound<'_, Parameter>>,
         memory: Option<&Bound<'_, PyAny>>,
-    ) -> PyResult<Floats<'py>> {
+    ) -> PyResult<(Trajectory, VectorJacobianProduct)> {
         let memory = memory.map(|it| count(whole(it)?, "memory")).transpose()?;
         let by = inner(&parameters);
-        let recorded = (&plan.0, self.inner.bodies().len());
-        let cotangents = StateCotangents::of(by_poses, by_twists, recorded, None)?;
-        let found = self.experiment(py, plan, (0, None), |it| {
-            let own = memory.map(|memory| it.clone().with_memory(memory));
-            let it = own.as_ref().unwrap_or(it);
-            it.vjp(&by, |trajectory| cotangents.covectors(0, trajectory))
-        })?;
-        array(py, found.as_slice().to_vec(), &[found.len()])
+        let shared = Shared::default();
+        let experiment = Experiment::new(&self.inner, &plan.0);
+        let experiment = experiment.with_cancel_flag(Arc::clone(&shared.stop));
+        let experiment = match memory {
+            Some(memory) => experiment.with_memory(memory),
+            None => experiment,
+        };
+        let vjp = run(py, &shared, None, || experiment.vjp(&by))?;
+        let vjp = vjp.map_err(|why| gradient_error(&why))?;
+        let trajectory = vjp.trajectory().clone().into();
+        let bodies = self.inner.bodies().len();
+        Ok((
+            trajectory,
+            VectorJacobianProduct::new(vjp, plan.0, bodies, shared),
+        ))
     }
 
     /// Finds the nonsmooth points of a rollout. There, gradients and Jacobians do not exist, or are one of several one-sided derivatives.

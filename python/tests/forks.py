@@ -45,7 +45,7 @@ def digest(_=None):
         implicit.twists,
         step.twists,
         HEAP.jacobian(IMPLICIT, BY)[1].poses,
-        HEAP.vjp(IMPLICIT, BY, np.ones_like(implicit.poses), np.ones_like(implicit.twists)),
+        HEAP.vjp(IMPLICIT, BY)[1](np.ones_like(implicit.poses), np.ones_like(implicit.twists)),
         *(trajectory.poses for trajectory in he.Batch(IMPLICIT).rollouts([ONE] * 20)),
     ]
     sha = hashlib.sha256()

@@ -275,7 +275,8 @@ def cases(folder):
         "World.perturbed": (lambda **it: world.perturbed(gravity, **it), {"changes": POINT}),
         "World.with_values": (lambda **it: world.with_values(gravity, **it), {"values": POINT}),
         "World.integrate": (lambda **it: world.integrate(state, **it), {"change": np.full(12, 0.1)}),
-        "World.vjp": (lambda **it: world.vjp(plan, gravity, **it), covectors | {"memory": 4096}),
+        "World.vjp": (lambda **it: world.vjp(plan, gravity, **it), {"memory": 4096}),
+        "World.vjp (the product)": (world.vjp(plan, gravity)[1], covectors),
         "World.write_recording": (
             recording,
             {"slowdown": Positive(1.0), "targets": POINT, "radius": Positive(0.1), "paths": CORNERS}

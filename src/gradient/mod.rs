@@ -72,6 +72,7 @@ mod serial;
 mod slots;
 mod values;
 mod verdict;
+mod vjp;
 
 pub use difference_check::DifferenceCheck;
 pub use dual_jacobian::dual_wrench_jacobian;
@@ -86,3 +87,4 @@ pub use parameter::Parameter;
 pub use problem::Problem;
 pub use rollout_gradient::{HoldFixed, RolloutGradient};
 pub use verdict::{CheckedDerivative, DerivativeCheck, Verdict};
+pub use vjp::VectorJacobianProduct;

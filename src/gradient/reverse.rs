@@ -3,8 +3,8 @@ use super::outcome_covectors::{RecordedCovectors, loss_covectors};
 use super::slots::Slots;
 use super::{Experiment, GradientError, Mode, Outcome, Parameter, RolloutGradient};
 use crate::dynamics::{
-    DynWorld, KinkSummary, Model, ModelGradient, ReverseSweep, RolloutError, StateGradient, Tape,
-    Trajectory, WithModel,
+    DynWorld, KinkSummary, Model, ModelGradient, ReverseSweep, RolloutError, Tape, Trajectory,
+    WithModel,
 };
 use crate::parallel::contained;
 use nalgebra::DVector;
@@ -24,50 +24,6 @@ impl Experiment {
         } else {
             Mode::Forward
         }
-    }
-
-    /// Vector–Jacobian product: derivatives of a scalar with respect to the parameters, from its derivatives with respect to the
-    /// recorded states. Use this for losses that another program for automatic differentiation differentiates. The cost does not
-    /// depend on the number of parameters.
-    ///
-    /// `by_states` gets the trajectory. It returns the derivatives with respect to the recorded states, starting with the initial
-    /// state: for each state one [`StateGradient`] per body, in the order of the world. Derivatives with respect to kinematic
-    /// bodies are ignored.
-    ///
-    /// ```
-    /// # use hydroelastic::contact::Shape;
-    /// # use hydroelastic::dynamics::{Body, Mass, Material, Plan, StateGradient, World};
-    /// # use hydroelastic::gradient::{Experiment, Parameter};
-    /// # use hydroelastic::mesh::shapes;
-    /// let ball = Shape::new(shapes::icosphere(0.1, 1)?);
-    /// let world = World::new(vec![Body::dynamic("ball", ball, Material::elastic(1e5), Mass::Total(1.0))?])?;
-    /// let experiment = Experiment::new(&world, &Plan::new(1e-3, 500)?.recording_every(500));
-    /// // The scalar is half the squared norm of the final position. Two states are recorded.
-    /// let by_velocity = experiment.vjp(&[Parameter::initial_velocity("ball")], |trajectory| {
-    ///     let shift = *trajectory.last().bodies[0].position();
-    ///     let last = StateGradient { shift, ..StateGradient::zero() };
-    ///     vec![vec![StateGradient::zero()], vec![last]]
-    /// })?;
-    /// assert_eq!(by_velocity.norm(), 0.0); // the ball stays at the origin
-    /// # Ok::<(), Box<dyn std::error::Error>>(())
-    /// ```
-    ///
-    /// # Errors
-    /// - If the world does not have one of the parameters.
-    /// - If the rollout ends early.
-    /// - [`GradientError::CovectorCount`] if there is not one [`StateGradient`] for each body in each recorded state.
-    /// - [`GradientError::BackwardNotFinite`] if a derivative from `by_states` or of the reverse sweep is not finite.
-    /// - [`GradientError::NoFriction`] as in [`Self::jacobian`].
-    pub fn vjp(
-        &self,
-        parameters: &[Parameter],
-        by_states: impl FnOnce(&Trajectory) -> Vec<Vec<StateGradient>>,
-    ) -> Result<DVector<f64>, GradientError> {
-        let ((), gradient) = self.parameter_gradient(parameters, |_, trajectory| {
-            let by_states = by_states(trajectory);
-            Ok(((), RecordedCovectors::new(by_states, trajectory)?))
-        })?;
-        Ok(gradient)
     }
 
     /// Loss and its gradient in reverse mode.
@@ -90,9 +46,10 @@ impl Experiment {
     /// As [`Self::gradient_with_mode`] in reverse mode.
     pub fn full_gradient(&self, loss: &impl Outcome) -> Result<RolloutGradient, GradientError> {
         let world = WithModel::<f64>::with_model(self.world(), self.model().clone());
-        let (value, gradient) = self.reverse_sweep(&world, true, |model, trajectory| {
-            loss_covectors(loss, model, trajectory)
-        })?;
+        let (value, gradient) =
+            self.reverse_sweep(Arc::clone(&world), true, |model, trajectory| {
+                loss_covectors(loss, model, trajectory)
+            })?;
         Ok(RolloutGradient {
             value,
             model: self.model().clone(),
@@ -110,7 +67,7 @@ impl Experiment {
     pub fn kinks(&self) -> Result<Vec<KinkSummary>, GradientError> {
         let world = WithModel::<f64>::with_model(self.world(), self.model().clone());
         let ((), gradient) =
-            self.reverse_sweep(&world, false, |_, _| Ok(((), RecordedCovectors::zero())))?;
+            self.reverse_sweep(world, false, |_, _| Ok(((), RecordedCovectors::zero())))?;
         Ok(gradient.kinks())
     }
 
@@ -120,43 +77,62 @@ impl Experiment {
         parameters: &[Parameter],
         read: impl FnOnce(&Model, &Trajectory) -> Result<(V, RecordedCovectors), GradientError>,
     ) -> Result<(V, DVector<f64>), GradientError> {
+        let (slots, world) = self.world_of(parameters)?;
+        let (value, gradient) = self.reverse_sweep(world, false, read)?;
+        Ok((value, DVector::from_vec(slots.gradient(&gradient))))
+    }
+
+    /// The parameters, resolved, and the world that is differentiated with respect to them.
+    pub(super) fn world_of(
+        &self,
+        parameters: &[Parameter],
+    ) -> Result<(Slots, Arc<dyn DynWorld<f64>>), GradientError> {
         let slots = Slots::resolve(parameters, self.model())?;
         slots.check_friction(self.model())?;
         // Contact laws are dissipative if dissipation or friction is a parameter, even if its value is zero.
         let model = slots.perturbed(self.model(), &vec![0.0; slots.dimension()]);
-        let world = WithModel::<f64>::with_model(self.world(), model);
-        let (value, gradient) = self.reverse_sweep(&world, false, read)?;
-        Ok((value, DVector::from_vec(slots.gradient(&gradient))))
+        Ok((slots, WithModel::<f64>::with_model(self.world(), model)))
     }
 
     /// Value that `read` returns for the trajectory of a world, and the derivatives with respect to all inputs of the rollout. The
     /// shapes are included if `by_shapes` is true.
     fn reverse_sweep<V>(
         &self,
-        world: &Arc<dyn DynWorld<f64>>,
+        world: Arc<dyn DynWorld<f64>>,
         by_shapes: bool,
         read: impl FnOnce(&Model, &Trajectory) -> Result<(V, RecordedCovectors), GradientError>,
     ) -> Result<(V, ModelGradient), GradientError> {
         contained(|| {
-            let mut reversal = ReverseSweep::of(&**world, self.plan(), self.stop());
-            if by_shapes {
-                reversal = reversal.with_shapes();
-            }
-            let mut tape = Tape::new(&**world, self.plan(), self.memory(), self.stop());
-            let trajectory = self.taped(world, &mut tape)?;
+            let (trajectory, tape) = self.taped(&world)?;
             let (value, by_states) = read(world.model(), &trajectory)?;
-            Ok((value, self.sweep(reversal, tape, by_states)?))
+            Ok((value, self.sweep(&*world, tape, by_states, by_shapes)?))
         })
     }
 
-    /// Derivatives with respect to all inputs of a rollout, from the derivatives with respect to its recorded states.
-    fn sweep(
+    /// Runs the rollout of a world and records its steps on a tape.
+    pub(super) fn taped(
         &self,
-        mut reversal: ReverseSweep,
+        world: &Arc<dyn DynWorld<f64>>,
+    ) -> Result<(Trajectory, Tape), GradientError> {
+        let mut tape = Tape::new(Arc::clone(world), self.plan(), self.memory(), self.stop());
+        let rollout = self.rollout_of(Arc::clone(world));
+        let trajectory = rollout.run_with_observer(|step, steps| tape.record(step, steps))?;
+        Ok((trajectory, tape))
+    }
+
+    /// Derivatives with respect to all inputs of a rollout, from the derivatives with respect to its recorded states.
+    pub(super) fn sweep(
+        &self,
+        world: &dyn DynWorld<f64>,
         mut tape: Tape,
         mut by_states: RecordedCovectors,
+        by_shapes: bool,
     ) -> Result<ModelGradient, GradientError> {
         let plan = self.plan();
+        let mut reversal = ReverseSweep::of(world, plan, self.stop());
+        if by_shapes {
+            reversal = reversal.with_shapes();
+        }
         by_states.add_to(plan.steps().div_ceil(plan.record_every()), &mut reversal);
         for step in (1..=plan.steps()).rev() {
             if self.stop().load(Ordering::Relaxed) {
@@ -170,16 +146,6 @@ impl Experiment {
         }
         self.check_finite(&reversal, 1)?;
         Ok(reversal.into_gradient())
-    }
-
-    /// Runs the rollout of a world and records its steps on a tape.
-    fn taped(
-        &self,
-        world: &Arc<dyn DynWorld<f64>>,
-        tape: &mut Tape,
-    ) -> Result<Trajectory, GradientError> {
-        let rollout = self.rollout_of(Arc::clone(world));
-        Ok(rollout.run_with_observer(|step, steps| tape.record(step, steps))?)
     }
 
     /// Checks that all derivatives of the sweep are finite. `step` is the step that starts from the current state of the sweep,

@@ -56,10 +56,10 @@ fn a_flag_that_is_set_after_the_rollout_stops_the_sweep_back() {
     let flag = Arc::new(AtomicBool::new(false));
     let experiment = Experiment::new(&world, &Plan::new(1e-3, 10).unwrap());
     let experiment = experiment.with_cancel_flag(Arc::clone(&flag));
-    let found = experiment.vjp(&[Parameter::Gravity], |trajectory| {
-        flag.store(true, Ordering::Relaxed);
-        vec![vec![StateGradient::zero()]; trajectory.states().len()]
-    });
+    let vjp = experiment.vjp(&[Parameter::Gravity]).unwrap();
+    flag.store(true, Ordering::Relaxed);
+    let by_states = vec![vec![StateGradient::zero()]; vjp.trajectory().states().len()];
+    let found = vjp.pull_back(by_states);
     assert_eq!(found, Err(GradientError::Rollout(RolloutError::Stopped)));
 }
 
@@ -179,10 +179,10 @@ fn a_flag_stops_steps_that_the_sweep_back_repeats() {
     let experiment = experiment
         .with_memory(0)
         .with_cancel_flag(calls.flag.clone());
-    let found = experiment.vjp(&[Parameter::Gravity], |trajectory| {
-        calls.is_armed.store(true, Ordering::Relaxed);
-        vec![vec![StateGradient::zero(); 2]; trajectory.states().len()]
-    });
+    let vjp = experiment.vjp(&[Parameter::Gravity]).unwrap();
+    calls.is_armed.store(true, Ordering::Relaxed);
+    let by_states = vec![vec![StateGradient::zero(); 2]; vjp.trajectory().states().len()];
+    let found = vjp.pull_back(by_states);
     assert_eq!(found, Err(GradientError::Rollout(RolloutError::Stopped)));
     assert!(calls.count() <= CALLS_OF_A_STEP, "{}", calls.count());
 }

@@ -462,7 +462,8 @@ fn a_covector_that_is_not_finite_is_an_error_that_names_its_body() {
             ..StateGradient::zero()
         };
         for (record, step) in [(50, 51), (20, 21), (0, 1)] {
-            let found = experiment.vjp(&[velocity()], |trajectory| {
+            let vjp = experiment.vjp(&[velocity()]).unwrap();
+            let by_states = {
                 let bodies = |state: usize| {
                     let of = |body| {
                         if (state, body) == (record, 0) {
@@ -473,8 +474,9 @@ fn a_covector_that_is_not_finite_is_an_error_that_names_its_body() {
                     };
                     (0..4).map(of).collect()
                 };
-                (0..trajectory.states().len()).map(bodies).collect()
-            });
+                (0..vjp.trajectory().states().len()).map(bodies).collect()
+            };
+            let found = vjp.pull_back(by_states);
             let body = "ball".into();
             assert_eq!(found, Err(GradientError::BackwardNotFinite { step, body }));
         }

@@ -391,8 +391,11 @@ fn derivatives_by_states_that_are_given_are_those_of_the_outcome() {
         let plan = plan().recording_every(every);
         let experiment = Experiment::new(&world, &plan);
         let (_, expected) = experiment.gradient(&parameters, &mixed).unwrap();
-        let found = experiment.vjp(&parameters, |it| by_states(mixed, it));
-        assert!((found.unwrap() - &expected).amax() <= SAME * expected.amax());
+        let vjp = experiment.vjp(&parameters).unwrap();
+        let found = vjp.pull_back(by_states(mixed, vjp.trajectory())).unwrap();
+        assert!((&found - &expected).amax() <= SAME * expected.amax());
+        // A second product of the same rollout has the same bits.
+        assert_eq!(vjp.pull_back(by_states(mixed, vjp.trajectory())), Ok(found));
     }
 }
 
@@ -404,13 +407,14 @@ fn worlds_of_a_batch_have_the_bits_of_each() {
     let mixed = |place: usize| Mixed { every: place + 1 };
     let items: Vec<_> = worlds.iter().enumerate().collect();
     let found = Batch::new(&plan).map(&items, |job, &(place, world)| {
-        let experiment = job.experiment(world);
-        experiment.vjp(&parameters, |it| by_states(mixed(place), it))
+        let vjp = job.experiment(world).vjp(&parameters)?;
+        vjp.pull_back(by_states(mixed(place), vjp.trajectory()))
     });
     assert_eq!(found.len(), 2);
     for (place, (world, found)) in worlds.iter().zip(found).enumerate() {
         let experiment = Experiment::new(world, &plan);
-        let expected = experiment.vjp(&parameters, |it| by_states(mixed(place), it));
+        let vjp = experiment.vjp(&parameters).unwrap();
+        let expected = vjp.pull_back(by_states(mixed(place), vjp.trajectory()));
         assert_eq!(found.unwrap(), expected.unwrap());
     }
 }
@@ -420,8 +424,8 @@ fn derivatives_by_states_that_do_not_fit_are_refused() {
     let (world, plan) = (world([0.5, 0.4]), plan().recording_every(150));
     let experiment = Experiment::new(&world, &plan);
     let refusal = |by_states| {
-        let error = experiment.vjp(&[Parameter::Gravity], |_| by_states);
-        error.unwrap_err()
+        let vjp = experiment.vjp(&[Parameter::Gravity]).unwrap();
+        vjp.pull_back(by_states).unwrap_err()
     };
     let zero = StateGradient::zero();
     let expected = "expected derivatives with respect to 3 recorded states of 5 bodies each, but got derivatives with respect to ";

@@ -51,6 +51,7 @@ __all__ = [
     "ContactTopology",
     "Trajectory",
     "TrajectoryJacobian",
+    "VectorJacobianProduct",
     "World",
     "__version__",
     "_load_body",
@@ -482,14 +483,8 @@ class World:
         self, plan: Plan, parameters: Sequence[Parameter], *, progress: _Progress = None
     ) -> tuple[Trajectory, TrajectoryJacobian]: ...
     def vjp(
-        self,
-        plan: Plan,
-        parameters: Sequence[Parameter],
-        by_poses: _Rows,
-        by_twists: _Rows,
-        *,
-        memory: int | None = None,
-    ) -> _Floats: ...
+        self, plan: Plan, parameters: Sequence[Parameter], *, memory: int | None = None
+    ) -> tuple[Trajectory, VectorJacobianProduct]: ...
     def kinks(self, plan: Plan) -> list[Kink]: ...
     def _sweeps_back(self, plan: Plan, parameters: Sequence[Parameter], losses: int = 1) -> bool: ...
     def linearize(
@@ -783,6 +778,11 @@ class Diagnostics:
     @property
     def angular_momentum(self) -> _Floats: ...
     def __getnewargs__(self) -> tuple[float, float, float, float, tuple[_Floats, _Floats]]: ...
+
+@final
+class VectorJacobianProduct:
+    def __call__(self, /, by_poses: _Rows, by_twists: _Rows) -> _Floats: ...
+    def __reduce__(self) -> NoReturn: ...
 
 @final
 class Kink:

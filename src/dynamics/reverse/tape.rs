@@ -14,9 +14,10 @@ const LEAST: usize = 16;
 
 /// Recorded steps of a rollout, which are read from the last to the first. The tape keeps as many steps as the memory allows. The other
 /// steps are repeated from these, with the same bits.
-pub(crate) struct Tape<'w> {
-    world: &'w dyn DynWorld<f64>,
-    plan: &'w Plan,
+#[derive(Clone)]
+pub(crate) struct Tape {
+    world: Arc<dyn DynWorld<f64>>,
+    plan: Plan,
     /// Maximum number of recorded steps, besides the step that is read next.
     capacity: usize,
     /// Recorded steps in the order of time.
@@ -27,6 +28,7 @@ pub(crate) struct Tape<'w> {
     stop: Arc<AtomicBool>,
 }
 
+#[derive(Clone)]
 struct TapeEntry {
     /// Number of steps before the recorded step.
     step_count: usize,
@@ -34,7 +36,7 @@ struct TapeEntry {
 }
 
 /// Recorded step.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(crate) struct RecordedStep {
     /// Checkpoint before the step.
     pub before: Checkpoint,
@@ -42,12 +44,12 @@ pub(crate) struct RecordedStep {
     pub(super) island_records: Vec<IslandRecord>,
 }
 
-impl<'w> Tape<'w> {
+impl Tape {
     /// Empty tape with the capacity of this memory (bytes). The capacity is computed for steps without subdivision, although divided steps
     /// need more memory.
     pub fn new(
-        world: &'w dyn DynWorld<f64>,
-        plan: &'w Plan,
+        world: Arc<dyn DynWorld<f64>>,
+        plan: &Plan,
         memory: usize,
         stop: Arc<AtomicBool>,
     ) -> Self {
@@ -65,7 +67,7 @@ impl<'w> Tape<'w> {
         let _ = entries.try_reserve_exact(cmp::min(capacity + 1, plan.steps()));
         Self {
             world,
-            plan,
+            plan: *plan,
             capacity,
             entries,
             next_checkpoint: 0,
@@ -124,12 +126,12 @@ impl<'w> Tape<'w> {
         self.plan_next(end);
         let last = &self.entries[self.entries.len() - 1];
         let first = last.step_count;
-        let stepper = Stepper::resumed(&last.step.before, self.world, first);
+        let stepper = Stepper::resumed(&last.step.before, &*self.world, first);
         let mut stepper = stepper.with_cancel_flag(Arc::clone(&self.stop));
         // The steps were checked when they were taken first.
         let plan = self.plan.without_stability_check();
         for step_count in first + 1..=end {
-            stepper.advance(self.world, &plan)?;
+            stepper.advance(&*self.world, &plan)?;
             self.record_up_to(end, step_count, &stepper);
         }
         Ok(())
@@ -168,7 +170,7 @@ mod tests {
     fn read(world: &World, plan: &Plan, capacity: usize) -> Vec<String> {
         let mut tape = Tape {
             capacity,
-            ..Tape::new(world, plan, 0, Arc::default())
+            ..Tape::new(Arc::new(world.clone()), plan, 0, Arc::default())
         };
         let mut stepper = Stepper::from(world.initial_state());
         tape.record(0, &stepper);
@@ -223,7 +225,7 @@ mod tests {
     fn plans_longer_than_any_memory_are_begun() {
         let (world, plan) = (world(), Plan::new(5e-3, usize::MAX).unwrap());
         for memory in [0, usize::MAX] {
-            let mut tape = Tape::new(&world, &plan, memory, Arc::default());
+            let mut tape = Tape::new(Arc::new(world.clone()), &plan, memory, Arc::default());
             let mut stepper = Stepper::from(world.initial_state());
             tape.record(0, &stepper);
             for step_count in 1..=3 {

@@ -1,0 +1,91 @@
+//! Vector–Jacobian products of rollouts.
+
+use crate::arrays::{Floats, array};
+use crate::errors::gradient_error;
+use crate::interrupt::{Shared, run};
+use crate::state_cotangents::StateCotangents;
+use hydroelastic::{dynamics, gradient};
+use pyo3::exceptions::PyTypeError;
+use pyo3::prelude::*;
+use std::sync::atomic::Ordering;
+
+/// Vector–Jacobian product of a rollout with respect to parameters: see World.vjp.
+///
+/// It keeps the recorded steps of the rollout, so that several losses of one rollout cost one rollout and one sweep back each.
+#[pyclass(frozen, module = "hydroelastic")]
+pub struct VectorJacobianProduct {
+    inner: gradient::VectorJacobianProduct,
+    plan: dynamics::Plan,
+    bodies: usize,
+    shared: Shared,
+}
+
+impl VectorJacobianProduct {
+    /// Wraps the product of an experiment whose cancel flag is that of `shared`.
+    pub fn new(
+        inner: gradient::VectorJacobianProduct,
+        plan: dynamics::Plan,
+        bodies: usize,
+        shared: Shared,
+    ) -> Self {
+        Self {
+            inner,
+            plan,
+            bodies,
+            shared,
+        }
+    }
+}
+
+#[pymethods]
+impl VectorJacobianProduct {
+    /// Computes the gradient of a loss with respect to the parameters from its gradient with respect to the recorded states.
+    ///
+    /// The result is np.tensordot(by_poses, jacobian.poses, 4) + np.tensordot(by_twists, jacobian.twists, 3). A sweep back from the
+    /// last state computes it in a time that does not depend on p.
+    ///
+    /// Derivatives with respect to a rotation matrix have an effect only in the directions of rotations. Derivatives with respect to
+    /// kinematic bodies have no effect.
+    ///
+    /// Parameters
+    /// ----------
+    /// by_poses : (k, n, 4, 4) array_like
+    ///     Derivatives of the loss with respect to the poses of the recorded states.
+    /// by_twists : (k, n, 6) array_like
+    ///     Derivatives of the loss with respect to the twists of the recorded states.
+    ///
+    /// Returns
+    /// -------
+    /// (p,) ndarray of float64
+    ///     Gradient of the loss.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If an array has an unexpected shape, or a derivative is not finite.
+    #[pyo3(signature = (by_poses, by_twists))]
+    fn __call__<'py>(
+        &self,
+        py: Python<'py>,
+        by_poses: &Bound<'py, PyAny>,
+        by_twists: &Bound<'py, PyAny>,
+    ) -> PyResult<Floats<'py>> {
+        let recorded = (&self.plan, self.bodies);
+        let cotangents = StateCotangents::of(by_poses, by_twists, recorded, None)?;
+        // The flag is still true if a signal has ended an earlier call.
+        self.shared.stop.store(false, Ordering::Relaxed);
+        let found = run(py, &self.shared, None, || {
+            let by_states = cotangents.covectors(0, self.inner.trajectory());
+            self.inner.pull_back(by_states)
+        })?;
+        let found = found.map_err(|why| gradient_error(&why))?;
+        array(py, found.as_slice().to_vec(), &[found.len()])
+    }
+
+    #[allow(clippy::unused_self, reason = "a method, to pickle")]
+    fn __reduce__(&self) -> PyResult<()> {
+        Err(PyTypeError::new_err(
+            "a VectorJacobianProduct cannot be pickled or copied: it holds the steps of its rollout. World.vjp makes another one",
+        ))
+    }
+}
