@@ -12,6 +12,7 @@ import hydroelastic as he
 
 PACKAGE = Path(__file__).parent.parent
 READMES = [PACKAGE / "README.md", PACKAGE.parent / "README.md"]
+CHAPTERS = sorted((PACKAGE.parent / "docs" / "guide").glob("*.md"))
 
 
 def test_stubs_fit_the_module():
@@ -22,16 +23,16 @@ def test_stubs_fit_the_module():
     assert completed.returncode == 0, completed.stdout + completed.stderr
 
 
-@pytest.mark.parametrize("readme", READMES, ids=["package", "library"])
-def test_the_programs_of_the_readme_run(readme, tmp_path, monkeypatch):
+@pytest.mark.parametrize("document", [*READMES, *CHAPTERS], ids=["package", "library", *(path.stem for path in CHAPTERS)])
+def test_the_programs_of_a_document_run(document, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    programs = re.findall(r"```python\n(.*?)```", readme.read_text(), flags=re.S)
-    assert programs
+    programs = re.findall(r"```python\n(.*?)```", document.read_text(), flags=re.S)
+    assert programs or document in CHAPTERS
     for program in programs:
         try:
-            exec(compile(program, str(readme), "exec"), {})
-        except ImportError as missing:  # The package of an extra is missing.
-            assert "hydroelastic[" in str(missing)
+            exec(compile(program, str(document), "exec"), {})
+        except ImportError as missing:  # A package that a program or an extra needs is missing.
+            assert "hydroelastic[" in str(missing) or missing.name in ("matplotlib", "pandas")
 
 
 def test_everything_public_has_a_docstring():
