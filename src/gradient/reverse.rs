@@ -46,10 +46,9 @@ impl Experiment {
     /// As [`Self::gradient_with_mode`] in reverse mode.
     pub fn full_gradient(&self, loss: &impl Outcome) -> Result<RolloutGradient, GradientError> {
         let world = WithModel::<f64>::with_model(self.world(), self.model().clone());
-        let (value, gradient) =
-            self.reverse_sweep(Arc::clone(&world), true, |model, trajectory| {
-                loss_covectors(loss, model, trajectory)
-            })?;
+        let (value, gradient) = self.reverse_sweep(&world, true, |model, trajectory| {
+            loss_covectors(loss, model, trajectory)
+        })?;
         Ok(RolloutGradient {
             value,
             model: self.model().clone(),
@@ -67,7 +66,7 @@ impl Experiment {
     pub fn kinks(&self) -> Result<Vec<KinkSummary>, GradientError> {
         let world = WithModel::<f64>::with_model(self.world(), self.model().clone());
         let ((), gradient) =
-            self.reverse_sweep(world, false, |_, _| Ok(((), RecordedCovectors::zero())))?;
+            self.reverse_sweep(&world, false, |_, _| Ok(((), RecordedCovectors::zero())))?;
         Ok(gradient.kinks())
     }
 
@@ -78,7 +77,7 @@ impl Experiment {
         read: impl FnOnce(&Model, &Trajectory) -> Result<(V, RecordedCovectors), GradientError>,
     ) -> Result<(V, DVector<f64>), GradientError> {
         let (slots, world) = self.world_of(parameters)?;
-        let (value, gradient) = self.reverse_sweep(world, false, read)?;
+        let (value, gradient) = self.reverse_sweep(&world, false, read)?;
         Ok((value, DVector::from_vec(slots.gradient(&gradient))))
     }
 
@@ -98,14 +97,14 @@ impl Experiment {
     /// shapes are included if `by_shapes` is true.
     fn reverse_sweep<V>(
         &self,
-        world: Arc<dyn DynWorld<f64>>,
+        world: &Arc<dyn DynWorld<f64>>,
         by_shapes: bool,
         read: impl FnOnce(&Model, &Trajectory) -> Result<(V, RecordedCovectors), GradientError>,
     ) -> Result<(V, ModelGradient), GradientError> {
         contained(|| {
-            let (trajectory, tape) = self.taped(&world)?;
+            let (trajectory, tape) = self.taped(world)?;
             let (value, by_states) = read(world.model(), &trajectory)?;
-            Ok((value, self.sweep(&*world, tape, by_states, by_shapes)?))
+            Ok((value, self.sweep(&**world, tape, by_states, by_shapes)?))
         })
     }
 
