@@ -19,7 +19,7 @@ import venv
 
 HERE = pathlib.Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
-TARGET = pathlib.Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))
+TARGET = pathlib.Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")).resolve()
 REQUIREMENTS = ["mkdocs==1.6.1"]
 PAGES = ["*.md", "docs/**/*.md", "examples/**/*.md", "python/*.md", "benches/**/*.md", "fuzz/*.md"]
 PICTURES = ["docs/**/*.svg", "docs/**/*.png", "examples/**/*.png"]
@@ -36,6 +36,8 @@ def main():
     options = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
     options.add_argument("--output", type=pathlib.Path, default=TARGET / "site")
     output = options.parse_args().output.resolve()
+    if output.exists() and any(output.iterdir()) and not (output / "search").exists():
+        sys.exit(f"{output} is not empty and holds no earlier site: building would erase it")
     source = TARGET / "site_source"
     shutil.rmtree(source, ignore_errors=True)
     copy_documents(source)
@@ -52,7 +54,7 @@ def main():
 
 def copy_documents(source):
     """Copies pages and pictures, with links to other files taken out."""
-    pages = {path for pattern in PAGES for path in ROOT.glob(pattern) if "target" not in path.parts}
+    pages = {path for pattern in PAGES for path in ROOT.glob(pattern) if "target" not in path.relative_to(ROOT).parts}
     pages = {path for path in pages if "node_modules" not in path.parts}
     others = {path for pattern in PICTURES for path in ROOT.glob(pattern)} | {ROOT / name for name in LICENSES}
     copied = pages | others

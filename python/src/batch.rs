@@ -343,6 +343,9 @@ impl Batch {
             .iter()
             .map(|world| world.get().inner.clone())
             .collect();
+        if worlds.is_empty() {
+            return Ok(Vec::new());
+        }
         let mut counts = worlds.iter().map(|world| world.bodies().len());
         let bodies = counts.next().unwrap_or(0);
         if let Some(other) = counts.find(|&count| count != bodies) {

@@ -53,7 +53,7 @@ def test_a_pullback_is_a_product_with_the_jacobian(driven, plan):
     trajectory, jacobian = driven.jacobian(plan, by)
     assert len(trajectory) == 5
     recorded, vjp = driven.vjp(plan, by)
-    assert np.array_equal(recorded.poses, trajectory.poses) and np.array_equal(recorded.twists, trajectory.twists)
+    assert np.array_equal(recorded.poses, driven.rollout(plan).run().poses)
     for seed in range(2):
         by_states = covectors(trajectory, seed)
         assert_same(vjp(*by_states), product(*by_states, jacobian), by)

@@ -93,7 +93,11 @@ impl Serialize for Plan {
             time_step: self.time_step(),
             steps: self.steps(),
             integrator: self.integrator(),
-            record_every: self.record_every(),
+            // Zero is the ends alone, on machines of any word size.
+            record_every: match self.record_every() {
+                usize::MAX => 0,
+                every => every,
+            },
             checks_stability: self.checks_stability(),
             solver_tolerance: self.solver_tolerance(),
             accuracy: self.accuracy(),

@@ -5,7 +5,8 @@ use nalgebra::DVector;
 ///
 /// With the feature `argmin`, a problem implements the traits of the crate argmin: `CostFunction` and `Gradient` for losses, and
 /// `Operator` and `Jacobian` for residuals. Derivatives with respect to an orientation are with respect to a small rotation, not to
-/// its value (see [`World::with_values`](crate::dynamics::World::with_values)), so orientations do not suit these solvers.
+/// its value (see [`World::with_values`](crate::dynamics::World::with_values)), so orientations do not suit these solvers. A value out of range, or a rollout that ends early, is an error, which ends a solver of
+/// argmin.
 ///
 /// ```
 /// # use hydroelastic::contact::Shape;

@@ -345,7 +345,10 @@ class _Arrays:
 def _floats(value: _Tensor, name: str, shape: tuple[int, ...]) -> Tensor:
     """Converts an argument to a tensor of float64 on the CPU whose last axes have a shape."""
     try:
-        if isinstance(value, list | tuple):
+        if isinstance(value, list | tuple) and any(isinstance(item, torch.Tensor) for item in value):
+            # torch.tensor would detach them.
+            value = torch.stack([torch.as_tensor(item, dtype=torch.float64) for item in value])
+        elif isinstance(value, list | tuple):
             value = torch.tensor(value, dtype=torch.float64)
         elif not isinstance(value, torch.Tensor):
             value = torch.from_numpy(np.array(value))
