@@ -1,6 +1,5 @@
 //! Forces, controls, single steps, and rollouts linearized with respect to them.
 
-use crate::scenes::bits;
 use hydroelastic::contact::Shape;
 use hydroelastic::dynamics::{
     Body, Control, Drag, Force, ForceContext, Integrator, Mass, Material, Plan, Spring, State,
@@ -364,7 +363,9 @@ fn linearized_rollouts_are_those_of_differences() {
             .linearize(std::slice::from_ref(&control))
             .unwrap();
         let rollout = world.rollout(&plan).run().unwrap();
-        assert_eq!(bits(&found.end), bits(rollout.last()));
+        // A rollout in dual numbers has the same real parts, but for rounding.
+        assert_eq!(found.end.time, rollout.last().time);
+        assert!(world.difference(&found.end, rollout.last()).unwrap().amax() < 1e-12);
         let expected = differences(&world, &plan, &control);
         let (size, count) = (found.by_state.nrows(), found.by_parameters.ncols());
         assert_eq!((size, count), (24, 6));
