@@ -274,11 +274,8 @@ fn worlds(found: &mut Found) -> Result<(), Box<dyn Error>> {
     keep(found, "end", &end.value);
     by_rows(found, "end jacobian", &end.jacobian);
     let vjp = experiment.vjp(&by)?;
-    keep(
-        found,
-        "pullback",
-        &vjp.pull_back(by_last_state(vjp.trajectory()))?,
-    );
+    let by_states = by_last_state(vjp.trajectory());
+    keep(found, "pullback", &vjp.pull_back(by_states)?);
     let linearized = Experiment::new(Arc::clone(&shared), &Plan::new(1e-3, 100)?).linearize(&by)?;
     by_rows(found, "A", &linearized.by_state);
     by_rows(found, "B", &linearized.by_parameters);

@@ -363,7 +363,8 @@ impl Batch {
             let items: Vec<_> = worlds.iter().enumerate().collect();
             batch.map(&items, |job, &(index, world)| {
                 let vjp = job.experiment(world).vjp(&by)?;
-                vjp.pull_back(cotangents.covectors(index, vjp.trajectory()))
+                let by_states = cotangents.covectors(index, vjp.trajectory());
+                vjp.pull_back(by_states)
             })
         };
         let found = self.results(py, worlds.len(), job)?.into_iter();

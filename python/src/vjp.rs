@@ -76,7 +76,7 @@ impl VectorJacobianProduct {
         self.shared.stop.store(false, Ordering::Relaxed);
         let found = run(py, &self.shared, None, || {
             let by_states = cotangents.covectors(0, self.inner.trajectory());
-            self.inner.pull_back(by_states)
+            self.inner.clone().pull_back(by_states)
         })?;
         let found = found.map_err(|why| gradient_error(&why))?;
         array(py, found.as_slice().to_vec(), &[found.len()])

@@ -10,8 +10,9 @@ use std::sync::Arc;
 /// Vector–Jacobian product of a rollout: maps derivatives of a scalar with respect to the recorded states to its derivatives with
 /// respect to parameters.
 ///
-/// It keeps the recorded steps of the rollout, in the memory of [`Experiment::with_memory`]. Each call of [`Self::pull_back`] works on
-/// a copy of them.
+/// It keeps the recorded steps of the rollout, in the memory of [`Experiment::with_memory`]. [`Self::pull_back`] uses them
+/// up: clone the product for several losses of one rollout.
+#[derive(Clone)]
 pub struct VectorJacobianProduct {
     experiment: Experiment,
     world: Arc<dyn DynWorld<f64>>,
@@ -72,12 +73,12 @@ impl VectorJacobianProduct {
     /// - [`GradientError::BackwardNotFinite`] if one of them is not finite, or a derivative becomes so during the sweep.
     /// - [`RolloutError::Stopped`](crate::dynamics::RolloutError::Stopped) if the cancel flag of the experiment is true.
     pub fn pull_back(
-        &self,
+        self,
         by_states: Vec<Vec<StateGradient>>,
     ) -> Result<DVector<f64>, GradientError> {
         let by_states = RecordedCovectors::new(by_states, &self.trajectory)?;
-        let tape = self.tape.clone();
-        let gradient = contained(|| self.experiment.sweep(&*self.world, tape, by_states, false))?;
+        let (world, tape) = (self.world, self.tape);
+        let gradient = contained(|| self.experiment.sweep(&*world, tape, by_states, false))?;
         Ok(DVector::from_vec(self.slots.gradient(&gradient)))
     }
 }

@@ -392,10 +392,11 @@ fn derivatives_by_states_that_are_given_are_those_of_the_outcome() {
         let experiment = Experiment::new(&world, &plan);
         let (_, expected) = experiment.gradient(&parameters, &mixed).unwrap();
         let vjp = experiment.vjp(&parameters).unwrap();
-        let found = vjp.pull_back(by_states(mixed, vjp.trajectory())).unwrap();
+        let cotangents = by_states(mixed, vjp.trajectory());
+        let found = vjp.clone().pull_back(cotangents.clone()).unwrap();
         assert!((&found - &expected).amax() <= SAME * expected.amax());
         // A second product of the same rollout has the same bits.
-        assert_eq!(vjp.pull_back(by_states(mixed, vjp.trajectory())), Ok(found));
+        assert_eq!(vjp.pull_back(cotangents), Ok(found));
     }
 }
 
@@ -408,13 +409,15 @@ fn worlds_of_a_batch_have_the_bits_of_each() {
     let items: Vec<_> = worlds.iter().enumerate().collect();
     let found = Batch::new(&plan).map(&items, |job, &(place, world)| {
         let vjp = job.experiment(world).vjp(&parameters)?;
-        vjp.pull_back(by_states(mixed(place), vjp.trajectory()))
+        let cotangents = by_states(mixed(place), vjp.trajectory());
+        vjp.pull_back(cotangents)
     });
     assert_eq!(found.len(), 2);
     for (place, (world, found)) in worlds.iter().zip(found).enumerate() {
         let experiment = Experiment::new(world, &plan);
         let vjp = experiment.vjp(&parameters).unwrap();
-        let expected = vjp.pull_back(by_states(mixed(place), vjp.trajectory()));
+        let cotangents = by_states(mixed(place), vjp.trajectory());
+        let expected = vjp.pull_back(cotangents);
         assert_eq!(found.unwrap(), expected.unwrap());
     }
 }
