@@ -129,7 +129,7 @@ impl TriangleBvh {
     }
 }
 
-/// Computes the slabs that contain parts of a surface, each given by its triangles.
+/// Computes the slabs that contain parts of a surface. Each part is given by its triangles.
 fn slabs_of<'k>(
     parts: impl Iterator<Item = &'k [SurfaceFace]>,
     corners_of: impl Fn(SurfaceFace) -> [Vector3<f64>; 3],

@@ -145,7 +145,7 @@ fn over_octets<I: Integrals<K>, const K: usize>(octets: &[Octet]) -> [f64; K] {
 }
 
 impl<T: Scalar> PlanePolygon<T> {
-    /// Returns ∫ p dA (N), times the polygon's weight in values.
+    /// Returns ∫ p dA (N), multiplied by the weight of the polygon in values (`Weights::still`).
     pub fn load(&self) -> T {
         let (total, _) = self.plane.pressure_integrals();
         total * self.weights.still.area()

@@ -101,8 +101,9 @@ impl FrozenContact {
         self.law.is_some()
     }
 
-    /// Returns the contribution of dissipation and friction after a motion of B, at a velocity of A relative to B. Both have an angular
-    /// part, and a linear part at A's origin, in A's axes.
+    /// Returns the contribution of dissipation and friction after a motion of B. `twist` is the
+    /// velocity of A relative to B. The motion and the velocity have an angular part and a linear
+    /// part at A's origin, in A's axes.
     pub fn added(&self, motion: &Vector6<f64>, twist: &Vector6<f64>) -> AddedByLaw {
         let Some(law) = &self.law else {
             return AddedByLaw::nothing();

@@ -98,7 +98,7 @@ impl PolygonResponse {
         }
     }
 
-    /// Creates the elastic response of the polygon at a place of an octet.
+    /// Creates the elastic response of the polygon at index `place` of an octet.
     pub fn at(octet: &Octet, place: usize) -> Self {
         Self {
             tets: octet.tets()[place].map(|tet| tet as usize),

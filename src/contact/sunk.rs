@@ -21,8 +21,8 @@ impl<T: Scalar> ContactPair<'_, T> {
     /// - One of the bodies, with a mesh or a surface, is wholly inside the other.
     /// - Each of two compliant bodies contains a point of the other's highest pressure. The force will soon push the bodies further
     ///   in instead of apart.
-    /// - A rigid body contains a point of the compliant body's highest pressure, and the compliant body contains the middle of the rigid
-    ///   body there. This is the middle of the chord through the point along the contact force.
+    /// - A rigid body contains a point P of the compliant body's highest pressure. The compliant
+    ///   body contains the middle of the chord of the rigid body through P along the contact force.
     ///
     /// A rod or a plate that pierces a body away from the points of highest pressure is not reported.
     ///

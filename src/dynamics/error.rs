@@ -12,9 +12,9 @@ pub enum WorldError {
     Material {
         /// Name of the body.
         body: String,
-        /// Name of the number.
+        /// Name of the quantity.
         quantity: &'static str,
-        /// Value of the number.
+        /// Value of the quantity.
         value: f64,
     },
     /// The pressure gradient of a body is too steep for the contact computation.
@@ -60,9 +60,9 @@ pub enum WorldError {
     Mass {
         /// Name of the body.
         body: String,
-        /// Name of the number.
+        /// Name of the quantity.
         quantity: &'static str,
-        /// Value of the number.
+        /// Value of the quantity.
         value: f64,
     },
     /// An inertia matrix is not symmetric.
@@ -205,9 +205,9 @@ pub enum WorldError {
     /// A number of a world, plan, force, control or state is out of range.
     #[error("the {quantity} is {value}, but must be {expected}")]
     Setting {
-        /// Name of the number.
+        /// Name of the quantity.
         quantity: &'static str,
-        /// Value of the number.
+        /// Value of the quantity.
         value: f64,
         /// Valid values.
         expected: &'static str,

@@ -13,7 +13,7 @@ const FIVE_DIGITS: f64 = 1e-4;
 
 /// Mass and rotational inertia of a body whose mass may carry derivatives.
 ///
-/// The inertia per mass is constant. The mass scales it.
+/// The inertia is proportional to the mass, because the inertia per mass is constant.
 #[derive(Debug, Clone, Copy)]
 pub struct Inertia<T = f64> {
     /// Mass (kg).

@@ -72,8 +72,8 @@ impl<T: Scalar> ConvexPolygon<T> {
         self.closeness
     }
 
-    /// Returns how close the farthest corners came to the clipping planes. If any bit is set, the
-    /// polygon nearly lies in a clipping plane.
+    /// Returns the histogram of the small distances between the clipping planes and their farthest
+    /// corners. If any bit is set, the polygon nearly lies in a clipping plane.
     pub(crate) fn coplanarity(&self) -> NearZeroHistogram {
         self.coplanarity
     }

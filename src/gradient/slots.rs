@@ -191,7 +191,8 @@ impl Slot {
         }
     }
 
-    /// The numbers in a model. Empty for a position or an orientation, which [`Self::pose`] handles.
+    /// Numbers of the parameter in a model. The list is empty for a position or an orientation,
+    /// because [`Self::pose`] handles these parameters.
     fn numbers<'a, T: Scalar>(&self, model: &'a mut Model<T>) -> Vec<&'a mut T> {
         match *self {
             Self::Gravity => model.gravity.iter_mut().collect(),

@@ -8,9 +8,10 @@ pub(crate) const SNAP: f64 = 3e-14;
 
 /// For derivatives, faces count as coincident if they are within 2^COINCIDENCE margins of each other: 2.5e-10 of the size.
 ///
-/// Derivatives have kinks where sides are flush, and steps where planes nearly coincide. A difference over a longer step gives the mean
-/// of both sides, and the next step of a rollout may be on either side. If faces are further apart, the error of their corners is at most
-/// one part in 2^COINCIDENCE.
+/// Derivatives have kinks if sides are flush, and jumps if planes nearly coincide. A finite
+/// difference over a longer distance gives the mean of both sides, and the next state of a rollout
+/// may be on either side. If faces are further apart, the relative error of their corners is at
+/// most 2^-COINCIDENCE.
 pub(crate) const COINCIDENCE: u32 = 13;
 
 /// For derivatives of the elastic wrench, faces count as coincident if they are within 2^ELASTIC_COINCIDENCE margins of each other: 2e-12

@@ -178,7 +178,7 @@ impl Weight {
 pub(crate) struct Weights {
     /// For values, and for all derivatives except derivatives with respect to a motion.
     pub still: Weight,
-    /// For derivatives with respect to a motion.
+    /// Weight for derivatives with respect to a motion.
     pub moving: Weight,
 }
 

@@ -73,7 +73,8 @@ pub fn map<I: Sync, O: Send>(items: &[I], job: impl Fn(&I) -> O + Sync) -> Vec<O
 
 /// Runs one of many jobs on this thread alone.
 ///
-/// If a thread waited within a job, rayon would run other whole jobs on it meanwhile, nested on its stack.
+/// If the thread waited within the job, rayon would run other whole jobs on this thread meanwhile,
+/// nested on its stack.
 fn alone<O>(job: impl FnOnce() -> O) -> O {
     let _until_dropped = Job {
         had_job: HAS_JOB.replace(true),

@@ -187,7 +187,8 @@ impl<'s, 'a> ExtremalPairs<'s, 'a> {
         }
     }
 
-    /// Visits the tetrahedra below a node of A in which, with one of B, a component may be extremal.
+    /// Visits the tetrahedra below a node of A that may form an extremal pair with a tetrahedron of
+    /// B. `b` has the bounds of the tetrahedron of B.
     fn visit_tets(&self, node_a: Node, b: &PosedBounds, visit: &mut impl FnMut(usize)) {
         let (bvh, bounds) = self.trees[0].at(node_a);
         if !self.may_be_extremal(bounds, b) {

@@ -133,8 +133,8 @@ impl RelativePair<'_> {
         self.found_or_spilled(search, None)
     }
 
-    /// Finds the pairs as [`Self::found`]. In large contacts, octets go to `spill` as soon as they are cut, and the result has the last
-    /// ones only.
+    /// Finds the pairs as [`Self::found`]. In large contacts, octets are passed to `spill` as soon
+    /// as they are cut. The result contains only the last octets.
     pub fn found_spilling(&self, search: Search, spill: &mut Spill) -> SearchResult {
         self.found_or_spilled(search, Some(spill))
     }

@@ -5,7 +5,8 @@ use std::cell::RefCell;
 use std::ops::Range;
 
 thread_local! {
-    /// Unused memory: one for each search whose results were alive at the same time.
+    /// Unused scratch memory. The list has one entry for each of the search results that were alive
+    /// at the same time.
     static SPARE: RefCell<Vec<Scratch>> = const { RefCell::new(Vec::new()) };
 }
 

@@ -15,8 +15,8 @@ pub(crate) struct FieldBounds {
     pub mean: AffineField,
     /// Largest absolute difference between the extent and `mean`.
     pub error: f64,
-    /// Largest absolute differences between the components of the extent's gradient and those of
-    /// `mean` (1/m).
+    /// Largest absolute difference (1/m) between each component of the gradient of the extent and
+    /// the same component of the gradient of `mean`.
     pub spread: Vector3<f64>,
     /// Center of the box around the gradients in all tetrahedra that share a vertex with the set
     /// (1/m).

@@ -301,7 +301,7 @@ fn up_to_affine<N: Linear>(f: &[N; 3], m: &[N; 6]) -> [N; 3] {
     ]
 }
 
-/// Returns ∫ f from the moments by 1, y₁ and y₂.
+/// Returns ∫ f·m of an affine function f, from ∫ m, ∫ y₁·m and ∫ y₂·m.
 #[inline(always)]
 fn combined<N: Linear>(f: &[N; 3], [one, y1, y2]: [N; 3]) -> N {
     f[0] * one + f[1] * y1 + f[2] * y2

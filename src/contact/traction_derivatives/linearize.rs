@@ -43,8 +43,8 @@ pub(super) enum Polygons<'o> {
     Cuts(&'o [Cut]),
 }
 
-/// Linearizes the contribution of dissipation and friction, and the elastic contact of cuts. The elastic contact of generic pairs is
-/// linearized elsewhere (`RelativeJacobian::add_octets`).
+/// Linearizes the contribution of dissipation and friction, and the elastic contact of special
+/// pairs (`Cut`). `RelativeJacobian::add_octets` linearizes the elastic contact of generic pairs.
 pub(super) struct Linearize<'o> {
     pub source: &'o PolygonSource<'o, f64>,
     pub polygons: Polygons<'o>,

@@ -197,7 +197,7 @@ impl Batch {
         piece
     }
 
-    /// Adds the only piece of a polygon that counts fully, without corners and edges.
+    /// Adds a polygon of weight 1 as a single piece, without corners and edges.
     #[inline]
     pub fn add_whole(&mut self, polygon: usize, plane: &PolygonFields<f64>) -> &mut Piece {
         let piece = self.add(polygon, plane);

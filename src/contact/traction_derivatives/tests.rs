@@ -24,8 +24,9 @@ fn largest<const R: usize, const C: usize>(matrix: &SMatrix<f64, R, C>) -> f64 {
     matrix.iter().fold(0.0, |most, entry| entry.abs().max(most))
 }
 
-/// Compares to within a fraction of the larger of the result and the elastic part, because the result is zero if the whole pressure is
-/// clamped.
+/// Asserts that the results of lanes and of single polygons agree to rounding error. The scale is
+/// the larger of the result and its elastic part, because the result is zero if the whole pressure
+/// is clamped.
 fn assert_blocks_agree([lanes, single, elastic]: [&RelativeLinearization; 3], what: &str) {
     let agree = |difference: f64, scale: f64, of: &str| {
         assert!(

@@ -11,8 +11,8 @@ pub(super) struct FrozenContactModel {
     pub bodies: [usize; 2],
     contact: FrozenContact,
     pub wrenches: PairVector,
-    /// Derivatives of the elastic contact with respect to displacements, plus the derivatives that frozen polygons omit, if they were
-    /// computed.
+    /// Derivatives of the elastic contact with respect to displacements. If the derivatives that
+    /// frozen polygons omit were computed, these are added.
     by_displacements: PairMatrix,
     /// Derivatives with respect to velocities that frozen polygons omit, if they were computed.
     by_velocities: PairMatrix,

@@ -23,7 +23,7 @@ pub(super) struct ChangedBodies {
 pub(super) struct RatesInTime {
     /// Displacement and velocities of the neighbors, per second.
     pub neighbors: Vec<[Vector6<f64>; 2]>,
-    /// Forces other than contact on the dynamic bodies, per second.
+    /// Rate of change (per second) of the forces other than contact on the dynamic bodies.
     pub forces: Vec<Vector6<f64>>,
 }
 
@@ -126,7 +126,8 @@ impl SolvedStage<'_> {
         }
     }
 
-    /// Largest speed (m/s) of a dynamic body relative to the bodies that it touches, and at least the speed of its spin.
+    /// Largest speed (m/s) of a dynamic body relative to the bodies that it touches. The result is
+    /// at least the speed of the spin of the body.
     pub fn relative_speed(&self, index: usize) -> f64 {
         let inertia = self.equations.inertias[index];
         let center = |participant: usize| {

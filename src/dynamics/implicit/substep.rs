@@ -22,7 +22,8 @@ pub(super) struct Trial {
     pub speeds: Vec<f64>,
     /// Largest relative motion of two bodies that may hit each other, over the sum of their thicknesses; 0 if it is at most 1.
     pub tunneling_ratio: f64,
-    /// Errors of values and of slopes of each dynamic body, relative to its tolerances; empty without error control.
+    /// Errors of values and of slopes of each dynamic body, relative to its tolerances. The list is
+    /// empty without error control.
     pub errors: Vec<[f64; 2]>,
 }
 

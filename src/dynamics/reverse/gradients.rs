@@ -108,7 +108,8 @@ pub(crate) struct ModelGradient {
     pub controls: Vec<Vec<Vector6<f64>>>,
     /// Derivative with respect to each force parameter.
     pub force_parameters: Vec<f64>,
-    /// Gradient with respect to the shape of each body, at constant pose and mass properties; empty if not requested.
+    /// Gradient with respect to the shape of each body, at constant pose and mass properties. The
+    /// list is empty if shapes were not requested.
     pub shapes: Vec<ShapeGradient>,
     kinks: BTreeMap<(Kink, Vec<usize>), KinkSummary>,
 }
@@ -139,7 +140,7 @@ impl fmt::Display for Kink {
     }
 }
 
-/// Kinks of one kind at the same bodies in a rollout.
+/// All kinks of one kind in a rollout that involve the same bodies.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct KinkSummary {

@@ -103,7 +103,7 @@ mod tests {
         assert_eq!(counts.into_iter().max(), Some(1));
     }
 
-    /// Compares with all divisions of short segments.
+    /// Compares the number of repeated steps with the minimum over all divisions of short segments.
     #[test]
     fn hardly_more_steps_are_taken_again_than_the_fewest() {
         const MOST_SLOTS: usize = 9;

@@ -1,5 +1,5 @@
-//! Check of every explicit step, from the contact wrenches of its kick: whether the step may be too long, and whether contact has created
-//! energy.
+//! Stability check of every explicit step, based on the contact wrenches of its kick. The check
+//! detects steps that may be too long, and contacts that have created energy.
 //!
 //! The net work of a contact on its two bodies is at most the energy that the contact stored at the start. The reason is that a contact
 //! returns the energy that it absorbed, less the losses by dissipation and friction. This holds in every frame, for kinematic bodies, and

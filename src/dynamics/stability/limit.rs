@@ -14,11 +14,12 @@ const GOLDEN: f64 = 0.618_033_988_749_894_9;
 /// Largest stable step (s) of bodies under these contacts; `None` if the contacts resist no motion.
 ///
 /// The step h is stable if x·(h²K + 2hC)x ≤ 4 for all unit motions x (see
-/// [`World::largest_stable_step`](crate::dynamics::World::largest_stable_step)). The limit is therefore the smallest step at which some x
-/// reaches 4. Power iteration with h²(K + s) + 2hC, where h is the step of the current x, turns x toward that motion. Power iteration with
-/// K alone would turn x toward the eigenvalue of the largest magnitude, which may be negative. Contacts that are pressed deep, or on an
-/// edge, push bodies further away from their positions and have negative eigenvalues. The shift s makes all eigenvalues of K + s at least
-/// zero.
+/// [`World::largest_stable_step`](crate::dynamics::World::largest_stable_step)). The limit is
+/// therefore the smallest step at which some x reaches 4. Power iteration with h²(K + s) + 2hC,
+/// where h is the step of the current x, turns x toward that motion. Power iteration with K alone
+/// would turn x toward the eigenvalue of the largest magnitude, which may be negative. Eigenvalues
+/// of K are negative if a contact pushes a displaced body further away. Deep contacts and contacts
+/// on an edge do this. The shift s makes all eigenvalues of K + s at least zero.
 ///
 /// Some eigenvalue is within the residual of 4. The step is reduced by the same amount, so that a search that ends early errs toward a
 /// shorter step.

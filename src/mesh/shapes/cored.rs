@@ -23,8 +23,8 @@ pub(super) struct CoredSurface<T = f64> {
 
 /// Returns true if the core is collapsed along an axis by a tie between closest faces, rather than by slenderness.
 ///
-/// `size` is the size (m) of the core along the axis, and `solid` its size after [`core_size`]. Faces are tied if
-/// `size` is at most 1e-9 of the `depth` (m) of the shape.
+/// `size` is the size (m) of the core along the axis. `solid` is the result of [`core_size`] for
+/// this size. Faces are tied if `size` is at most 1e-9 of the `depth` (m) of the shape.
 pub(super) fn is_about_to_open<T: Scalar>(size: f64, solid: T, depth: f64) -> bool {
     real_part(solid) == 0.0 && size <= 1e-9 * depth
 }

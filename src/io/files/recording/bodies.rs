@@ -152,13 +152,14 @@ fn animate(document: &mut Document, node: Index<Node>, times: &[f64], states: &[
     }
 }
 
-/// Whether any bit of the numbers changes.
+/// Whether any keyframe differs from the first keyframe in at least one bit.
 fn moves<const N: usize>(numbers: &[[f64; N]]) -> bool {
     let bits = |numbers: &[f64; N]| numbers.map(f64::to_bits);
     numbers.iter().any(|key| bits(key) != bits(&numbers[0]))
 }
 
-/// Chooses the sign of each quaternion that is nearer to the previous quaternion, so that interpolation takes the shorter rotation.
+/// Negates each quaternion that has a negative scalar product with the previous quaternion.
+/// Interpolation then takes the shorter rotation.
 fn choose_nearest_signs(quaternions: &mut [[f64; 4]]) {
     for index in 1..quaternions.len() {
         let [previous, quaternion] = [quaternions[index - 1], quaternions[index]];

@@ -91,8 +91,9 @@ fn without_repetitions(points: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
     line
 }
 
-/// A tube around a line, with open ends. Consecutive points must differ. The tube is twisted as little as possible, so its faces point
-/// inwards where the line turns back.
+/// A tube around a line, with open ends. Consecutive points must differ. The cross-section is
+/// rotated as little as possible between points. If the line reverses its direction, the faces
+/// after this point are therefore oriented inward.
 fn tube(line: &[Vector3<f64>], radius: f64) -> Triangles {
     let [mut across, mut third] = [Vector3::zeros(); 2];
     let mut rings = Vec::new();

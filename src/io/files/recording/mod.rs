@@ -51,9 +51,10 @@ const EXTENSIONS: &[&str] = &["glb"];
 /// The first and the last state are always shown, and at most 60 states per second between them. States with equal times in single
 /// precision are merged. Viewers without animation show the first state.
 ///
-/// Each shown contact surface has its own mesh, because its polygons change over time. A mesh takes about 25 bytes per polygon, and
-/// 860 bytes (`cargo test --test io recording::`). A recording has at most 240 of these meshes. If more frames have contacts, a
-/// mesh is shown in several frames.
+/// Each shown contact surface has its own mesh, because its polygons change over time. The size of
+/// a mesh is about 860 bytes, plus 25 bytes per polygon (`cargo test --test io recording::`). A
+/// recording has at most 240 of these meshes. If more frames have contacts, a mesh is shown in
+/// several frames.
 ///
 /// ```
 /// use hydroelastic::contact::Shape;
