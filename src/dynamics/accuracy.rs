@@ -6,17 +6,20 @@ const TIGHT: [f64; 2] = [1e-6, 3e-5];
 
 /// Error tolerances of [`Integrator::Sdirk3`](super::Integrator::Sdirk3).
 ///
-/// Each time step is divided until two errors are below their tolerances for every body. The first is the local error of its velocity, or
-/// of its displacement over the duration if that is larger. The second is the error of the derivatives of its motion. Let v be the speed of
-/// a body relative to the bodies that it touches, with its spin multiplied by the radius of gyration. It is at least the speed of the spin,
-/// and only that speed if the body touches nothing. Let f be the *resting speed*. A tolerance t then allows
+/// Each time step is divided until two errors are below their tolerances for every body. The first
+/// is the local error of its velocity, or of its displacement over the duration if that is larger.
+/// The second is the error of the derivatives of its motion. Let v be the speed of a body relative
+/// to the bodies that it touches, with its spin multiplied by the radius of gyration. The speed v
+/// is at least the speed of the spin, and is equal to it if the body touches nothing. Let f be the
+/// *resting speed*. A tolerance t then allows
 ///
 /// t·v + min(t·f⁴/v³, f·t^¼).
 ///
-/// If a body is faster than f, the tolerance is relative. Below f the tolerance grows. Below f·t^¼, which is 0.13 f for values and 0.21 f
-/// for slopes by default, impacts are not resolved, and bodies come to rest. The error of the derivatives is a sum of two terms: the error
-/// of the rate of displacement (m/s), and the error of the acceleration (m/s²) times a time. This is the time in which gravity changes the
-/// velocity by v, which is v/g and at most 1 s.
+/// If a body is faster than f, the tolerance is relative. Below f the tolerance grows. Below f·t^¼,
+/// which is 0.13 f for values and 0.21 f for slopes by default, impacts are not resolved, and
+/// bodies come to rest. The error of the derivatives is a sum of two terms: the error of the rate
+/// of displacement (m/s), and the error of the acceleration (m/s²) times a duration. The duration
+/// is v/g, in which gravity changes the velocity by v, or 1 s if v/g is longer.
 ///
 /// Each step has a budget of trials. For a group of n bodies that move together it is 2500/n² · (3e-4/t)^⅓ with the tolerance t of
 /// values, and at least 4. Rejected substeps count, except those that are not solved or in which bodies might pass through each other.
@@ -99,7 +102,7 @@ impl Accuracy {
         }
     }
 
-    /// Resting speed (m/s) of a body whose default is given.
+    /// Resting speed (m/s) of a body with the default resting speed `default` (m/s).
     pub(super) fn resting_speed_or(&self, default: f64) -> f64 {
         self.resting_speed_factor * self.resting_speed.unwrap_or(default)
     }

@@ -21,7 +21,8 @@ pub struct Body<T = f64> {
     pub(super) name: String,
     pub(super) shape: BodyShape,
     pub(crate) material: Material<T>,
-    /// Whether dissipation and friction are evaluated: one of them is not zero or is differentiated.
+    /// Whether dissipation and friction are evaluated. This is required if one of them is nonzero
+    /// or is differentiated.
     pub(crate) is_dissipative: bool,
     pub(crate) motion: Motion<T>,
     pub(crate) initial: BodyState<T>,

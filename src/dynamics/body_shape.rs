@@ -22,7 +22,8 @@ pub enum BodyShape {
 }
 
 impl BodyShape {
-    /// Whether the shape is rigid: a rigid body, or a half-space without a soft layer. The material of such a body has no modulus.
+    /// Whether the shape is a rigid body, or a half-space without a soft layer. The material of a
+    /// rigid body or rigid half-space has no modulus.
     #[must_use]
     pub fn is_rigid(&self) -> bool {
         self.partner().is_rigid()
@@ -37,7 +38,7 @@ impl BodyShape {
         }
     }
 
-    /// Bounding box in the body frame. A half-space is unbounded and has none.
+    /// Bounding box in the body frame. A half-space is unbounded, so it has no bounding box.
     #[must_use]
     pub fn bounds(&self) -> Option<Aabb> {
         match self {
@@ -87,7 +88,7 @@ impl BodyShape {
         }
     }
 
-    /// Volume (m³); infinite for a half-space.
+    /// Volume (m³), or infinity for a half-space.
     pub(crate) fn volume(&self) -> f64 {
         match self {
             Self::Compliant(shape) => shape.field().mesh().volume(),

@@ -22,7 +22,8 @@ impl<T: Scalar, F: Force> World<T, F> {
     /// Contacts of a state, sorted by the indices of their bodies. Ignored pairs and pairs without a dynamic body are omitted.
     ///
     /// # Errors
-    /// If the state does not fit the world: another number of bodies, a pose that is not rigid, or a number that is not finite.
+    /// If the state has another number of bodies than the world, a pose that is not rigid, or a
+    /// number that is not finite.
     pub fn contacts(&self, state: &State<T>) -> Result<Vec<Contact<T>>, WorldError> {
         state.check_fits(self.bodies())?;
         Ok(self.model.contacts(state))

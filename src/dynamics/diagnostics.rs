@@ -93,7 +93,8 @@ impl<T: Scalar, F: Force> World<T, F> {
     /// Energies and momentum of a state.
     ///
     /// # Errors
-    /// If the state does not fit the world: another number of bodies, a pose that is not rigid, or a number that is not finite.
+    /// If the state has another number of bodies than the world, a pose that is not rigid, or a
+    /// number that is not finite.
     pub fn diagnostics(&self, state: &State<T>) -> Result<Diagnostics<T>, WorldError> {
         state.check_fits(self.bodies())?;
         Ok(self.model.diagnostics(state))
@@ -103,7 +104,8 @@ impl<T: Scalar, F: Force> World<T, F> {
     /// [`ContactPair::has_sunk_through`](crate::contact::ContactPair::has_sunk_through). Bodies are given by their indices.
     ///
     /// # Errors
-    /// If the state does not fit the world: another number of bodies, a pose that is not rigid, or a number that is not finite.
+    /// If the state has another number of bodies than the world, a pose that is not rigid, or a
+    /// number that is not finite.
     pub fn fully_submerged(&self, state: &State<T>) -> Result<Vec<[usize; 2]>, WorldError> {
         state.check_fits(self.bodies())?;
         Ok(self.model.fully_submerged(state))
@@ -112,7 +114,8 @@ impl<T: Scalar, F: Force> World<T, F> {
     /// Touching tetrahedron pairs in a state.
     ///
     /// # Errors
-    /// If the state does not fit the world: another number of bodies, a pose that is not rigid, or a number that is not finite.
+    /// If the state has another number of bodies than the world, a pose that is not rigid, or a
+    /// number that is not finite.
     pub fn topology(&self, state: &State<T>) -> Result<ContactTopology, WorldError> {
         state.check_fits(self.bodies())?;
         Ok(self.model.topology(state))

@@ -1,4 +1,5 @@
-//! Rotation of a free body, by a splitting that is continuous in the moments of inertia. Spheres take a shortcut.
+//! Rotation of a free body, by a splitting that is continuous in the moments of inertia. The
+//! rotation of a sphere is computed directly.
 
 use super::inertia::{PrincipalInertia, scaled, scaled_beyond};
 use crate::scalar::{DenseDual, Order, Scalar, change, lift, real_part};
@@ -12,10 +13,12 @@ type Inner = DenseDual<6>;
 impl PrincipalInertia {
     /// Orientation and spin (rad/s, world axes) of a free body after a time (s).
     ///
-    /// The energy is the energy of a sphere with the middle moment M₂, which turns steadily about the momentum ℓ, plus d₁ℓ₁²/2 + d₃ℓ₃²/2
-    /// with d = 1/M − 1/M₂. One step turns the body about axis 1 for half the time, about axis 3 for the whole time, and about axis 1 for
-    /// half the time. It then adds the steady turn, which commutes with these turns. The step is symplectic, symmetric and of second order,
-    /// and keeps the momentum. It is exact for spheres and symmetric tops.
+    /// Let M₂ be the middle moment, ℓ the momentum, and d = 1/M − 1/M₂. The energy is the sum of
+    /// d₁ℓ₁²/2 + d₃ℓ₃²/2 and of the energy of a sphere with the moment M₂. This sphere turns
+    /// steadily about ℓ. One step turns the body about axis 1 for half the time, about axis 3 for
+    /// the whole time, and about axis 1 for half the time. It then adds the steady turn, which
+    /// commutes with these turns. The step is symplectic, symmetric and of second order, and keeps
+    /// the momentum. It is exact for spheres and symmetric tops.
     pub fn turned_freely<T: Scalar>(
         &self,
         rotation: &Matrix3<T>,

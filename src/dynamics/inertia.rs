@@ -173,7 +173,7 @@ impl PrincipalInertia {
     }
 }
 
-/// Vector with its components along the axes of a frame scaled.
+/// Vector after its components along the axes of a frame are scaled.
 pub(super) fn scaled<T: Scalar>(
     frame: &Matrix3<T>,
     factors: &Vector3<f64>,
@@ -183,8 +183,8 @@ pub(super) fn scaled<T: Scalar>(
     vector.map(|component| component * middle) + scaled_beyond(frame, factors, vector)
 }
 
-/// Difference of [`scaled`] from scaling the whole vector by the middle factor. It is close to zero for a sphere, which has no distinct
-/// axes.
+/// Difference between the result of [`scaled`] and the vector times the middle factor. The
+/// difference is close to zero for a sphere, which has no distinct axes.
 pub(super) fn scaled_beyond<T: Scalar>(
     frame: &Matrix3<T>,
     factors: &Vector3<f64>,

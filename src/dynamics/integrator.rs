@@ -30,9 +30,10 @@ use crate::spatial::{Twist, Wrench};
 pub enum Integrator {
     /// Kick, then drift. This is the scheme of the paper (§V, there for equal moments). It is symplectic and of first order.
     SymplecticEuler,
-    /// Half a drift, kick, half a drift. It is of second order, symplectic and time-reversible if forces do not depend on velocities.
-    /// Forces that depend on velocities (dissipation, friction, drag) use the velocities before the kick, which is of first order. The cost
-    /// is that of [`SymplecticEuler`](Self::SymplecticEuler): one evaluation of the contacts per step.
+    /// Half a drift, kick, half a drift. It is of second order, symplectic and time-reversible if
+    /// forces do not depend on velocities. Forces that depend on velocities (dissipation, friction,
+    /// drag) use the velocities before the kick, which is of first order. Like
+    /// [`SymplecticEuler`](Self::SymplecticEuler), it evaluates the contacts once per step.
     #[default]
     Leapfrog,
     /// Three implicit stages, third order, L-stable and stiffly accurate \[Alexander 1977\]. The time step is the longest substep and the

@@ -4,7 +4,8 @@ use crate::mesh::DensityError;
 use crate::spatial::MassProperties;
 use nalgebra::Vector3;
 
-/// Tolerance of the asymmetry of an inertia matrix, relative to its largest entry. Rotating the matrix makes such round-off.
+/// Tolerance of the asymmetry of an inertia matrix, relative to its largest entry. Rotations of the
+/// matrix cause an asymmetry of this size.
 const SYMMETRY: f64 = 1e-9;
 
 /// Mass of a dynamic body.

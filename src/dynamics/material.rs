@@ -5,7 +5,8 @@ use crate::scalar::{Scalar, lift, real_part};
 /// Contact properties of a body: stiffness, damping and friction.
 #[derive(Debug, Clone, Copy)]
 pub struct Material<T = f64> {
-    /// Hydroelastic modulus (Pa), positive: pressure is modulus × extent. A rigid body has none.
+    /// Hydroelastic modulus (Pa), positive: pressure is modulus × extent. A rigid body has no
+    /// modulus.
     pub modulus: Option<T>,
     /// Hunt–Crossley dissipation (s/m), not negative. The dissipation of a rigid body has no effect.
     pub dissipation: T,

@@ -183,7 +183,7 @@ impl<T: Scalar> Model<T> {
         }
     }
 
-    /// State of a fixed or kinematic body at a time (s); `None` for a dynamic body.
+    /// State of a fixed or kinematic body at a time (s), or `None` for a dynamic body.
     pub(super) fn prescribed_state(&self, index: usize, time: f64) -> Option<BodyState<T>> {
         match &self.bodies[index].motion {
             Motion::Dynamic(_) => None,

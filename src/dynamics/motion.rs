@@ -11,11 +11,11 @@ pub type KinematicPath = dyn Fn(f64) -> BodyState + Send + Sync;
 #[derive(Clone)]
 #[non_exhaustive]
 pub enum Motion<T = f64> {
-    /// Moved by forces.
+    /// Forces move the body.
     Dynamic(Inertia<T>),
-    /// Not moving.
+    /// The body does not move.
     Fixed,
-    /// Moved along a path, whatever forces act on the body. The path carries no derivatives.
+    /// The body moves along a path, whatever forces act on it. The path carries no derivatives.
     Kinematic(Arc<KinematicPath>),
 }
 

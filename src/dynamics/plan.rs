@@ -4,7 +4,8 @@ use super::{Accuracy, Integrator, WorldError};
 /// Default solver tolerance. The error is much smaller, because the last correction is applied.
 pub(super) const SOLVER_TOLERANCE: f64 = 1e-10;
 
-/// Number of steps of a converged plan for each step of the plan: implicit, explicit.
+/// Number of steps of a converged plan for each step of the plan, for implicit and for explicit
+/// steps.
 const SHORTER: [usize; 2] = [4, 8];
 
 /// Settings of a [`Rollout`](super::Rollout), a [`Batch`](super::Batch) or an [`Experiment`](crate::gradient::Experiment): integrator, time
@@ -86,8 +87,8 @@ impl Plan {
     /// - [`RolloutError::TimeStepTooLong`](super::RolloutError::TimeStepTooLong) if the time step exceeds
     ///   [`World::largest_stable_step`](super::World::largest_stable_step) at the poses where the contacts act. Friction is omitted,
     ///   because the chatter of bodies at rest is bounded.
-    /// - [`RolloutError::EnergyGained`](super::RolloutError::EnergyGained) if a contact returns more than twice the energy that
-    ///   it has absorbed, in this step or over many.
+    /// - [`RolloutError::EnergyGained`](super::RolloutError::EnergyGained) if a contact returns
+    ///   more than twice the energy that it has absorbed, in this step or over many steps.
     ///
     /// The check does not change states. Below half of the limit it costs less than a step. Above half of the limit, each step in
     /// contact is linearized.

@@ -34,9 +34,10 @@ impl<T: Scalar, F: Force> World<T, F> {
         Rollout::new(self, plan)
     }
 
-    /// State one time step after another state, with the time step, the integrator and the stability check of a plan. [`Rollout::advance`]
-    /// takes many steps without allocation, at times that are multiples of the time step. Its stability check is also cheaper, because it
-    /// compares each step with the previous step.
+    /// Advances a state by one time step of a plan, with the integrator and the stability check of
+    /// the plan. [`Rollout::advance`] takes many steps without allocation, at times that are
+    /// multiples of the time step. Its stability check is also cheaper, because it compares each
+    /// step with the previous step.
     ///
     /// # Errors
     /// - If the state does not fit the world (see [`Rollout::with_state`]).
@@ -189,7 +190,8 @@ impl<T: Scalar> Iterator for Rollout<T> {
         Some(self.advance().cloned())
     }
 
-    /// Skips states without copying them. An error in a skipped state ends the iteration. [`Self::run`] returns such errors.
+    /// Skips states without copying them. An error in a skipped state ends the iteration.
+    /// [`Self::run`] returns this error.
     fn nth(&mut self, count: usize) -> Option<Self::Item> {
         for _ in 0..count {
             if self.stepper.has_failed || self.advance().is_err() {

@@ -28,7 +28,8 @@ pub enum RolloutError {
         /// Smallest valid slip tolerance (m/s).
         least: f64,
     },
-    /// The rollout was [stopped](super::Rollout::with_cancel_flag), or its batch ended before it began.
+    /// The rollout was [stopped](super::Rollout::with_cancel_flag), or its batch ended before the
+    /// rollout began.
     #[error("the rollout was stopped before its end")]
     Stopped,
     /// A state is no longer finite.

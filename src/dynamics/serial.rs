@@ -93,7 +93,8 @@ impl Serialize for Plan {
             time_step: self.time_step(),
             steps: self.steps(),
             integrator: self.integrator(),
-            // Zero is the ends alone, on machines of any word size.
+            // Zero means that only the ends are recorded. Unlike `usize::MAX`, zero does not depend
+            // on the word size of the machine.
             record_every: match self.record_every() {
                 usize::MAX => 0,
                 every => every,

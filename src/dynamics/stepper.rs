@@ -23,7 +23,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// Smallest slip tolerance (m/s) of implicit steps. With 1e-7 m/s, some impacts with friction are not solved.
 const LEAST_SLIP_TOLERANCE: f64 = 1e-6;
 
-/// Stepping state of a rollout: the current and the next state, and what steps carry over.
+/// Stepping state of a rollout: the current state, the next state, and the data that a step passes
+/// to the next step.
 #[derive(Debug, Clone)]
 pub(crate) struct Stepper<T> {
     pub(super) state: State<T>,
@@ -32,7 +33,7 @@ pub(crate) struct Stepper<T> {
     workspace: Workspace<T>,
     /// Energy balances of contacts, for the stability check of explicit steps.
     balances: ContactBalances,
-    /// Solver state of implicit steps; `None` before the first step.
+    /// Solver state of implicit steps, or `None` before the first step.
     pub(super) integrator_state: Option<ImplicitIntegratorState>,
     /// Time (s) at which the step count is zero.
     start: f64,
@@ -43,11 +44,11 @@ pub(crate) struct Stepper<T> {
     pub(super) stop: Arc<AtomicBool>,
 }
 
-/// Everything that later steps need to continue with the same bits.
+/// Data that later steps need to continue with the same bits.
 #[derive(Debug, Clone)]
 pub(crate) struct Checkpoint {
     pub state: State,
-    /// State that the last implicit step passes to the next step; `None` before the first step.
+    /// State that the last implicit step passes to the next step, or `None` before the first step.
     last: Option<LastStep>,
 }
 

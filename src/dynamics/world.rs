@@ -223,7 +223,7 @@ impl<F: Force> World<f64, F> {
     /// m/s.
     ///
     /// # Errors
-    /// If the slip tolerance is not from 1e-100 to 1e100 m/s.
+    /// If the slip tolerance is not between 1e-100 and 1e100 m/s.
     pub fn with_slip_tolerance(mut self, slip_tolerance: f64) -> Result<Self, WorldError> {
         check_slip_tolerance(slip_tolerance)?;
         self.model.slip_tolerance = slip_tolerance;

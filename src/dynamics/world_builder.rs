@@ -84,8 +84,8 @@ impl WorldBuilder {
     ///
     /// # Errors
     /// - If two bodies have the same name, or an initial state is not valid.
-    /// - [`WorldError::NoContact`] if two bodies are rigid or half-spaces, and at least one of them is dynamic. [`Self::ignore`] lets such
-    ///   bodies pass through each other.
+    /// - [`WorldError::NoContact`] if two bodies are rigid or half-spaces, and at least one of them
+    ///   is dynamic. [`Self::ignore`] lets these bodies pass through each other.
     /// - If an ignored pair names an unknown body, or the same body twice.
     /// - As for the `with_…` methods of [`World`].
     pub fn build(self) -> Result<World, WorldError> {

@@ -37,7 +37,7 @@ enum ShapeLayout {
     Compliant(FieldLayout),
     Rigid(TriangleSurface),
     HalfSpace {
-        /// Thickness of the soft layer (m); `None` if the half-space is rigid.
+        /// Thickness of the soft layer (m), or `None` if the half-space is rigid.
         thickness: Option<f64>,
     },
 }
@@ -223,7 +223,7 @@ impl FieldLayout {
 }
 
 impl BodyLayout {
-    /// Saved form of a body; `None` for a kinematic body.
+    /// Saved form of a body, or `None` for a kinematic body.
     fn of(body: &Body, shape: usize) -> Option<Self> {
         let inertia = match &body.motion {
             Motion::Dynamic(inertia) => Some(InertiaLayout {

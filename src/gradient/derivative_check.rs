@@ -10,12 +10,15 @@ impl Experiment {
     /// [`DifferenceCheck::steps`](super::DifferenceCheck::steps). It should be the smallest change that matters, because the check
     /// ignores finer structure. 1e-3 suits most scenes.
     ///
-    /// Slopes are differences of outcomes at tight tolerances ([`Accuracy`](crate::dynamics::Accuracy)): 1e-6 for values and 3e-5
-    /// for slopes, or a tenth of the tolerances of the plan if that is less. The resting speeds are a tenth, and the time step is a
-    /// quarter. Steps of `ImplicitEuler` are compared with the same motion. Explicit steps are divided by eight instead.
+    /// Slopes are differences of outcomes of more accurate rollouts. If the integrator of the plan
+    /// is implicit, these rollouts use `Sdirk3` with tight tolerances
+    /// ([`Accuracy`](crate::dynamics::Accuracy)): 1e-6 for values and 3e-5 for slopes, or a tenth
+    /// of the tolerances of the plan if that is less. The resting speeds are divided by ten, and
+    /// the time step is divided by four. If the integrator is explicit, the time step is divided by
+    /// eight.
     ///
-    /// For n numbers, the check takes 2 + 4 n such rollouts, two rollouts at even tighter tolerances, and one more Jacobian if a
-    /// derivative does not agree.
+    /// For n numbers, the check takes 2 + 4 n of these rollouts, two rollouts at even tighter
+    /// tolerances, and one more Jacobian if a derivative does not agree.
     ///
     /// Bodies at rest vibrate against each other. A vibration with a period well below the time step is damped in both the
     /// derivative and the slopes, so the check does not see it.

@@ -80,8 +80,9 @@ pub enum GradientError {
         time: f64,
         /// Name of the body.
         body: String,
-        /// Name of the parameter's number, as in [`DifferenceCheck::numbers`](super::DifferenceCheck::numbers). The first, if there
-        /// are several.
+        /// Name of the parameter's number, as in
+        /// [`DifferenceCheck::numbers`](super::DifferenceCheck::numbers). If there are several,
+        /// this is the name of the first number.
         number: String,
         /// All computed derivatives. Finite columns are correct.
         found: Box<OutcomeJacobian>,
@@ -93,8 +94,9 @@ pub enum GradientError {
     OutcomeDerivativeNotFinite {
         /// Index of the outcome component, which is the row of the Jacobian.
         row: usize,
-        /// Name of the parameter's number, as in [`DifferenceCheck::numbers`](super::DifferenceCheck::numbers). The first, if there
-        /// are several.
+        /// Name of the parameter's number, as in
+        /// [`DifferenceCheck::numbers`](super::DifferenceCheck::numbers). If there are several,
+        /// this is the name of the first number.
         number: String,
         /// All computed derivatives. Finite numbers are correct.
         found: Box<OutcomeJacobian>,
@@ -104,8 +106,9 @@ pub enum GradientError {
         "the derivative of the outcome with respect to the state of body {body:?} before step {step} is not finite: the outcome or a force may take a root or a norm of zero"
     )]
     BackwardNotFinite {
-        /// Last step, counted from 1, that starts from a state with such a derivative. The number of steps plus 1 if the derivative
-        /// with respect to the final state is not finite.
+        /// Last step, counted from 1, that starts from a state with a derivative that is not
+        /// finite. This is the number of steps plus 1 if the derivative with respect to the final
+        /// state is not finite.
         step: usize,
         /// Name of the body.
         body: String,
@@ -118,8 +121,8 @@ pub enum GradientError {
         "the derivatives with respect to the mass properties of body {0:?} are unknown, because the world has forces that may depend on its center of mass"
     )]
     ForcesByCenter(String),
-    /// Derivatives with respect to the vertices of a body are unknown, because its mass properties are not those of its shape at a
-    /// uniform density.
+    /// Derivatives with respect to the vertices of a body are unknown, because its mass properties
+    /// are not the mass properties of its shape at a uniform density.
     #[error(
         "the mass properties of body {0:?} depend on its vertices in an unknown way: they are not those of its shape at a uniform density"
     )]
@@ -144,7 +147,7 @@ pub enum GradientError {
         body: String,
         /// Index of the interval, counted from 0.
         interval: usize,
-        /// Number of intervals; 0 without a control.
+        /// Number of intervals, or 0 without a control.
         intervals: usize,
     },
     /// The length of the outcome differs between rollouts: at perturbed parameters, or on other dual numbers.

@@ -172,10 +172,12 @@ impl Experiment {
     /// - If the world does not have one of the parameters.
     /// - If the rollout ends early.
     /// - [`GradientError::OutcomeNotFinite`] if an outcome component is not finite.
-    /// - [`GradientError::StateDerivativeNotFinite`] if a derivative of the outcome is not finite because a derivative of a state
-    ///   is not. The error names the parameter and the first such step. Finding the step takes another rollout.
-    /// - [`GradientError::OutcomeDerivativeNotFinite`] if a derivative of the outcome is not finite although the derivatives of all
-    ///   states are. Both errors hold the value and the other derivatives.
+    /// - [`GradientError::StateDerivativeNotFinite`] if a derivative of the outcome is not finite
+    ///   because a derivative of a state is not finite. The error names the parameter and the first
+    ///   step with a derivative that is not finite. Another rollout finds this step.
+    /// - [`GradientError::OutcomeDerivativeNotFinite`] if a derivative of the outcome is not finite
+    ///   although the derivatives of all states are finite. Both errors hold the value and the
+    ///   other derivatives.
     /// - [`GradientError::NoFriction`] if two bodies that can collide have zero friction, and both coefficients are parameters.
     /// - [`GradientError::OutcomeLength`] if the length of the outcome differs between rollouts.
     pub fn jacobian(

@@ -12,7 +12,8 @@ use std::ops::Range;
 /// Largest difference between a derivative and a slope that agree, relative to the larger of the two.
 const AGREEMENT: f64 = 0.03;
 
-/// Amplification of the noise of outcomes by the central difference formula, which is 3, and a margin.
+/// Noise of slopes relative to the noise of outcomes: 3 for the central difference formula, plus a
+/// margin.
 const NOISE_GAIN: f64 = 4.0;
 
 /// Slopes below this fraction of the outcome per typical change count as zero. Without this bound, parameters without effect would

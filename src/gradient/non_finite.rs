@@ -53,7 +53,8 @@ impl NonFinite {
         Self { column, ..self }
     }
 
-    /// Step after which the derivative is not finite; `usize::MAX` for the outcome, which is evaluated after all steps.
+    /// Step after which the derivative is not finite, or `usize::MAX` for the outcome, which is
+    /// evaluated after all steps.
     pub(super) fn step(&self) -> usize {
         match self.location {
             Location::State { step, .. } => step,

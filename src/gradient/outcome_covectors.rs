@@ -142,8 +142,8 @@ impl LossDependence<'_> {
         }
     }
 
-    /// [`Self::add_from_trajectory`] for states of one record, which evaluates only the share of this record in the loss. Returns
-    /// `None` if the loss has no such share.
+    /// [`Self::add_from_trajectory`] for states of one record, which evaluates only the share of
+    /// this record in the loss. Returns `None` if the loss has no share of this record.
     fn add_from_share(
         &self,
         states: &[StateRef],

@@ -136,7 +136,7 @@ impl Parameter {
         numbers.iter().map(name).collect()
     }
 
-    /// Name of the body; `None` for gravity and force parameters.
+    /// Name of the body, or `None` for gravity and force parameters.
     #[must_use]
     pub fn body(&self) -> Option<&str> {
         match self {

@@ -57,9 +57,10 @@ impl Experiment {
         })
     }
 
-    /// Nonsmooth points of the rollout, by kind and bodies, with the steps. At these points the rollout has no unique derivative, and both
-    /// modes use one of several. If there are many, differences may not agree with a gradient. This method costs as much as a reverse-mode
-    /// gradient.
+    /// Nonsmooth points of the rollout, by kind and bodies, with the steps. At these points the
+    /// rollout has no unique derivative, and both modes use one of several derivatives. If there
+    /// are many of these points, finite differences may not agree with a gradient. This method
+    /// costs as much as a reverse-mode gradient.
     ///
     /// # Errors
     /// If the rollout ends early.

@@ -18,16 +18,16 @@ pub struct RolloutGradient {
     pub(super) has_forces: bool,
 }
 
-/// Mass properties of a dynamic body that are held fixed as its vertices move. The other mass properties are those of a solid of
-/// uniform density.
+/// Mass properties of a dynamic body that are held fixed as its vertices move. The other mass
+/// properties change as for a solid of uniform density.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum HoldFixed {
     /// Holds mass, center of mass and inertia fixed. Vertices affect only the contact, and the density need not be uniform.
     MassProperties,
-    /// Holds the mass fixed. Center of mass and inertia are those of the new shape.
+    /// Holds the mass fixed. Center of mass and inertia follow from the new shape.
     Mass,
-    /// Holds the density fixed. Mass, center of mass and inertia are those of the new shape.
+    /// Holds the density fixed. Mass, center of mass and inertia follow from the new shape.
     Density,
 }
 
@@ -54,8 +54,8 @@ impl RolloutGradient {
     /// # Errors
     /// - If the world has no body of this name.
     /// - As [`Self::by_mass_properties`], except with [`HoldFixed::MassProperties`].
-    /// - [`GradientError::NotUniform`] if the mass properties are not those of the shape at a uniform density, except with
-    ///   [`HoldFixed::MassProperties`].
+    /// - [`GradientError::NotUniform`] if the mass properties are not the mass properties of the
+    ///   shape at a uniform density, except with [`HoldFixed::MassProperties`].
     pub fn by_shape(
         &self,
         body: &str,

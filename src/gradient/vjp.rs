@@ -70,7 +70,8 @@ impl VectorJacobianProduct {
     ///
     /// # Errors
     /// - [`GradientError::CovectorCount`] if there is not one [`StateGradient`] for each body in each recorded state.
-    /// - [`GradientError::BackwardNotFinite`] if one of them is not finite, or a derivative becomes so during the sweep.
+    /// - [`GradientError::BackwardNotFinite`] if one of the given derivatives, or a derivative
+    ///   during the sweep, is not finite.
     /// - [`RolloutError::Stopped`](crate::dynamics::RolloutError::Stopped) if the cancel flag of the experiment is true.
     pub fn pull_back(
         self,

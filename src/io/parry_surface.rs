@@ -3,8 +3,8 @@ use nalgebra::Vector3;
 use parry3d_f64::math::Vec3;
 use parry3d_f64::shape::{Shape, ShapeType, TypedShape};
 
-/// Valid numbers of segments of a circle. With fewer segments the shape is no solid. With many more, the number of triangles of a
-/// sphere would exceed a `u32`.
+/// Valid numbers of segments of a circle. With fewer segments the shape is not a solid. With many
+/// more, the number of triangles of a sphere would exceed a `u32`.
 const SEGMENT_RANGE: std::ops::RangeInclusive<u32> = 4..=4096;
 
 /// Reason why a shape of parry cannot be converted to a surface or a pressure field.
@@ -66,7 +66,7 @@ pub fn surface_from_shape(shape: &dyn Shape, segments: u32) -> Result<TriangleSu
             highest: *SEGMENT_RANGE.end(),
         });
     }
-    // Even, because each cap of a capsule has half of the segments.
+    // The number is even, because each cap of a capsule has half of the segments.
     let from_pole_to_pole = segments.div_ceil(4) * 2;
     let (vertices, triangles) = match shape.as_typed_shape() {
         TypedShape::Ball(ball) => ball.to_trimesh(segments, from_pole_to_pole),

@@ -176,7 +176,7 @@ impl Weight {
 /// faces on the same side. When a body moves, the plane may stay between them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Weights {
-    /// For values, and for all derivatives except derivatives with respect to a motion.
+    /// Weight for values, and for all derivatives except derivatives with respect to a motion.
     pub still: Weight,
     /// Weight for derivatives with respect to a motion.
     pub moving: Weight,

@@ -16,8 +16,9 @@ pub(in crate::dynamics) struct TimeSpan {
 /// A wrench on a body that is constant over intervals of time. Its numbers are parameters
 /// ([`Parameter::Control`](crate::gradient::Parameter::Control)).
 ///
-/// Interval k begins at k times the duration of an interval and ends at k + 1 times it. No wrench acts before time 0 and after the last
-/// interval. The mean wrench over a time step acts during the whole step.
+/// Interval k begins at k times the duration of an interval and ends at k + 1 times this duration.
+/// No wrench acts before time 0 or after the last interval. The mean wrench over a time step acts
+/// during the whole step.
 ///
 /// ```
 /// use hydroelastic::dynamics::Control;

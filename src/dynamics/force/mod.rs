@@ -45,8 +45,8 @@ pub struct WrenchAccumulator<'a, T = f64> {
 
 /// A force other than contact and gravity.
 ///
-/// The force is generic over the scalar, so that derivatives propagate through it. A tuple of forces is a force, the sum of its elements,
-/// and so is a list of forces of one type.
+/// The force is generic over the scalar, so that derivatives propagate through it. A tuple of
+/// forces, or a list of forces of one type, is a force that adds the wrenches of its elements.
 ///
 /// ```
 /// use hydroelastic::dynamics::{Force, ForceContext, WrenchAccumulator};
@@ -73,12 +73,14 @@ pub trait Force: Send + Sync + 'static {
     /// A force that depends on the [contact](ForceContext::contact) of the body on which it acts needs no group for it, because bodies that
     /// touch are solved together.
     ///
-    /// By default all bodies are one group. This is always right, and slower if there are many bodies.
+    /// By default all bodies are one group. This default is always correct, but slow if there are
+    /// many bodies.
     fn coupling_groups(&self, bodies: &[Body]) -> Vec<Vec<usize>> {
         vec![(0..bodies.len()).collect()]
     }
 
-    /// Whether the force is zero in every state, such as an empty list. Its derivatives are then skipped.
+    /// Whether the force is zero in every state, for example because a list of forces is empty. Its
+    /// derivatives are then skipped.
     fn is_empty(&self) -> bool {
         false
     }

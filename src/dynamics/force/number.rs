@@ -44,7 +44,8 @@ impl ForceNumber {
         }
     }
 
-    /// Checks that the value is finite and not negative, and that the world has the parameter if the number is one.
+    /// Checks that the value is finite and not negative, and that the world has the force parameter
+    /// if the number is a force parameter.
     pub(super) fn check(
         &self,
         quantity: &'static str,

@@ -143,8 +143,9 @@ impl IslandSolver<'_> {
         Ok(())
     }
 
-    /// Number of trials in a step. It grows with the cube root of the tightness, because the duration at which an error of third order
-    /// meets its tolerance decreases with that root.
+    /// Number of trials in a step. The number is proportional to the cube root of the tightness,
+    /// because the duration at which an error of third order meets its tolerance is inversely
+    /// proportional to this root.
     fn budget(&self) -> f64 {
         let count = self.solved.bodies.len() as f64;
         let tightness = Accuracy::default().values() / self.control.accuracy.values();

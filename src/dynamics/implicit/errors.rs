@@ -1,10 +1,12 @@
 //! Error estimates that decide whether a substep is short enough.
 //!
-//! The *error of values* is the difference from an embedded formula of lower order, propagated through the last stage. The *error of
-//! slopes* is the error of the derivative along the motion. The time derivative of the state obeys the same linearized equations as every
-//! other sensitivity. It is known at both ends of a substep as velocities and accelerations. The linearized stages propagate the rates at
-//! the start to the end. The difference between the propagated rates and the rates at the end is the error of the derivative along the
-//! motion. This error serves as the estimate for all derivatives.
+//! The *error of values* is the difference from an embedded formula of lower order, propagated
+//! through the last stage. The *error of slopes* is the error of the derivative along the motion.
+//! The time derivative of the state obeys the same linearized equations as every other sensitivity.
+//! The velocities and accelerations at both ends of a substep give this derivative. The linearized
+//! stages propagate the rates at the start to the end. The difference between the propagated rates
+//! and the rates at the end is the error of the derivative along the motion. This error serves as
+//! the estimate for all derivatives.
 
 use super::island_solver::IslandSolver;
 use super::report::Work;
@@ -36,8 +38,8 @@ pub(super) struct ErrorEstimator<'a> {
 }
 
 impl ErrorEstimator<'_> {
-    /// Errors of values and of slopes of each dynamic body, relative to its tolerances. Exact derivatives of contacts are used if they
-    /// matter.
+    /// Errors of values and of slopes of each dynamic body, relative to its tolerances. Exact
+    /// derivatives of contacts are used if the approximate error of slopes is not negligible.
     pub fn errors(&mut self, work: &mut Work) -> Vec<[f64; 2]> {
         let changed = ChangedBodies::new(self.solver.step);
         let inertias: Vec<_> = changed.inertias.iter().collect();
@@ -67,7 +69,8 @@ impl ErrorEstimator<'_> {
         both.map(|(value, slope)| [value, slope]).collect()
     }
 
-    /// Errors (m/s) of the bodies, relative to their tolerances; infinite if a stage is singular.
+    /// Errors (m/s) of the bodies, relative to their tolerances, or infinity if a stage is
+    /// singular.
     fn relative(
         &self,
         errors: Option<Vec<f64>>,
@@ -79,7 +82,8 @@ impl ErrorEstimator<'_> {
         let relative = |(index, error): (usize, f64)| {
             let allowed =
                 tolerance(index, self.speeds[index]) + ROUND_OFF * self.velocity_tolerance();
-            // 0/0 is no error. `max` would ignore NaN.
+            // An error of 0 counts as 0, even if 0 is allowed. NaN becomes infinite, because `max`
+            // ignores NaN.
             match error / allowed {
                 _ if error == 0.0 => 0.0,
                 relative if relative.is_nan() => f64::INFINITY,
@@ -94,8 +98,8 @@ impl ErrorEstimator<'_> {
         self.solved.last().map_or(0.0, |stage| stage.root.tolerance)
     }
 
-    /// Error of the velocity (m/s) of each dynamic body, or of its displacement over the duration if that is larger; `None` if a stage is
-    /// singular.
+    /// Error of the velocity (m/s) of each dynamic body, or of its displacement over the duration
+    /// if that is larger. `None` if a stage is singular.
     fn errors_of_values(
         &self,
         (inertias, applied): (&[&Inertia<Change>], &[Vector6<Change>]),
@@ -151,8 +155,9 @@ impl ErrorEstimator<'_> {
         }
     }
 
-    /// Error of the derivatives of each dynamic body along the motion; `None` if a stage is singular or the step should end. It is the
-    /// error of the rate of displacement (m/s), plus the error of the acceleration (m/s²) times the flight time (s).
+    /// Error of the derivatives of each dynamic body along the motion, or `None` if a stage is
+    /// singular or the step should end. It is the error of the rate of displacement (m/s), plus the
+    /// error of the acceleration (m/s²) times the flight time (s).
     fn errors_of_slopes(
         &self,
         (inertias, applied): (&[&Inertia<Change>], &[Vector6<Change>]),

@@ -19,7 +19,7 @@ pub(super) struct Evaluation {
     pub contacts: Vec<FrozenContactModel>,
     /// Sum of the wrenches of contacts and forces on each dynamic body.
     pub wrenches: Vec<Vector6<f64>>,
-    /// Forces other than contact on each dynamic body; empty if there are none.
+    /// Forces other than contact on each dynamic body, or an empty list if there are none.
     forces: Vec<Vector6<f64>>,
     pub force_jacobians: Vec<ForceJacobian>,
     /// Whether the derivatives of the contacts are exact.

@@ -44,7 +44,8 @@ impl StageEquations<'_> {
         dynamic.map(|&body| sums[body].to_vector()).collect()
     }
 
-    /// Derivatives of the forces with respect to the states of the dynamic bodies; empty if the forces depend on none of them.
+    /// Derivatives of the forces with respect to the states of the dynamic bodies, or an empty list
+    /// if the forces depend on none of them.
     pub(super) fn force_jacobians(
         &self,
         states: &[BodyState],

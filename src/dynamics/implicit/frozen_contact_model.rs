@@ -14,7 +14,8 @@ pub(super) struct FrozenContactModel {
     /// Derivatives of the elastic contact with respect to displacements. If the derivatives that
     /// frozen polygons omit were computed, these are added.
     by_displacements: PairMatrix,
-    /// Derivatives with respect to velocities that frozen polygons omit, if they were computed.
+    /// Derivatives with respect to velocities that frozen polygons omit, or zero if they were not
+    /// computed.
     by_velocities: PairMatrix,
     velocity_maps: [SMatrix<f64, 6, 12>; 2],
     velocity: Vector6<f64>,
@@ -43,7 +44,8 @@ impl PairWrenches {
 }
 
 impl FrozenContactModel {
-    /// Model with the exact derivatives of the contact law, or with the derivatives on frozen polygons; `None` if the bodies do not touch.
+    /// Model with the exact derivatives of the contact law, or with the derivatives on frozen
+    /// polygons. `None` if the bodies do not touch.
     pub fn of(pair: &Pair, bodies: [usize; 2], is_exact: bool) -> Option<Self> {
         let contact = pair.frozen()?;
         let geometry = pair.geometry();

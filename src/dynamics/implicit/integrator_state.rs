@@ -22,7 +22,7 @@ use std::sync::atomic::AtomicBool;
 pub(in crate::dynamics) struct ImplicitIntegratorState {
     /// Model without derivatives.
     model: Model,
-    /// Model for the derivatives of forces; `None` if there are no forces.
+    /// Model for the derivatives of forces, or `None` if there are no forces.
     lifted: Option<Model<BodyDual>>,
     coupled: Vec<Vec<usize>>,
     symbolic_cache: SymbolicCache,
@@ -37,7 +37,8 @@ pub(in crate::dynamics) struct ImplicitIntegratorState {
 /// Data that a step passes to the next step.
 #[derive(Debug, Clone)]
 pub(in crate::dynamics) struct LastStep {
-    /// Wrench of contacts and forces on each body at the end of the step; `None` before the first step.
+    /// Wrench of contacts and forces on each body at the end of the step, or `None` before the
+    /// first step.
     wrenches: Vec<Option<Vector6<f64>>>,
     /// Duration (s) that the errors of each body allow for its next substep.
     allowed: Vec<f64>,

@@ -25,9 +25,10 @@ pub(super) struct SolvedStep {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct BodyProgress {
     pub state: BodyState,
-    /// Wrench of contacts and forces in the last stage, without gravity and controls; `None` before the first stage.
+    /// Wrench of contacts and forces in the last stage, without gravity and controls, or `None`
+    /// before the first stage.
     pub wrench: Option<Vector6<f64>>,
-    /// Duration (s) that the errors of the last substep allow for the next.
+    /// Duration (s) that the errors of the last substep allow for the next substep.
     pub allowed: f64,
 }
 

@@ -74,7 +74,7 @@ impl BlockMatrix {
 }
 
 impl Factors {
-    /// Solution; `None` if the matrix is singular.
+    /// Solution, or `None` if the matrix is singular.
     pub fn solve(&self, right: &DVector<f64>) -> Option<DVector<f64>> {
         match self {
             Self::Dense(lu) => lu.solve(right),

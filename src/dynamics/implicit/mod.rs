@@ -5,31 +5,38 @@
 //! ([`newton`]). If the scalar carries derivatives, [`dual_pass`] repeats the stages in that scalar. The reverse sweep reads them from a
 //! [`replay`].
 //!
-//! 1. `ImplicitIntegratorState` keeps between steps the wrench on each body in the last stage, the `StepReport`, and the substeps of the
-//!    islands (`IslandRecord`). `StepContext` is the world in `f64` during one step. Predicted bounding boxes and `Force::coupling_groups`
-//!    divide the dynamic bodies into *islands*. Each island is solved separately, on any thread. If a body has left its box for the box of
-//!    another island, both islands are solved again as one.
-//! 2. An `IslandSolver` takes an island through the step. A `Trial` of a substep solves the stages of the `Scheme`. With SDIRK3, an
-//!    `ErrorEstimator` estimates two errors. The error of values is the difference from an embedded formula. For the error of slopes, the
-//!    velocities and accelerations at the start are propagated through the linearized stages and compared with those at the end.
-//!    `ErrorControl` has the tolerances of each body, and `StepSize` chooses the next duration. A step has a budget of trials. Near the end
-//!    of the budget, substeps are longer, and are accepted whatever their errors. A substep that is not solved is tried again with a
-//!    quarter of its duration.
-//! 3. A stage is the equation P(q̃ ⊕ τu, u) = p̃ + τf for the velocities u at its end, in momenta P (`StageEquations`). The equations are
-//!    between momenta, so they have no gyroscopic term. An `Evaluation` computes the contacts once (`ContactPair::frozen`): exact wrenches,
-//!    closed-form elastic derivatives, and the polygons with pressure and slip. The inner iteration is Newton's method on these *frozen
-//!    polygons*. It treats the direction of friction exactly and searches no contacts. The outer iteration evaluates the contacts again,
-//!    unless the rate of convergence predicts that no correction would remain. If it converges slowly, evaluations use the exact
-//!    derivatives of friction too. The matrix has 6×6 blocks. From 16 bodies on it is sparse (`sparse.rs`, the only user of faer), and its
-//!    symbolic factors are cached while the same bodies touch.
+//! 1. `ImplicitIntegratorState` keeps data between steps: the wrench on each body in the last
+//!    stage, the `StepReport`, and the substeps of the islands (`IslandRecord`). `StepContext` is
+//!    the world in `f64` during one step. Predicted bounding boxes and `Force::coupling_groups`
+//!    divide the dynamic bodies into *islands*. Each island is solved separately, on any thread. If
+//!    a body has left its box for the box of another island, both islands are solved again as one.
+//! 2. An `IslandSolver` takes an island through the step. A `Trial` of a substep solves the stages
+//!    of the `Scheme`. With SDIRK3, an `ErrorEstimator` estimates two errors. The error of values
+//!    is the difference from an embedded formula. For the error of slopes, the velocities and
+//!    accelerations at the start are propagated through the linearized stages and compared with the
+//!    velocities and accelerations at the end. `ErrorControl` has the tolerances of each body, and
+//!    `StepSize` chooses the next duration. A step has a budget of trials. Near the end of the
+//!    budget, substeps are longer, and are accepted whatever their errors. A substep that is not
+//!    solved is tried again with a quarter of its duration.
+//! 3. A stage is the equation P(q̃ ⊕ τu, u) = p̃ + τf for the velocities u at its end, in momenta P
+//!    (`StageEquations`). The equations are between momenta, so they have no gyroscopic term. An
+//!    `Evaluation` computes the contacts once (`ContactPair::frozen`): exact wrenches, closed-form
+//!    elastic derivatives, and the polygons with pressure and slip. The inner iteration is Newton's
+//!    method on these *frozen polygons*. It treats the direction of friction exactly and does not
+//!    search for contacts. The outer iteration evaluates the contacts again, unless the rate of
+//!    convergence predicts that no correction would remain. If it converges slowly, evaluations use
+//!    the exact derivatives of friction too. The matrix has 6×6 blocks. From 16 bodies on it is
+//!    sparse (`sparse.rs`, the only user of faer), and its symbolic factors are cached while the
+//!    same bodies touch.
 //! 4. `DualPass` repeats the accepted substeps in `T`. At the real root, u − J⁻¹(r − re r) with the exact real J gives all first
 //!    derivatives at once. Each repetition gives the derivatives of the next order. `Replay` repeats the substeps in `f64` for the reverse
 //!    sweep.
 //!
 //! The following rules hold:
 //!
-//! - The `f64` world decides islands, substeps, iterations and convergence. Values with and without derivatives solve the same equations.
-//!   Derivatives hold the durations of substeps fixed. Durations are rounded to a fixed list, so almost no small change alters them.
+//! - The `f64` world decides islands, substeps, iterations and convergence. Values with and without
+//!   derivatives solve the same equations. Derivatives hold the durations of substeps fixed.
+//!   Durations are rounded to values of a fixed list, so most small changes do not alter them.
 //! - The solver measures velocities, not forces. It compares the remaining correction J⁻¹r with the tolerance (the *natural test*), because
 //!   stiff contact turns the residual r into rounding errors.
 //! - Frozen polygons only lead to the root. The root solves the equations with the exact wrench, because each evaluation starts from the

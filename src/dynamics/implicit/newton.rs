@@ -19,19 +19,20 @@ const MOST_ITERATIONS: usize = 30;
 /// Shortest fraction of an outer step that is tried.
 const SHORTEST_FRACTION: f64 = 1.0 / 8.0;
 
-/// Inner iterations end when the correction is below this fraction of the first one.
+/// Inner iterations end when the correction is below this fraction of the first correction.
 const INNER_REDUCTION: f64 = 1e-4;
 
-/// Iterations end if the predicted next correction, the last one times the rate of convergence, is below this fraction of the
-/// tolerance.
+/// Iterations end if the predicted next correction is below this fraction of the tolerance. The
+/// prediction is the last correction times the rate of convergence.
 const PREDICTED_FRACTION: f64 = 0.01;
 
 /// If a correction is larger than this fraction of the previous correction, later evaluations use the exact derivatives of friction and
 /// dissipation, which doubles their time.
 const SLOW_CONVERGENCE: f64 = 0.1;
 
-/// Upper bound of the reference size in the natural test, in sizes of the last correction. A longer inner solution is outside the region in
-/// which the frozen polygons are valid.
+/// Upper bound of the reference size in the natural test, relative to the size of the last
+/// correction. A longer inner solution is outside the region in which the frozen polygons are
+/// valid.
 const MOST_GROWTH: f64 = 4.0;
 
 /// Solution of a stage.
@@ -43,10 +44,11 @@ pub(super) struct Root {
     pub linearization: Linearization,
 }
 
-/// Failure to solve a stage, with the last correction. If the matrix is singular or the step was stopped, it has the velocities instead.
+/// Failure to solve a stage, with the last correction. If the matrix is singular or the step was
+/// stopped, the failure contains the velocities instead.
 pub(super) struct Unsolved(pub DVector<f64>);
 
-/// Evaluation of the contacts, with the step of Newton's method from there.
+/// Evaluation of the contacts, with the step of Newton's method from the evaluated state.
 struct NewtonIterate {
     evaluation: Evaluation,
     contacts: Vec<PairWrenches>,

@@ -16,8 +16,9 @@ pub struct StepReport {
     pub errors: Vec<BodyErrors>,
 }
 
-/// Magnitudes of the estimated errors of a body, summed over substeps. The errors of the motion are mostly smaller, because errors of
-/// different signs cancel. They are larger if the motion amplifies them.
+/// Magnitudes of the estimated errors of a body, summed over substeps. The errors of the motion are
+/// usually smaller, because errors of different signs cancel. They are larger if the motion
+/// amplifies errors.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
@@ -64,7 +65,8 @@ pub struct Work {
     pub iterations: usize,
     /// Number of exact linearizations of the contacts of an island, for error estimates.
     pub linearizations: usize,
-    /// Number of rejected substeps: an error exceeded its tolerance, or bodies might have passed through each other.
+    /// Number of substeps that were rejected because an error exceeded its tolerance, or because
+    /// bodies might have passed through each other.
     pub rejections: usize,
     /// Number of substeps that were repeated with a shorter duration because a system was not solved.
     pub failures: usize,

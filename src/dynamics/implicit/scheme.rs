@@ -8,7 +8,7 @@ use nalgebra::Vector6;
 pub(in crate::dynamics) struct Scheme {
     /// Weights of the earlier stages and diagonal coefficient, for each stage.
     stages: &'static [(&'static [f64], f64)],
-    /// Estimate of the local error; `None` for a method without error control.
+    /// Estimate of the local error, or `None` for a method without error control.
     pub estimate: Option<ErrorEstimate>,
 }
 

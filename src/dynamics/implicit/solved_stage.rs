@@ -21,7 +21,7 @@ pub(super) struct ChangedBodies {
 
 /// Time derivatives along the motion that the states of the dynamic bodies do not determine.
 pub(super) struct RatesInTime {
-    /// Displacement and velocities of the neighbors, per second.
+    /// Rate of change (per second) of the displacement and the velocities of the neighbors.
     pub neighbors: Vec<[Vector6<f64>; 2]>,
     /// Rate of change (per second) of the forces other than contact on the dynamic bodies.
     pub forces: Vec<Vector6<f64>>,
@@ -50,7 +50,8 @@ impl SolvedStage<'_> {
         self.root.linearization = self.equations.linearized(&self.states);
     }
 
-    /// States of the dynamic bodies at the end, from a start with a derivative and from rates in time; `None` if the matrix is singular.
+    /// States of the dynamic bodies at the end, from a start with a derivative and from rates in
+    /// time, or `None` if the matrix is singular.
     pub fn response(
         &self,
         (inertias, applied): (&[&Inertia<Change>], &[Vector6<Change>]),

@@ -56,7 +56,7 @@ impl SparseMatrix {
         }
     }
 
-    /// Factorizes the matrix; `None` if it is singular.
+    /// Factorizes the matrix. Returns `None` if it is singular.
     pub fn factorized(&self, symbolic_cache: &SymbolicCache) -> Option<SparseFactors> {
         let matrix = self.in_columns();
         let pattern: Pattern = self.blocks.keys().copied().collect();

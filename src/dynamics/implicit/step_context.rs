@@ -16,7 +16,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 pub(in crate::dynamics) struct StepContext<'a> {
     pub(super) model: &'a Model,
     pub(super) forces: &'a dyn DynForce,
-    /// Model for the derivatives of forces; `None` if there are no forces.
+    /// Model for the derivatives of forces, or `None` if there are no forces.
     pub(super) lifted: Option<&'a Model<BodyDual>>,
     /// Symbolic factors of earlier matrices.
     pub(super) symbolic_cache: &'a SymbolicCache,
@@ -120,7 +120,8 @@ impl<'a> StepContext<'a> {
         self.model.bodies[body].shape.bounds_at(pose)
     }
 
-    /// Smallest extent (m) of the bounding box of a body in its body frame; zero for an unbounded body.
+    /// Smallest extent (m) of the bounding box of a body in its body frame, or zero for an
+    /// unbounded body.
     pub(super) fn thickness(&self, body: usize) -> f64 {
         let extents = self.bounds(body, &Pose::identity()).half_extents() * 2.0;
         if extents.max().is_finite() {
@@ -176,7 +177,7 @@ impl<'s> Pair<'s> {
         PairGeometry::of(self.bodies, self.states)
     }
 
-    /// Contact with frozen polygons; `None` if the bodies do not touch.
+    /// Contact with frozen polygons, or `None` if the bodies do not touch.
     pub fn frozen(&self) -> Option<FrozenContact> {
         self.contact.frozen()
     }

@@ -12,7 +12,7 @@ const MOST_GROWTH: f64 = 5.0;
 /// Smallest and largest factor of the duration after a rejected substep.
 const REDUCTIONS: [f64; 2] = [0.02, 0.6];
 
-/// Lowest assumed order of convergence of the errors. Contact that begins or ends lowers it.
+/// Lowest assumed order of convergence of the errors. The order is lower if contact begins or ends.
 const LOWEST_ORDER: f64 = 0.7;
 
 /// Number of possible durations per factor of two.

@@ -20,7 +20,8 @@ pub(super) struct Trial {
     pub swept: Vec<Aabb>,
     /// Largest relative speed (m/s) of each dynamic body in the step so far.
     pub speeds: Vec<f64>,
-    /// Largest relative motion of two bodies that may hit each other, over the sum of their thicknesses; 0 if it is at most 1.
+    /// Largest relative motion of two bodies that may hit each other, divided by the sum of their
+    /// thicknesses. It is 0 if the ratio is at most 1.
     pub tunneling_ratio: f64,
     /// Errors of values and of slopes of each dynamic body, relative to its tolerances. The list is
     /// empty without error control.

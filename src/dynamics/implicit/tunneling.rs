@@ -29,8 +29,9 @@ impl IslandSolver<'_> {
         bodies.chain(neighbors).collect()
     }
 
-    /// Largest motion of two bodies relative to each other in a substep, over the sum of their thicknesses. It is 0 if the ratio is at most
-    /// 1, or if no two bodies may hit each other. Bodies that touch at the start are omitted if the errors are within the tolerances,
+    /// Largest motion of two bodies relative to each other in a substep, divided by the sum of
+    /// their thicknesses. It is 0 if the ratio is at most 1, or if no two bodies may hit each
+    /// other. Bodies that touch at the start are omitted if the errors are within the tolerances,
     /// because error control then resolves their contact.
     pub fn tunneling_ratio(
         &self,

@@ -122,8 +122,10 @@ impl<'a> SeededForceContext<'a> {
         gradient
     }
 
-    /// Calls `visit` for the bodies of a list whose gradient with respect to their [`NUMBER_COUNT`] numbers is not zero. Derivatives along
-    /// one generic direction for many bodies together find these bodies, because most forces depend on none of the numbers.
+    /// Calls `visit` for the bodies of a list whose gradient with respect to their [`NUMBER_COUNT`]
+    /// numbers is not zero. To find these bodies, the list is divided into parts. A part is skipped
+    /// if its derivative along one generic direction is zero. Most parts are skipped, because most
+    /// forces depend on none of the numbers.
     fn visit_number_gradients(
         &mut self,
         bodies: &[usize],

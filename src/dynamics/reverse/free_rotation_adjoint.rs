@@ -137,8 +137,9 @@ impl PrincipalInertia {
         self.axes * by_moments * self.axes.transpose()
     }
 
-    /// Gradient with respect to the inertia over the mass, in the axes of the body frame, through the change of spin by an impulse. The
-    /// impulse is a torque over the mass, times a time (s). It and the gradient with respect to the spin are in world axes.
+    /// Gradient with respect to the inertia over the mass, in the axes of the body frame, through
+    /// the change of spin by an impulse. The impulse is a torque over the mass, times a time (s).
+    /// The impulse and the gradient with respect to the spin are in world axes.
     pub(super) fn by_inertia_in_kick(
         &self,
         rotation: &Matrix3<f64>,

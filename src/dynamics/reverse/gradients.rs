@@ -39,9 +39,11 @@ impl StateGradient {
         }
     }
 
-    /// Gradient from the derivatives with respect to the entries of the rotation matrix and of the position, and to spin and velocity
-    /// (`by_twist`). Programs for automatic differentiation return such derivatives. `rotation` is the orientation of the body. Only three
-    /// combinations of the nine entries matter, because a small turn θ changes the rotation R by θ × R.
+    /// Gradient from the derivatives with respect to the entries of the rotation matrix and of the
+    /// position, and to spin and velocity (`by_twist`). Programs for automatic differentiation
+    /// return derivatives in this form. `rotation` is the orientation of the body. Only three
+    /// combinations of the nine entries matter, because a small turn θ changes the rotation R by θ
+    /// × R.
     #[must_use]
     pub fn from_entries(
         rotation: &Matrix3<f64>,
@@ -148,7 +150,7 @@ pub struct KinkSummary {
     pub bodies: Vec<usize>,
     /// Kind of the kinks.
     pub kink: Kink,
-    /// Number of steps with such a kink.
+    /// Number of steps with this kink.
     pub count: usize,
     /// First and last of these steps, counted from 1.
     pub steps: [usize; 2],

@@ -70,7 +70,8 @@ impl<'w> LinearizedPair<'w> {
 }
 
 impl Model {
-    /// Vector from the origin of a body to its center of mass, in the world; zero for a body that is not dynamic.
+    /// Vector from the origin of a body to its center of mass, in the world, or zero for a body
+    /// that is not dynamic.
     pub(super) fn arm(&self, body: usize, state: &BodyState) -> Vector3<f64> {
         self.bodies[body].center_in(state) - state.pose.translation()
     }

@@ -1,16 +1,21 @@
 //! Reverse sweep: propagates the gradient of a number with respect to a state to the state one step before, and to all inputs of the step.
 //!
-//! Every part of a step has a closed-form adjoint. An explicit step is reversed through free motion and the kick, from the state before it
-//! alone. An implicit step is reversed through its solved stages. Contacts are linearized again. Only forces other than contact are
-//! differentiated with dual numbers. One sweep gives the derivatives with respect to any number of parameters.
+//! Every part of a step has a closed-form adjoint. An explicit step is reversed through free motion
+//! and the kick. This requires only the state before the step. An implicit step is reversed through
+//! its solved stages. Contacts are linearized again. Only forces other than contact are
+//! differentiated with dual numbers. One sweep gives the derivatives with respect to any number of
+//! parameters.
 //!
-//! The rollout in `f64` records its steps on a `Tape`: all steps, or as many as the memory allows, at positions chosen by binomial
-//! coefficients (`schedule.rs`). The other steps are repeated with the same bits. A recorded step has the `Checkpoint` before it. If it is
-//! implicit, it also has the `IslandRecord` of each island: its substeps with the velocities of their stages, so that no stage is solved
-//! twice. [`ReverseSweep`] reverses each step. The path from wrenches back to contacts, forces, controls and parameters is the same for all
-//! steps (`Pullback`). In an explicit step, `free_rotation_adjoint.rs` is the adjoint of the drift. An implicit step is reversed through
-//! its accepted stages. Each stage solves λ = J⁻ᵀū with the exact matrix at the root. From λ, the gradient propagates through the residual
-//! at constant velocities to the earlier stages.
+//! The rollout in `f64` records its steps on a `Tape`. If the memory is too small for all steps,
+//! binomial coefficients select the recorded steps (`schedule.rs`), and the other steps are
+//! repeated with the same bits. A recorded step has the `Checkpoint` before it. If it is implicit,
+//! it also has the `IslandRecord` of each island: its substeps with the velocities of their stages,
+//! so that no stage is solved twice. [`ReverseSweep`] reverses each step. The path from wrenches
+//! back to contacts, forces, controls and parameters is the same for all steps (`Pullback`). In an
+//! explicit step, `free_rotation_adjoint.rs` is the adjoint of the drift. An implicit step is
+//! reversed through its accepted stages. Each stage solves λ = J⁻ᵀū with the exact matrix at the
+//! root. From λ, the gradient propagates through the residual at constant velocities to the earlier
+//! stages.
 
 mod contact;
 mod explicit;

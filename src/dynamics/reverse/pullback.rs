@@ -33,7 +33,8 @@ pub(super) struct EvaluationPoint<'a> {
     /// Indices of the bodies whose states receive a gradient.
     pub bodies: &'a [usize],
     pub contacts: &'a [LinearizedPair<'a>],
-    /// Net contact wrench on each body, about its center of mass; empty if there are no forces.
+    /// Net contact wrench on each body, about its center of mass, or an empty list if there are no
+    /// forces.
     pub net: &'a [Wrench],
 }
 

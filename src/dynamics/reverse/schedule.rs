@@ -10,7 +10,7 @@ pub(super) fn next_checkpoint(length: usize, slots: usize) -> usize {
     let Some(slots_after) = slots.checked_sub(1) else {
         return length;
     };
-    // Smallest number such that, with these slots, no step is repeated more often than this number.
+    // Smallest number of repetitions per step with which these slots suffice for the segment.
     let mut repetitions = 0;
     while longest_segment(slots, repetitions) < length {
         repetitions += 1;

@@ -12,8 +12,9 @@ use std::sync::atomic::AtomicBool;
 /// Minimum number of recorded steps, even if they need more memory than allowed.
 const LEAST: usize = 16;
 
-/// Recorded steps of a rollout, which are read from the last to the first. The tape keeps as many steps as the memory allows. The other
-/// steps are repeated from these, with the same bits.
+/// Recorded steps of a rollout, which are read from the last to the first. The tape keeps as many
+/// steps as the memory allows. The other steps are repeated from the recorded steps, with the same
+/// bits.
 #[derive(Clone)]
 pub(crate) struct Tape {
     world: Arc<dyn DynWorld<f64>>,
@@ -81,7 +82,7 @@ impl Tape {
         self.record_up_to(self.plan.steps(), step_count, stepper);
     }
 
-    /// [`Self::record`] for steps that lead to an end.
+    /// Records as [`Self::record`], for steps that end at the step count `end`.
     fn record_up_to(&mut self, end: usize, step_count: usize, stepper: &Stepper<f64>) {
         if let Some(last) = self.entries.last_mut()
             && last.step_count + 1 == step_count
@@ -101,7 +102,8 @@ impl Tape {
         }
     }
 
-    /// Chooses the step to record after the last recorded step, for steps that lead to an end.
+    /// Chooses the step to record after the last recorded step, for steps that end at the step
+    /// count `end`.
     fn plan_next(&mut self, end: usize) {
         if let Some(last) = self.entries.last() {
             let slots = self.capacity.saturating_sub(self.entries.len());
@@ -121,7 +123,7 @@ impl Tape {
         Ok(&self.entries[self.entries.len() - 1].step)
     }
 
-    /// Repeats the steps from the last recorded step to an end.
+    /// Repeats the steps from the last recorded step to the step count `end`.
     fn repeat_steps(&mut self, end: usize) -> Result<(), RolloutError> {
         self.plan_next(end);
         let last = &self.entries[self.entries.len() - 1];

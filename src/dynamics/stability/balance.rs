@@ -1,10 +1,11 @@
 //! Stability check of every explicit step, based on the contact wrenches of its kick. The check
 //! detects steps that may be too long, and contacts that have created energy.
 //!
-//! The net work of a contact on its two bodies is at most the energy that the contact stored at the start. The reason is that a contact
-//! returns the energy that it absorbed, less the losses by dissipation and friction. This holds in every frame, for kinematic bodies, and
-//! for any motion of other bodies. A contact has created energy if it returned more than twice the energy that it absorbed. The factor of
-//! two leaves room for stable steps, in which the energy of a mode oscillates.
+//! The net work of a contact on its two bodies is at most the energy that the contact stored at the
+//! start, because a contact returns the energy that it absorbed, less the losses by dissipation and
+//! friction. This holds in every frame, for kinematic bodies, and for any motion of other bodies. A
+//! contact has created energy if it returned more than twice the energy that it absorbed. The
+//! factor of two leaves room for stable steps, in which the energy of a mode oscillates.
 
 use super::kick::{ContactChange, Kick, KickedBody};
 use super::limit::stiffest;
@@ -15,7 +16,8 @@ use crate::spatial::Pose;
 use nalgebra::Vector6;
 use std::mem;
 
-/// If the stability limit exceeds this number of time steps, it is far away. Below half of the limit, no comparison is required.
+/// A stability limit of more than this number of time steps is far away. No comparison is required
+/// for steps below half of the limit.
 const FAR: f64 = 2.0;
 
 /// Longest pause between comparisons with the limit, in steps. A comparison costs several steps.
@@ -51,11 +53,12 @@ struct Kicked {
 struct Balance {
     /// Indices of the two bodies, A first.
     bodies: [usize; 2],
-    /// Wrenches in the kick, about the reference points of the two bodies; zero if the contact does not act.
+    /// Wrenches in the kick, about the reference points of the two bodies, or zero if the contact
+    /// does not act.
     now: [Vector6<f64>; 2],
     /// Wrenches in the last kick.
     last: [Vector6<f64>; 2],
-    /// Energy (J) stored at the start of the rollout; `None` if it has not been evaluated.
+    /// Energy (J) stored at the start of the rollout, or `None` if it has not been evaluated.
     stored: Option<f64>,
     /// Net work (J) since the contact began.
     net_work: f64,

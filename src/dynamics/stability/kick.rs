@@ -12,7 +12,8 @@ use nalgebra::Vector6;
 /// three kicks. A longer step may reverse a body in a single kick, and the secant is then above 1.
 const LARGEST_SECANT: f64 = 1.0;
 
-/// Relative changes of a wrench below this value are round-off of a body at rest. An unstable mode grows through this value.
+/// Relative changes of a wrench below this value are round-off of a body at rest. The change by an
+/// unstable mode grows beyond this value.
 const ROUND_OFF: f64 = 1e-6;
 
 /// Kick of an explicit step.
@@ -44,7 +45,8 @@ pub(super) struct KickedBody<'a> {
 pub(super) struct ContactChange {
     pub last: Vector6<f64>,
     pub now: Vector6<f64>,
-    /// Power (W) of the changes of all its contacts, on both of their bodies.
+    /// Power (W) of the changes of the wrenches of these contacts, summed over both bodies of each
+    /// contact.
     pub power: f64,
 }
 

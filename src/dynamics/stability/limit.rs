@@ -1,17 +1,19 @@
 use super::pair::PairRates;
 use nalgebra::{DVector, SMatrix, Vector6};
 
-/// The power iteration has converged when the direction changes by less than this, relative to its length. This is far below the error of
-/// the linearization.
+/// The power iteration has converged when the direction changes by less than this fraction of its
+/// length. The fraction is far below the error of the linearization.
 const SETTLED: f64 = 1e-6;
 
-/// Maximum number of iterations. Directions that are still mixed by then have nearly the same limits.
+/// Maximum number of iterations. Modes that are still mixed after these iterations have nearly the
+/// same limits.
 const MOST_ITERATIONS: usize = 1_000;
 
 /// Fractional part of the golden ratio. The fractional parts of its multiples show no pattern to which a mode could be orthogonal.
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
-/// Largest stable step (s) of bodies under these contacts; `None` if the contacts resist no motion.
+/// Largest stable step (s) of bodies under these contacts, or `None` if the contacts resist no
+/// motion.
 ///
 /// The step h is stable if x·(h²K + 2hC)x ≤ 4 for all unit motions x (see
 /// [`World::largest_stable_step`](crate::dynamics::World::largest_stable_step)). The limit is
@@ -74,7 +76,7 @@ pub(super) fn stiffest(pairs: &[PairRates]) -> Option<&PairRates> {
     shortest.map(|(pair, _)| pair)
 }
 
-/// Step (s) with h²k + 2hc = 4; `None` if the rates are zero.
+/// Step (s) with h²k + 2hc = 4, or `None` if the rates are zero.
 fn step_of_mode(stiffness: f64, damping: f64) -> Option<f64> {
     let (stiffness, damping) = (stiffness.max(0.0), damping.max(0.0));
     let step = 4.0 / (damping + (damping * damping + 4.0 * stiffness).sqrt());

@@ -21,8 +21,8 @@ use limit::stability_limit;
 use pair::{PairRates, RealBody};
 
 impl<T: Scalar, F: Force> World<T, F> {
-    /// Largest time step (s) for which explicit steps of the contacts in a state are stable; `None` if no bodies touch or the contacts
-    /// resist no motion.
+    /// Largest time step (s) for which explicit steps of the contacts in a state are stable, or
+    /// `None` if no bodies touch or the contacts resist no motion.
     ///
     /// # The formula
     ///
@@ -50,9 +50,10 @@ impl<T: Scalar, F: Force> World<T, F> {
     /// - The limit holds for this state only. Later contact may be deeper, and therefore stiffer. Rollouts also check their steps, without
     ///   friction, unless [`Plan::without_stability_check`](super::Plan::without_stability_check) turns the check off.
     /// - Only contacts are included. Drag, springs and other forces are not.
-    /// - Only the symmetric parts of stiffness and damping are included, and no stiffness of friction. For sliding contacts, this changes
-    ///   the limit by about one per cent (`cargo test --test dynamics stability:: -- --nocapture`), and by more if a weak contact slides
-    ///   fast.
+    /// - Only the symmetric parts of stiffness and damping are included. The stiffness of friction
+    ///   is omitted. For sliding contacts, this changes the limit by about one per cent
+    ///   (`cargo test --test dynamics stability:: -- --nocapture`), and by more if a weak contact
+    ///   slides fast.
     /// - Only the growth that a time step causes is included. A system that is unstable by nature, such as a pencil on its tip, is unstable
     ///   with any step.
     /// - Beyond the limit, friction makes bodies at rest chatter, at speeds of about hμF/(2m) (m/s), because the force of friction is
@@ -84,7 +85,8 @@ impl<T: Scalar, F: Force> World<T, F> {
     /// ```
     ///
     /// # Errors
-    /// If the state does not fit the world: another number of bodies, a pose that is not rigid, or a number that is not finite.
+    /// If the state has another number of bodies than the world, a pose that is not rigid, or a
+    /// number that is not finite.
     pub fn largest_stable_step(&self, state: &State<T>) -> Result<Option<f64>, WorldError> {
         state.check_fits(self.bodies())?;
         let rates = self.model.rates(&state.bodies, true);
@@ -93,8 +95,8 @@ impl<T: Scalar, F: Force> World<T, F> {
 }
 
 impl<T: Scalar> Model<T> {
-    /// Stability limit (s) of the contacts of a state, and the contacts; `None` if the contacts resist no motion. Friction is omitted,
-    /// because the chatter of bodies at rest is bounded.
+    /// Stability limit (s) of the contacts of a state, and the contacts, or `None` if the contacts
+    /// resist no motion. Friction is omitted, because the chatter of bodies at rest is bounded.
     fn limit_without_friction(&self, states: &[BodyState<T>]) -> Option<(f64, Vec<PairRates>)> {
         let rates = self.rates(states, false);
         stability_limit(&rates, states.len()).map(|limit| (limit, rates))

@@ -20,12 +20,14 @@ pub(super) struct PairRates {
 }
 
 impl PairRates {
-    /// Rates of the contact of two bodies, with or without the damping of friction; `None` if they do not touch. `indices` are the indices
-    /// of the bodies.
+    /// Rates of the contact of two bodies, with or without the damping of friction, or `None` if
+    /// they do not touch. `indices` are the indices of the bodies.
     ///
-    /// The stiffness is the stiffness of the pressure, which dissipation raises as bodies approach. Friction adds no stiffness. The
-    /// derivative of friction with respect to the poses (more pressure, more friction) is only on one side of the diagonal, where it hardly
-    /// changes an eigenvalue. Half of it on both sides would change eigenvalues.
+    /// The stiffness is the stiffness of the pressure. Dissipation raises the pressure as bodies
+    /// approach, and thus the stiffness. Friction adds no stiffness. The derivative of friction
+    /// with respect to the poses is not zero, because friction grows with pressure. It is only on
+    /// one side of the diagonal, where it hardly changes an eigenvalue. Its symmetric part would
+    /// change eigenvalues.
     pub fn of(
         indices: [usize; 2],
         bodies: &[RealBody; 2],

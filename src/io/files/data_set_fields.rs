@@ -4,8 +4,8 @@
 use std::borrow::Cow;
 use std::ops::Range;
 
-/// Replaces the fields of the data set by spaces and keeps the line numbers. Returns the file unchanged if it has no such fields, or
-/// has a field of unsupported type (strings).
+/// Replaces the fields of the data set by spaces and keeps the line numbers. Returns the file
+/// unchanged if it has no fields of the data set, or has a field of unsupported type (strings).
 pub(super) fn mask_fields(bytes: &[u8]) -> Cow<'_, [u8]> {
     let Some(fields) = fields(bytes) else {
         return Cow::Borrowed(bytes);
@@ -70,7 +70,7 @@ fn line<'a>(rest: &mut &'a [u8]) -> Option<&'a [u8]> {
     Some(line)
 }
 
-/// Words of a line; `None` unless there are exactly `COUNT`.
+/// Words of a line, or `None` unless there are exactly `COUNT`.
 fn words<const COUNT: usize>(line: &[u8]) -> Option<[&str; COUNT]> {
     let words: Vec<&str> = std::str::from_utf8(line).ok()?.split_whitespace().collect();
     words.try_into().ok()
@@ -83,7 +83,7 @@ fn has_word(text: &[u8], word: &str) -> bool {
     text[..end.unwrap_or(text.len())].eq_ignore_ascii_case(word.as_bytes())
 }
 
-/// Size of a number in a binary file (bits); `None` for an unsupported type.
+/// Size of a number in a binary file (bits), or `None` for an unsupported type.
 fn bits(kind: &str) -> Option<usize> {
     match kind.to_ascii_lowercase().as_str() {
         "bit" => Some(1),

@@ -73,7 +73,7 @@ pub enum FileError {
     UnknownExtension {
         /// The file.
         path: PathBuf,
-        /// The extension; empty if the name has none.
+        /// The extension, or an empty string if the name has no extension.
         found: String,
         /// The supported extensions.
         expected: &'static [&'static str],

@@ -38,7 +38,8 @@ impl Encoding {
 pub(super) fn prepare(path: &Path, bytes: &mut Vec<u8>) -> Result<(), FileError> {
     let encoding = checked_encoding(path, bytes)?;
     for section in [NODES, ELEMENTS] {
-        // In reverse order, because a replacement can change the length of the text and so move later sections.
+        // The order is reversed, because a replacement can change the length of the text and move
+        // later sections.
         for start in starts(bytes, section).into_iter().rev() {
             let largest_tag =
                 largest_tag(bytes, start, encoding).map_err(|(found, expected)| {

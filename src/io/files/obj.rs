@@ -17,10 +17,11 @@ use super::triangle_soup::TriangleSoup;
 use nalgebra::Vector3;
 use std::path::Path;
 
-/// Maximum number of corners that are tried as the apex of a fan. The time for each is proportional to the number of corners.
+/// Maximum number of corners that are tried as the apex of a fan. The time for each attempt is
+/// proportional to the number of corners.
 const MAX_APEX_COUNT: usize = 64;
 
-/// Cause of the error for a face that is no fan.
+/// Cause of the error for a face that cannot be triangulated as a fan.
 const NO_FAN: &str = "no corner of this face is connected to all others by diagonals within it: the face is not flat, or must be \
                       cut into triangles beforehand";
 
@@ -66,7 +67,7 @@ fn vertices(file: TextFile<'_>) -> Result<Vec<Vector3<f64>>, FileError> {
     Ok(vertices)
 }
 
-/// Index of the vertex of a corner of a face; `None` if it is out of range.
+/// Index of the vertex of a corner of a face, or `None` if it is out of range.
 ///
 /// A positive number in the file counts from 1. A negative number counts back from the last of the `preceding` vertices. Indices of
 /// texture coordinates and normals may follow after slashes.

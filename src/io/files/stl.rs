@@ -50,7 +50,7 @@ fn is_text(bytes: &[u8]) -> bool {
     begins_with_solid && !is_binary_length && !bytes.contains(&0)
 }
 
-/// Triangle count in the header of a binary file; `None` if the file is too short.
+/// Triangle count in the header of a binary file, or `None` if the file is too short.
 fn stated_count(bytes: &[u8]) -> Option<usize> {
     let count = bytes.get(HEADER_SIZE..)?.first_chunk()?;
     usize::try_from(u32::from_le_bytes(*count)).ok()

@@ -16,8 +16,9 @@ pub(super) enum XmlError {
 
 /// Checks that all elements have valid names and are closed in order.
 ///
-/// vtkio deserializes elements with serde, which represents attributes by names that are invalid in XML, such as `@type`. An element
-/// with such a name, or with a wrong closing tag, fails an assertion of quick-xml in builds with debug assertions.
+/// vtkio deserializes elements with serde, which represents attributes by names that are invalid in
+/// XML, such as `@type`. An element with an invalid name, or with a wrong closing tag, fails an
+/// assertion of quick-xml in builds with debug assertions.
 pub(super) fn check(bytes: &[u8]) -> Result<(), XmlError> {
     let mut reader = Reader::from_reader(bytes);
     let mut open = 0_usize;

@@ -28,7 +28,7 @@ const SMOOTH: f64 = 0.966;
 struct Outline {
     points: Index<Accessor>,
     triangles: Index<Accessor>,
-    /// Visible edges; `None` if there are none.
+    /// Visible edges, or `None` if there are none.
     edges: Option<Index<Accessor>>,
 }
 

@@ -36,8 +36,9 @@ pub(super) fn frames<'a>(
     shown_indices(&times).into_iter().map(frame).collect()
 }
 
-/// Indices of the shown times: the first time, each time that follows the previous shown time at no more than the frame rate, and the
-/// last time. If the last time follows too soon, it replaces the previous shown time, unless this is the first time.
+/// Indices of the shown times: the first time, each time that is at least one frame period after
+/// the previous shown time, and the last time. If the last time follows too soon, it replaces the
+/// previous shown time, unless this is the first time.
 fn shown_indices(times: &[f64]) -> Vec<usize> {
     let mut shown = vec![0];
     for index in 1..times.len() {
@@ -56,7 +57,8 @@ fn shown_indices(times: &[f64]) -> Vec<usize> {
     shown
 }
 
-/// Whether a time follows another at no more than the frame rate, and is also later in single precision.
+/// Whether a time is at least one frame period after another time, and is also later in single
+/// precision.
 fn is_frame_after(before: f64, time: f64) -> bool {
     time - before >= (1.0 - ROUNDING) / RATE && single([before]) < single([time])
 }

@@ -12,7 +12,7 @@ pub(super) struct Load {
     pub vector: Vector3<f64>,
 }
 
-/// A named load in each frame; `None` in frames without contact.
+/// A named load in each frame, or `None` in frames without contact.
 pub(super) struct Loads {
     pub name: String,
     pub by_frame: Vec<Option<Load>>,

@@ -28,7 +28,8 @@ struct Colored {
     colors: Vec<[u8; 4]>,
 }
 
-/// Adds the contact surfaces of all frames, except those too small for single precision.
+/// Adds the contact surfaces of all frames, except surfaces that are too small for single
+/// precision.
 pub(super) fn add(document: &mut Document, frames: &[Frame]) {
     document.data.set_subject("the contact surfaces");
     let peak = frames.iter().flat_map(polygons).map(peak_pressure);

@@ -13,7 +13,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 const FIELD_OF_VIEW: f32 = 0.7;
 /// Distance of the near plane, relative to the distance of the point that the camera looks at.
 const NEAR_PLANE: f64 = 1e-2;
-/// A unit vector is parallel to a direction if its perpendicular component is below this.
+/// A unit vector is parallel to a direction if its perpendicular component is below this value.
 const PARALLEL: f64 = 1e-6;
 
 /// Position of the camera, and the point that it looks at (m).
@@ -98,8 +98,8 @@ pub(super) fn perpendicular_to(along: &Vector3<f64>, wanted: &Vector3<f64>) -> V
     across.unwrap_or_else(Vector3::x)
 }
 
-/// Length of the longest arrow (m): the largest diagonal of the bounding box of a dynamic body. Without dynamic bodies, the largest
-/// diagonal of all bodies; without bodies, 1.
+/// Length of the longest arrow (m): the largest diagonal of the bounding box of a dynamic body. It
+/// is the largest diagonal of all bodies if no body is dynamic, and 1 if there are no bodies.
 pub(super) fn arrow_length(bodies: &[Body]) -> f64 {
     let largest = |is_dynamic: bool| {
         let bodies = bodies.iter();
@@ -109,7 +109,7 @@ pub(super) fn arrow_length(bodies: &[Body]) -> f64 {
     largest(true).or_else(|| largest(false)).unwrap_or(1.0)
 }
 
-/// Diagonal (m) of the bounding box of a body; `None` for a half-space.
+/// Diagonal (m) of the bounding box of a body, or `None` for a half-space.
 pub(super) fn diagonal(body: &Body) -> Option<f64> {
     let bounds = body.shape().bounds();
     bounds.map(|bounds| 2.0 * bounds.half_extents().norm())
