@@ -62,7 +62,7 @@ struct BodyLayout {
     initial: BodyState,
 }
 
-/// Saved form of an inertia: moments over the mass, axes as columns in the body frame.
+/// Saved form of an inertia: moments per mass, and axes as columns in the body frame.
 #[derive(serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 struct InertiaLayout {

@@ -98,8 +98,8 @@ fn weight(times: &[f64], record: usize) -> f64 {
 pub struct OutcomeJacobian {
     /// Value of the outcome.
     pub value: DVector<f64>,
-    /// Jacobian of the outcome: a row for each outcome component, and a column for each parameter component, in their order. Units: the
-    /// unit of the outcome over the unit of the parameter.
+    /// Jacobian of the outcome: a row for each outcome component, and a column for each parameter
+    /// component, in their order. The unit is the unit of the outcome per unit of the parameter.
     pub jacobian: DMatrix<f64>,
 }
 

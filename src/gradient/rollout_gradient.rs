@@ -32,7 +32,8 @@ pub enum HoldFixed {
 }
 
 impl RolloutGradient {
-    /// Derivatives with respect to the numbers of a parameter, in their order (unit of the loss over unit of the parameter).
+    /// Derivatives with respect to the numbers of a parameter, in their order (unit of the loss per
+    /// unit of the parameter).
     ///
     /// # Errors
     /// If the world does not have the parameter.

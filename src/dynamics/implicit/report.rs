@@ -23,9 +23,10 @@ pub struct StepReport {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct BodyErrors {
-    /// Error of the velocity: the sum of error over tolerance, times [`Accuracy::values`].
+    /// Error of the velocity: the sum of error divided by tolerance, times [`Accuracy::values`].
     pub values: f64,
-    /// Error of the derivatives of the motion: the sum of error over tolerance, times [`Accuracy::slopes`].
+    /// Error of the derivatives of the motion: the sum of error divided by tolerance, times
+    /// [`Accuracy::slopes`].
     pub slopes: f64,
     /// Number of substeps in which an error of the body exceeds its tolerance.
     pub missed: usize,

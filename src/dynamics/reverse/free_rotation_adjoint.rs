@@ -11,8 +11,8 @@ use nalgebra::{Matrix3, Vector3};
 /// change of the axes is the limit for equal values.
 const EQUAL: f64 = 1e-6;
 
-/// Gradient with respect to the rotation of a free body. The parts are the gradients with respect to a turn in world axes, to the spin, and
-/// to the inertia over the mass in the axes of the body frame.
+/// Gradient with respect to the rotation of a free body. The parts are the gradients with respect
+/// to a turn in world axes, to the spin, and to the inertia per mass in the axes of the body frame.
 struct RotationGradient {
     turn: Vector3<f64>,
     spin: Vector3<f64>,
@@ -124,8 +124,9 @@ impl PrincipalInertia {
         }
     }
 
-    /// Gradient with respect to the inertia over the mass, in the axes of the body frame, through the momentum over the mass of a spin. The
-    /// spin and the gradient with respect to the momentum are in world axes.
+    /// Gradient with respect to the inertia per mass, in the axes of the body frame, through the
+    /// momentum per mass of a spin. The spin and the gradient with respect to the momentum are in
+    /// world axes.
     pub(super) fn by_inertia_in_momentum(
         &self,
         rotation: &Matrix3<f64>,
@@ -137,9 +138,9 @@ impl PrincipalInertia {
         self.axes * by_moments * self.axes.transpose()
     }
 
-    /// Gradient with respect to the inertia over the mass, in the axes of the body frame, through
-    /// the change of spin by an impulse. The impulse is a torque over the mass, times a time (s).
-    /// The impulse and the gradient with respect to the spin are in world axes.
+    /// Gradient with respect to the inertia per mass, in the axes of the body frame, through the
+    /// change of spin by an impulse. The impulse is a torque per mass, times a time (s). The
+    /// impulse and the gradient with respect to the spin are in world axes.
     pub(super) fn by_inertia_in_kick(
         &self,
         rotation: &Matrix3<f64>,

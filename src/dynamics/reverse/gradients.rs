@@ -10,13 +10,13 @@ use std::fmt;
 /// [`World::difference`](crate::dynamics::World::difference)), along the axes of the world.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StateGradient {
-    /// Gradient with respect to a turn of the body about its origin (unit of the number over rad).
+    /// Gradient with respect to a turn of the body about its origin (unit of the number per rad).
     pub turn: Vector3<f64>,
-    /// Gradient with respect to a shift of the origin (unit of the number over m).
+    /// Gradient with respect to a shift of the origin (unit of the number per m).
     pub shift: Vector3<f64>,
-    /// Gradient with respect to the spin (unit of the number over rad/s).
+    /// Gradient with respect to the spin (unit of the number per rad/s).
     pub spin: Vector3<f64>,
-    /// Gradient with respect to the velocity of the center of mass (unit of the number over m/s).
+    /// Gradient with respect to the velocity of the center of mass (unit of the number per m/s).
     pub velocity: Vector3<f64>,
 }
 
@@ -104,7 +104,7 @@ impl StateGradient {
 pub(crate) struct ModelGradient {
     /// Gradient with respect to the numbers of each body.
     pub bodies: Vec<BodyGradient>,
-    /// Gradient with respect to gravity (unit of the number over m/s²).
+    /// Gradient with respect to gravity (unit of the number per m/s²).
     pub gravity: Vector3<f64>,
     /// Gradient with respect to the wrench (torque, force) of each interval of each control.
     pub controls: Vec<Vec<Vector6<f64>>>,
@@ -165,11 +165,11 @@ pub(crate) struct BodyGradient {
     pub friction: f64,
     /// Derivative with respect to the mass, to which the inertia is proportional.
     pub mass: f64,
-    /// Gradient with respect to the center of mass, in the axes of the body frame (over m). It excludes the effect of the center of mass on
-    /// forces other than contact.
+    /// Gradient with respect to the center of mass, in the axes of the body frame (per m). It
+    /// excludes the effect of the center of mass on forces other than contact.
     pub center: Vector3<f64>,
-    /// Gradient with respect to the inertia over the mass about the center of mass, in the axes of the body frame (over m²). It is
-    /// symmetric.
+    /// Gradient with respect to the inertia per mass about the center of mass, in the axes of the
+    /// body frame (per m²). It is symmetric.
     pub inertia: Matrix3<f64>,
 }
 

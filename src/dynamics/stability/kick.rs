@@ -8,8 +8,9 @@ use crate::scalar::{Scalar, real_part};
 use crate::spatial::{Pose, Twist, Wrench};
 use nalgebra::Vector6;
 
-/// Secants below this value need no exact check. A secant of 1 corresponds to half of the largest stable step, where an impact lasts about
-/// three kicks. A longer step may reverse a body in a single kick, and the secant is then above 1.
+/// Secants below this value need no exact check. A secant of 1 corresponds to half of the largest
+/// stable step. With this step, an impact lasts about three kicks. A longer step may reverse a body
+/// in a single kick, and the secant is then above 1.
 const LARGEST_SECANT: f64 = 1.0;
 
 /// Relative changes of a wrench below this value are round-off of a body at rest. The change by an

@@ -26,16 +26,20 @@ impl<T: Scalar, F: Force> World<T, F> {
     ///
     /// # The formula
     ///
-    /// Consider one mode with the stiffness rate k (stiffness over mass, 1/s²) and the damping rate c (damping over mass, 1/s). A kick of
-    /// the step h changes v to (1 − hc)v − hk·x. A drift changes x to x + hv. In either order, and however the drift is split, kick and
-    /// drift together have the determinant 1 − hc and the trace 2 − hc − h²k. Both eigenvalues are in the unit circle if and only if
+    /// Consider one mode with the stiffness rate k (stiffness divided by mass, 1/s²) and the
+    /// damping rate c (damping divided by mass, 1/s). A kick of the step h changes v to (1 − hc)v −
+    /// hk·x. A drift changes x to x + hv. In either order, and however the drift is split, kick and
+    /// drift together have the determinant 1 − hc and the trace 2 − hc − h²k. Both eigenvalues are
+    /// in the unit circle if and only if
     /// |trace| ≤ 1 + determinant and |determinant| ≤ 1, that is
     ///
     /// h²k + 2hc ≤ 4, h ≤ 4/(c + √(c² + 4k)).
     ///
-    /// The limit is 2/√k without damping and 2/c without stiffness. It is the same for both integrators. Many modes have symmetric matrices
-    /// K and C over the masses. An eigenvector x obeys the same quadratic equation with k = x·Kx and c = x·Cx. So h is stable if and only
-    /// if no eigenvalue of h²K + 2hC exceeds 4. Beyond 4 a mode changes sign and grows in every step.
+    /// The limit is 2/√k without damping and 2/c without stiffness. It is the same for both
+    /// integrators. Many modes have symmetric matrices K and C, divided by the masses. An
+    /// eigenvector x obeys the same quadratic equation with k = x·Kx and c = x·Cx. So h is stable
+    /// if and only if no eigenvalue of h²K + 2hC exceeds 4. Beyond 4 a mode changes sign and grows
+    /// in every step.
     ///
     /// # By hand
     ///

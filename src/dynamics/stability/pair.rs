@@ -13,9 +13,9 @@ type PairMatrix = SMatrix<f64, 12, 12>;
 pub(super) struct PairRates {
     /// Indices of bodies A and B.
     pub bodies: [usize; 2],
-    /// Stiffness over mass K (1/s²).
+    /// Stiffness divided by mass, K (1/s²).
     pub stiffness: PairMatrix,
-    /// Damping over mass C (1/s).
+    /// Damping divided by mass, C (1/s).
     pub damping: PairMatrix,
 }
 

@@ -65,7 +65,7 @@ pub enum FileError {
     Slowdown {
         /// The file.
         path: PathBuf,
-        /// Duration in the recording over duration in the trajectory.
+        /// Duration in the recording divided by the duration in the trajectory.
         found: f64,
     },
     /// The extension of the file name is unknown.
