@@ -113,9 +113,9 @@ impl BodyShape {
     #[must_use]
     pub fn is_same(&self, other: &Self) -> bool {
         match (self, other) {
-            (Self::Compliant(one), Self::Compliant(other)) => Arc::ptr_eq(one, other),
-            (Self::Rigid(one), Self::Rigid(other)) => Arc::ptr_eq(one, other),
-            (Self::HalfSpace(one), Self::HalfSpace(other)) => Arc::ptr_eq(one, other),
+            (Self::Compliant(a), Self::Compliant(other)) => Arc::ptr_eq(a, other),
+            (Self::Rigid(a), Self::Rigid(other)) => Arc::ptr_eq(a, other),
+            (Self::HalfSpace(a), Self::HalfSpace(other)) => Arc::ptr_eq(a, other),
             (Self::Compliant(_) | Self::Rigid(_) | Self::HalfSpace(_), _) => false,
         }
     }

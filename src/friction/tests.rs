@@ -789,8 +789,8 @@ fn a_line_has_edges_and_no_area() {
                     .all(|value| value.abs() < ROUND_OFF)
             );
             let exact = case.edge_integrals(a, b, 40);
-            let [there, none, back, end] = case.fluxes().try_into().unwrap();
-            assert_eq!((none, end), ([[0.0; 6]; 2], [[0.0; 6]; 2]));
+            let [there, opposite, back, end] = case.fluxes().try_into().unwrap();
+            assert_eq!((opposite, end), ([[0.0; 6]; 2], [[0.0; 6]; 2]));
             for edge in [there, back] {
                 for (k, value) in edge.as_flattened().iter().enumerate() {
                     let exact = exact[2 * (k % 6) + k / 6];

@@ -190,7 +190,7 @@ impl StageEquations<'_> {
     pub fn fastest(&self, velocities: &DVector<f64>) -> usize {
         let speed = |index: usize| self.inertias[index].speed(&six_of(velocities, index));
         let indices = 0..self.inertias.len();
-        let fastest = indices.max_by(|&one, &other| speed(one).total_cmp(&speed(other)));
+        let fastest = indices.max_by(|&a, &b| speed(a).total_cmp(&speed(b)));
         self.step.island.dynamic[fastest.unwrap_or_default()]
     }
 }
