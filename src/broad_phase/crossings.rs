@@ -279,7 +279,7 @@ mod tests {
         let mut directions = vec![normal(a), normal(b)];
         for edge in edges_a {
             directions.push(normal(a).cross(&edge));
-            directions.extend(edges_b.map(|other| edge.cross(&other)));
+            directions.extend(edges_b.map(|edge_b| edge.cross(&edge_b)));
         }
         directions.extend(edges_b.map(|edge| normal(b).cross(&edge)));
         let limits = |triangle: &Corners, direction: &Vector3<f64>| {

@@ -113,9 +113,9 @@ impl BodyShape {
     #[must_use]
     pub fn is_same(&self, other: &Self) -> bool {
         match (self, other) {
-            (Self::Compliant(a), Self::Compliant(other)) => Arc::ptr_eq(a, other),
-            (Self::Rigid(a), Self::Rigid(other)) => Arc::ptr_eq(a, other),
-            (Self::HalfSpace(a), Self::HalfSpace(other)) => Arc::ptr_eq(a, other),
+            (Self::Compliant(a), Self::Compliant(b)) => Arc::ptr_eq(a, b),
+            (Self::Rigid(a), Self::Rigid(b)) => Arc::ptr_eq(a, b),
+            (Self::HalfSpace(a), Self::HalfSpace(b)) => Arc::ptr_eq(a, b),
             (Self::Compliant(_) | Self::Rigid(_) | Self::HalfSpace(_), _) => false,
         }
     }

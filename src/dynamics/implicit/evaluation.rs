@@ -143,12 +143,12 @@ impl StageEquations<'_> {
         }
         for contact in contacts {
             for (row, &body) in contact.bodies.iter().enumerate() {
-                for (column, &other) in contact.bodies.iter().enumerate() {
-                    if body < count && other < count {
+                for (column, &other_body) in contact.bodies.iter().enumerate() {
+                    if body < count && other_body < count {
                         let slopes = [&contact.by_displacements, &contact.by_velocities];
                         let [by_displacement, by_velocities] =
                             slopes.map(|slopes| block(slopes, row, column));
-                        add(body, other, &by_displacement, &by_velocities);
+                        add(body, other_body, &by_displacement, &by_velocities);
                     }
                 }
             }

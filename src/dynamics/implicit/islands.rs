@@ -38,11 +38,11 @@ impl StepContext<'_> {
             islands[island_of_root[root]].dynamic.push(body);
         }
         for &(i, j) in pairs {
-            for (dynamic, other) in [(i, j), (j, i)] {
-                if is_dynamic(dynamic) && !is_dynamic(other) {
+            for (dynamic, neighbor) in [(i, j), (j, i)] {
+                if is_dynamic(dynamic) && !is_dynamic(neighbor) {
                     islands[island_of_root[sets.root(dynamic)]]
                         .neighbors
-                        .push(other);
+                        .push(neighbor);
                 }
             }
         }
