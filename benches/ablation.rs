@@ -101,10 +101,10 @@ fn column(order: usize) -> Vec<Measured> {
         .map(|row| measured(&shape, row.search))
         .collect();
     let expected = column[0].wrench_on_a;
-    for (row, found) in rows().iter().zip(&column) {
-        let error = (found.wrench_on_a - expected).amax() / expected.amax();
+    for (row, point) in rows().iter().zip(&column) {
+        let error = (point.wrench_on_a - expected).amax() / expected.amax();
         assert!(error <= SAME, "{} at order {order}: {error:e}", row.name);
-        assert_eq!(found.polygons, column[0].polygons, "{}", row.name);
+        assert_eq!(point.polygons, column[0].polygons, "{}", row.name);
     }
     column
 }
@@ -167,7 +167,7 @@ fn print_row(name: &str, cells: impl Iterator<Item = String>) {
 fn main() {
     use_one_thread();
     // `cargo test` runs benches too, without `--bench`. The bench is then quick.
-    let is_asked = |argument: &str| std::env::args().any(|given| given == argument);
+    let is_asked = |argument: &str| std::env::args().any(|present| present == argument);
     let is_quick = is_asked("--quick") || !is_asked("--bench");
     let orders: &[usize] = if is_quick { &[1, 2, 3] } else { &[1, 2, 3, 4] };
     let columns: Vec<_> = orders.iter().map(|&order| column(order)).collect();

@@ -50,7 +50,7 @@ fn main() {
     println!("|---|---|---|---|---|---|---|---|");
     for (name, floor) in floors() {
         let settled = settled(floor);
-        let worlds: Vec<World> = (0..worlds).map(|place| started(&settled, place)).collect();
+        let worlds: Vec<World> = (0..worlds).map(|index| started(&settled, index)).collect();
         let polygons = assert_touches_throughout(&worlds[worlds.len() / 3]);
         let rounds: Vec<Round> = (0..rounds).map(|_| Round::of(&worlds)).collect();
         print_row(name, polygons, worlds.len() * STEPS, &rounds);
@@ -94,10 +94,10 @@ fn settled(floor: Body) -> World {
     world.with_initial_state(&rest).unwrap()
 }
 
-/// Returns the world with the ball pushed and spun in a direction that depends on `place`.
-fn started(world: &World, place: usize) -> World {
+/// Returns the world with the ball pushed and spun in a direction that depends on `index`.
+fn started(world: &World, index: usize) -> World {
     let mut state = world.initial_state();
-    let (sine, cosine) = (place as f64 * TAU / WORLDS as f64).sin_cos();
+    let (sine, cosine) = (index as f64 * TAU / WORLDS as f64).sin_cos();
     state.bodies[0].twist.linear += vector![cosine, sine, 0.0] * 0.3;
     state.bodies[0].twist.angular += vector![cosine, -sine, 1.0];
     world.clone().with_initial_state(&state).unwrap()
@@ -128,8 +128,8 @@ struct Round {
 
 impl Round {
     fn of(worlds: &[World]) -> Self {
-        let [one, two] = [1, 2].map(pool);
-        let (one_after_the_other, _) = one.install(|| {
+        let [one_pool, two_pool] = [1, 2].map(pool);
+        let (one_after_the_other, _) = one_pool.install(|| {
             times(|| {
                 for world in worlds {
                     black_box(world.rollout(&plan()).run().unwrap());
@@ -140,8 +140,8 @@ impl Round {
             let results = black_box(Batch::new(&plan()).rollouts(worlds));
             assert!(results.iter().all(Result::is_ok));
         };
-        let (one_thread, work_of_one) = one.install(|| times(batch));
-        let (two_threads, work_of_two) = two.install(|| times(batch));
+        let (one_thread, work_of_one) = one_pool.install(|| times(batch));
+        let (two_threads, work_of_two) = two_pool.install(|| times(batch));
         Self {
             one_after_the_other,
             one_thread,

@@ -36,9 +36,9 @@ fn pair<T: Scalar>(shape: &Shape, poses: [Pose<T>; 2], moduli: [T; 2]) -> Contac
 
 /// Returns the wrench on A with derivatives with respect to the first N of these: pose of A, moduli, pose of B.
 fn dual_wrench<const N: usize>(shape: &Shape, distance: f64) -> Vector6<DenseDual<N>> {
-    let seed = |value: f64, place: usize| {
-        if place < N {
-            DenseDual::<N>::variable(value, place)
+    let seed = |value: f64, index: usize| {
+        if index < N {
+            DenseDual::<N>::variable(value, index)
         } else {
             lift(value)
         }

@@ -25,7 +25,7 @@ const SPACINGS: [(&str, f64); 2] = [("close", 1.9), ("apart", 2.05)];
 
 fn lattice([nx, ny, nz]: [usize; 3], spacing: f64) -> World {
     let ball = Arc::new(Shape::new(shapes::icosphere(RADIUS, 1).unwrap()));
-    let place = |index: usize| {
+    let position = |index: usize| {
         let cell = [index % nx, index / nx % ny, index / nx / ny];
         Vector3::from(cell.map(|i| i as f64 * spacing * RADIUS))
     };
@@ -40,7 +40,7 @@ fn lattice([nx, ny, nz]: [usize; 3], spacing: f64) -> World {
         // With this rotation, the bounding boxes of the bodies are wider than the bodies.
         let turn = Vector3::z() * FRAC_PI_4;
         body.unwrap()
-            .with_pose(Pose::from_rotation_vector(&turn, place(index)))
+            .with_pose(Pose::from_rotation_vector(&turn, position(index)))
     };
     World::new((0..nx * ny * nz).map(body).collect()).unwrap()
 }

@@ -69,17 +69,17 @@ fn thrown_ball() -> World {
 }
 
 fn falling_cubes() -> World {
-    let cube = |(place, name): (usize, &str)| {
-        let place = place as f64;
+    let cube = |(index, name): (usize, &str)| {
+        let count = index as f64;
         let position = vector![
-            0.004 * (1.7 * place).sin(),
-            0.003 * place.cos(),
-            0.05 + 0.1001 * place
+            0.004 * (1.7 * count).sin(),
+            0.003 * count.cos(),
+            0.05 + 0.1001 * count
         ];
         dynamic(
             name,
             box_shape([0.1; 3]),
-            Vector3::z() * (0.2 * place),
+            Vector3::z() * (0.2 * count),
             position,
         )
     };
@@ -113,7 +113,7 @@ fn implicit(criterion: &mut Criterion) {
         for &(integrator, time_step) in methods {
             let plan = Plan::new(time_step, STEPS).unwrap().recording_every(STEPS);
             let experiment = Experiment::new(&world, &plan.with_integrator(integrator));
-            let id = |what: &str| BenchmarkId::new(what, format!("{integrator:?}"));
+            let id = |label: &str| BenchmarkId::new(label, format!("{integrator:?}"));
             group.bench_function(id("f64"), |b| {
                 b.iter(|| black_box(&experiment).value(&end).unwrap());
             });

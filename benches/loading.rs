@@ -62,16 +62,16 @@ fn lattice(
     let side = count + 1;
     let unpacked =
         |index: usize, side: usize| [index / side / side, index / side % side, index % side];
-    let mut places = vec![usize::MAX; side.pow(3)];
+    let mut indices = vec![usize::MAX; side.pow(3)];
     let (mut vertices, mut tets) = (Vec::new(), Vec::new());
-    let mut place_of = |at: [usize; 3]| {
-        let place = &mut places[(at[0] * side + at[1]) * side + at[2]];
-        if *place == usize::MAX {
-            *place = vertices.len();
+    let mut index_of = |at: [usize; 3]| {
+        let index = &mut indices[(at[0] * side + at[1]) * side + at[2]];
+        if *index == usize::MAX {
+            *index = vertices.len();
             let position = Vector3::from(at.map(|i| 2.0 * i as f64 / count as f64 - 1.0));
             vertices.push(map(position));
         }
-        *place
+        *index
     };
     let cells = (0..count.pow(3)).map(|index| unpacked(index, count));
     for cell in cells.filter(|&cell| keeps(cell)) {
@@ -79,10 +79,10 @@ fn lattice(
             let mut at = cell;
             let mut corner = |axis: usize| {
                 at[axis] += 1;
-                place_of(at)
+                index_of(at)
             };
             let others = order.map(&mut corner);
-            tets.push([place_of(cell), others[0], others[1], others[2]]);
+            tets.push([index_of(cell), others[0], others[1], others[2]]);
         }
     }
     (vertices, tets)

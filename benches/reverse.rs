@@ -31,8 +31,8 @@ struct Miss;
 
 impl Outcome for Miss {
     fn of<T: Scalar>(&self, trajectory: &Trajectory<T>) -> Vec<T> {
-        let place = trajectory.last().bodies[0].position();
-        let miss = place.map(|x| x - hydroelastic::scalar::lift::<T>(0.1));
+        let position = trajectory.last().bodies[0].position();
+        let miss = position.map(|x| x - hydroelastic::scalar::lift::<T>(0.1));
         vec![miss.dot(&miss)]
     }
 }
@@ -88,7 +88,7 @@ fn main() {
     let plan = Plan::new(TIME_STEP, STEPS).unwrap().recording_every(STEPS);
     for (order, (name, law)) in [2, 3]
         .into_iter()
-        .flat_map(|order| MATERIALS.map(|it| (order, it)))
+        .flat_map(|order| MATERIALS.map(|material| (order, material)))
     {
         for intervals in [2, 16, 167, 1_667, 16_667] {
             let world = sliding(order, law, intervals);

@@ -62,8 +62,8 @@ fn balls_on_box(names: &[&str], order: usize, skin: Material) -> World {
     let shape = Arc::new(Shape::new(shapes::icosphere(0.1, order).unwrap()));
     let slab = Arc::new(Shape::new(shapes::cuboid([1.0, 1.0, 0.5]).unwrap()));
     let at = |x, y, z| Pose::from_translation(Vector3::new(x, y, z));
-    let ball = |(place, name): (usize, &&str)| {
-        let (column, row) = ((place % 3) as f64, (place / 3) as f64);
+    let ball = |(index, name): (usize, &&str)| {
+        let (column, row) = ((index % 3) as f64, (index / 3) as f64);
         Body::dynamic(name, Arc::clone(&shape), skin, Mass::Total(1.0))
             .unwrap()
             .with_pose(at(0.02 - 0.25 * column, 0.05 - 0.25 * row, 0.095))

@@ -24,11 +24,11 @@ const SAME_WRENCH: f64 = 1e-12;
 /// Rounding error of converting a rotation matrix to a quaternion and back.
 const ROTATION: f64 = 2e-15;
 
-fn assert_relative(found: f64, expected: f64, tolerance: f64) {
-    let error = (found - expected).abs();
+fn assert_relative(actual: f64, expected: f64, tolerance: f64) {
+    let error = (actual - expected).abs();
     assert!(
         error <= tolerance * expected.abs(),
-        "{found:e} is not {expected:e}"
+        "{actual:e} is not {expected:e}"
     );
 }
 
@@ -83,22 +83,22 @@ fn a_box_of_parry_is_pressed_as_our_box() {
             vector![0.3, -0.2, 0.5],
             vector![1.0, 1.0, -2.0],
         ] {
-            let [found, expected] = [&field, &expected].map(|block| wrench_on(block, &turn));
+            let [actual, expected] = [&field, &expected].map(|block| wrench_on(block, &turn));
             let largest = expected[0].amax();
             assert!(largest > 1.0, "no contact at {turn}");
-            for (found, expected) in found.iter().zip(&expected) {
-                assert!((found - expected).amax() <= SAME_WRENCH * largest);
+            for (actual, expected) in actual.iter().zip(&expected) {
+                assert!((actual - expected).amax() <= SAME_WRENCH * largest);
             }
         }
     }
 }
 
-fn assert_same_mass(found: &MassProperties, expected: &MassProperties) {
-    assert_relative(found.mass, expected.mass, SUM_ROUND_OFF);
+fn assert_same_mass(actual: &MassProperties, expected: &MassProperties) {
+    assert_relative(actual.mass, expected.mass, SUM_ROUND_OFF);
     let size = expected.inertia.amax() / expected.mass;
-    let apart = (found.center_of_mass - expected.center_of_mass).amax();
+    let apart = (actual.center_of_mass - expected.center_of_mass).amax();
     assert!(apart <= SUM_ROUND_OFF * size.sqrt(), "{apart:e}");
-    let inertia = (found.inertia - expected.inertia).amax();
+    let inertia = (actual.inertia - expected.inertia).amax();
     assert!(inertia <= SUM_ROUND_OFF * expected.inertia.amax());
 }
 
@@ -110,9 +110,9 @@ fn the_hull_of_the_vertices_of_an_icosphere_is_the_icosphere() {
     let hull = field_from_hull(vertices).unwrap();
     assert_eq!(hull.mesh().tet_count(), ball.mesh().tet_count());
     assert_eq!(hull.mesh().vertex_count(), ball.mesh().vertex_count());
-    let [found, expected] =
+    let [actual, expected] =
         [&hull, &ball].map(|field| field.mesh().mass_properties(1000.0).unwrap());
-    assert_same_mass(&found, &expected);
+    assert_same_mass(&actual, &expected);
 }
 
 /// Returns points spread over a sphere by the golden angle.
@@ -348,8 +348,8 @@ fn shapes_without_a_surface_are_refused() {
         matches!(refused, ShapeError::Unsupported { .. }),
         "{refused}"
     );
-    for found in [3, 4097] {
-        let refused = surface_from_shape(&Ball::new(1.0), found).unwrap_err();
+    for segments in [3, 4097] {
+        let refused = surface_from_shape(&Ball::new(1.0), segments).unwrap_err();
         assert!(matches!(refused, ShapeError::Segments { .. }), "{refused}");
     }
     let refused = surface_from_shape(&Ball::new(f64::NAN), 8).unwrap_err();

@@ -23,8 +23,8 @@ struct Miss;
 
 impl Outcome for Miss {
     fn of<T: Scalar>(&self, trajectory: &Trajectory<T>) -> Vec<T> {
-        let place = trajectory.last().bodies[1].position();
-        vec![place.dot(place)]
+        let position = trajectory.last().bodies[1].position();
+        vec![position.dot(position)]
     }
 }
 
@@ -46,8 +46,9 @@ pub fn measured(is_quick: bool) -> [Curve; 2] {
         let experiment = Experiment::new(&world, &plan.recording_every(STEPS));
         let parameters = wrenches(balls, intervals);
         let by_numbers = in_rollouts(&experiment, || {
-            let found = experiment.gradient_with_mode(Mode::Reverse, black_box(&parameters), &Miss);
-            drop(black_box(found.unwrap()));
+            let gradient =
+                experiment.gradient_with_mode(Mode::Reverse, black_box(&parameters), &Miss);
+            drop(black_box(gradient.unwrap()));
         });
         let with_shapes = in_rollouts(&experiment, || {
             drop(black_box(
@@ -76,8 +77,8 @@ fn pushed(balls: usize, intervals: usize) -> World {
     let heap = heap([BALLS / 2, 2, 1], Material::elastic(1e5));
     let duration = DURATION / intervals as f64;
     (0..balls).fold(heap, |world, ball| {
-        let none = vec![Wrench::zero(); intervals];
-        let control = Control::new(&name(ball), duration, none).unwrap();
+        let zeros = vec![Wrench::zero(); intervals];
+        let control = Control::new(&name(ball), duration, zeros).unwrap();
         world.with_control(control).unwrap()
     })
 }

@@ -31,14 +31,14 @@ struct Wanted {
 
 fn wanted() -> Result<Wanted, String> {
     let arguments: Vec<_> = std::env::args().skip(1).collect();
-    let place = |name: &str| arguments.iter().position(|argument| argument == name);
-    let svg = match place("--svg") {
-        Some(place) => Some(arguments.get(place + 1).ok_or("--svg needs a path")?.into()),
+    let position_of = |name: &str| arguments.iter().position(|argument| argument == name);
+    let svg = match position_of("--svg") {
+        Some(index) => Some(arguments.get(index + 1).ok_or("--svg needs a path")?.into()),
         None => None,
     };
     Ok(Wanted {
         // `cargo test` runs benches too, without `--bench`. The bench is then quick.
-        is_quick: place("--quick").is_some() || place("--bench").is_none(),
+        is_quick: position_of("--quick").is_some() || position_of("--bench").is_none(),
         svg,
     })
 }
@@ -49,8 +49,8 @@ fn print_exponents(panels: &[Panel]) {
     for panel in panels {
         for curve in panel.curves.iter().filter(|curve| curve.is_measured) {
             let (exponent, first) = (curve.exponent_text(), curve.fitted()[0].0);
-            let (what, name) = (panel.title, &curve.name);
-            println!("| {what} | {name} | {exponent} | {first} |");
+            let (title, name) = (panel.title, &curve.name);
+            println!("| {title} | {name} | {exponent} | {first} |");
         }
     }
 }

@@ -33,8 +33,8 @@ impl Curve {
 
     /// Adds a point. Points must be added in the order of x.
     pub fn push(&mut self, x: f64, y: f64) {
-        let place = self.points.partition_point(|point| point.0 < x);
-        self.points.insert(place, (x, y));
+        let index = self.points.partition_point(|point| point.0 < x);
+        self.points.insert(index, (x, y));
     }
 
     /// Returns the points in the fit.

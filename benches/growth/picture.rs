@@ -28,9 +28,9 @@ type Chart<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<LogAxis, LogAx
 pub fn draw(path: &Path, panels: &[Panel]) -> Answer {
     let area = SVGBackend::new(path, SIZE).into_drawing_area();
     area.fill(&WHITE)?;
-    let places = area.split_evenly((panels.len().div_ceil(2), 2));
-    for (panel, place) in panels.iter().zip(&places) {
-        draw_panel(place, panel)?;
+    let panel_areas = area.split_evenly((panels.len().div_ceil(2), 2));
+    for (panel, panel_area) in panels.iter().zip(&panel_areas) {
+        draw_panel(panel_area, panel)?;
     }
     area.present()?;
     Ok(())

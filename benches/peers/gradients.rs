@@ -66,9 +66,9 @@ struct Miss([f64; 2]);
 
 impl Outcome for Miss {
     fn of<T: Scalar>(&self, trajectory: &Trajectory<T>) -> Vec<T> {
-        let place = trajectory.last().bodies[0].position();
+        let position = trajectory.last().bodies[0].position();
         let [x, y] = self.0.map(lift::<T>);
-        vec![(place.x - x) * (place.x - x) + (place.y - y) * (place.y - y)]
+        vec![(position.x - x) * (position.x - x) + (position.y - y) * (position.y - y)]
     }
 }
 

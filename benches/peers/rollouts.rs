@@ -144,10 +144,10 @@ impl Question {
             count += parameter.dimension();
             by.push(parameter);
         }
-        let found = Experiment::new(world, plan).jacobian(&by, &FinalPositions)?;
-        let rows = found.jacobian.row_iter();
+        let outcome = Experiment::new(world, plan).jacobian(&by, &FinalPositions)?;
+        let rows = outcome.jacobian.row_iter();
         let jacobian = rows.map(|row| columns.iter().map(|&column| row[column]).collect());
-        Ok((found.value.iter().copied().collect(), jacobian.collect()))
+        Ok((outcome.value.iter().copied().collect(), jacobian.collect()))
     }
 
     fn named(&self, parameter: &ScalarParameter) -> Answer<Parameter> {
@@ -157,7 +157,7 @@ impl Question {
             "velocity" => Ok(Parameter::InitialVelocity(name)),
             "friction" => Ok(Parameter::Friction(name)),
             "mass" => Ok(Parameter::Mass(name)),
-            other => Err(format!("there is no parameter called {other}").into()),
+            unknown => Err(format!("there is no parameter called {unknown}").into()),
         }
     }
 }
@@ -168,7 +168,7 @@ fn integrator(name: &str) -> Answer<Integrator> {
         "leapfrog" => Ok(Integrator::Leapfrog),
         "sdirk3" => Ok(Integrator::Sdirk3),
         "implicit_euler" => Ok(Integrator::ImplicitEuler),
-        other => Err(format!("there is no integrator called {other}").into()),
+        unknown => Err(format!("there is no integrator called {unknown}").into()),
     }
 }
 

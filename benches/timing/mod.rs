@@ -44,11 +44,15 @@ pub fn processor_seconds(work: impl FnOnce()) -> f64 {
     start.elapsed().as_secs_f64()
 }
 
-/// Returns the median over the rounds of the ratio of the processor times of `work` and `other`, which run one after the other in each
-/// round.
-pub fn median_ratio(rounds: usize, mut work: impl FnMut(), mut other: impl FnMut()) -> f64 {
+/// Returns the median over the rounds of the ratio of the processor times of `work` and `reference_work`, which run one after the other in
+/// each round.
+pub fn median_ratio(
+    rounds: usize,
+    mut work: impl FnMut(),
+    mut reference_work: impl FnMut(),
+) -> f64 {
     let ratio = |_| {
-        let reference = processor_seconds(&mut other);
+        let reference = processor_seconds(&mut reference_work);
         processor_seconds(&mut work) / reference
     };
     median((0..rounds).map(ratio).collect())

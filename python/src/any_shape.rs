@@ -21,14 +21,14 @@ pub enum AnyShape {
 
 /// Converts an argument to a shape.
 pub fn shape(argument: &Bound<'_, PyAny>) -> PyResult<AnyShape> {
-    if let Ok(it) = argument.cast::<Shape>() {
-        return Ok(AnyShape::Compliant(it.get().clone()));
+    if let Ok(shape) = argument.cast::<Shape>() {
+        return Ok(AnyShape::Compliant(shape.get().clone()));
     }
-    if let Ok(it) = argument.cast::<RigidShape>() {
-        return Ok(AnyShape::Rigid(it.get().clone()));
+    if let Ok(shape) = argument.cast::<RigidShape>() {
+        return Ok(AnyShape::Rigid(shape.get().clone()));
     }
     match argument.cast::<HalfSpace>() {
-        Ok(it) => Ok(AnyShape::HalfSpace(it.get().clone())),
+        Ok(half_space) => Ok(AnyShape::HalfSpace(half_space.get().clone())),
         Err(_) => Err(PyTypeError::new_err(format!(
             "a shape must be a Shape, a RigidShape or a HalfSpace, but is {}",
             argument.repr()?
@@ -40,11 +40,13 @@ impl AnyShape {
     /// Converts the shape of a body of the library.
     pub fn of(shape: &BodyShape) -> PyResult<Self> {
         match shape {
-            BodyShape::Compliant(it) => Ok(Self::Compliant(Shape(Arc::clone(it)))),
-            BodyShape::Rigid(it) => Ok(Self::Rigid(RigidShape(Arc::clone(it)))),
-            BodyShape::HalfSpace(it) => Ok(Self::HalfSpace(HalfSpace(Arc::clone(it)))),
-            other => Err(value_error(format!(
-                "there is no class for the shape {other:?}"
+            BodyShape::Compliant(shape) => Ok(Self::Compliant(Shape(Arc::clone(shape)))),
+            BodyShape::Rigid(shape) => Ok(Self::Rigid(RigidShape(Arc::clone(shape)))),
+            BodyShape::HalfSpace(half_space) => {
+                Ok(Self::HalfSpace(HalfSpace(Arc::clone(half_space))))
+            }
+            unknown => Err(value_error(format!(
+                "there is no class for the shape {unknown:?}"
             ))),
         }
     }
@@ -52,26 +54,26 @@ impl AnyShape {
     /// Converts to the shape of a body of the library.
     pub fn inner(&self) -> BodyShape {
         match self {
-            Self::Compliant(it) => BodyShape::Compliant(Arc::clone(&it.0)),
-            Self::Rigid(it) => BodyShape::Rigid(Arc::clone(&it.0)),
-            Self::HalfSpace(it) => BodyShape::HalfSpace(Arc::clone(&it.0)),
+            Self::Compliant(shape) => BodyShape::Compliant(Arc::clone(&shape.0)),
+            Self::Rigid(shape) => BodyShape::Rigid(Arc::clone(&shape.0)),
+            Self::HalfSpace(half_space) => BodyShape::HalfSpace(Arc::clone(&half_space.0)),
         }
     }
 
     /// Creates the partner of a compliant body, at a pose and with a modulus (Pa). Rigid shapes ignore the modulus.
     pub fn partner(&self, pose: Pose, modulus: f64) -> Result<Partner<'_>, BodyError> {
         match self {
-            Self::Compliant(it) => Ok(it.at(pose, modulus)?.into()),
-            Self::Rigid(it) => Partner::rigid(&it.0, pose),
-            Self::HalfSpace(it) => Partner::half_space(&it.0, pose, modulus),
+            Self::Compliant(shape) => Ok(shape.at(pose, modulus)?.into()),
+            Self::Rigid(shape) => Partner::rigid(&shape.0, pose),
+            Self::HalfSpace(half_space) => Partner::half_space(&half_space.0, pose, modulus),
         }
     }
 
     pub fn __repr__(&self) -> String {
         match self {
-            Self::Compliant(it) => it.__repr__(),
-            Self::Rigid(it) => it.__repr__(),
-            Self::HalfSpace(it) => it.__repr__(),
+            Self::Compliant(shape) => shape.__repr__(),
+            Self::Rigid(shape) => shape.__repr__(),
+            Self::HalfSpace(half_space) => half_space.__repr__(),
         }
     }
 }

@@ -54,12 +54,12 @@ pub fn numbers(argument: &Bound<'_, PyAny>, name: &str) -> PyResult<Numbers> {
 
 /// Creates the exception for an argument that cannot be converted to `float64` without a loss.
 fn not_numbers(argument: &Bound<'_, PyAny>, name: &str) -> PyErr {
-    let found = match argument.cast::<PyUntypedArray>() {
+    let actual = match argument.cast::<PyUntypedArray>() {
         Ok(array) => format!("an array of {}", array.dtype()),
         Err(_) => format!("{}", argument.get_type()),
     };
     PyTypeError::new_err(format!(
-        "{name} must be a numpy array of floats of up to 64 bits or of integers, or a list of numbers, but is {found} \
+        "{name} must be a numpy array of floats of up to 64 bits or of integers, or a list of numbers, but is {actual} \
          (array.astype(numpy.float64) converts it)"
     ))
 }
@@ -184,11 +184,11 @@ pub fn check_kept(py: Python<'_>, arrays: &[Kept<'_>]) -> PyResult<()> {
 
 /// Creates the exception for an array of an unexpected shape.
 pub fn wrong_shape(name: &str, expected: &str, shape: &[usize]) -> PyErr {
-    let found: Vec<String> = shape.iter().map(usize::to_string).collect();
-    let comma = if found.len() == 1 { "," } else { "" };
+    let lengths: Vec<String> = shape.iter().map(usize::to_string).collect();
+    let comma = if lengths.len() == 1 { "," } else { "" };
     value_error(format!(
         "{name} must have the shape {expected}, but has ({}{comma})",
-        found.join(", ")
+        lengths.join(", ")
     ))
 }
 
@@ -218,17 +218,17 @@ impl<T> Many<T> {
     /// Converts each value. The error of a value in a batch names the index of the value.
     pub fn mapped<U>(&self, name: &str, value: impl Fn(&T) -> PyResult<U>) -> PyResult<Many<U>> {
         match self {
-            Self::One(one) => Ok(Many::One(value(one)?)),
+            Self::One(single) => Ok(Many::One(value(single)?)),
             Self::Each(values) => {
-                let place = |(item, it): (usize, &T)| {
-                    value(it).map_err(|error| {
+                let mapped = |(item, item_value): (usize, &T)| {
+                    value(item_value).map_err(|error| {
                         value_error(format!("{name}[{item}]: {}", message(&error)))
                     })
                 };
                 values
                     .iter()
                     .enumerate()
-                    .map(place)
+                    .map(mapped)
                     .collect::<PyResult<_>>()
                     .map(Many::Each)
             }
@@ -247,8 +247,8 @@ fn short_row<const N: usize>(argument: &Bound<'_, PyAny>) -> Option<[f64; N]> {
     if array.len() != N {
         return None;
     }
-    for (place, value) in values.iter_mut().enumerate() {
-        *value = array.get_owned(place)?;
+    for (index, value) in values.iter_mut().enumerate() {
+        *value = array.get_owned(index)?;
     }
     Some(values)
 }
@@ -260,8 +260,8 @@ pub fn short_matrix(argument: &Bound<'_, PyAny>) -> Option<[f64; 16]> {
     if array.shape() != [4, 4] {
         return None;
     }
-    for (place, value) in values.iter_mut().enumerate() {
-        *value = array.get_owned([place / 4, place % 4])?;
+    for (index, value) in values.iter_mut().enumerate() {
+        *value = array.get_owned([index / 4, index % 4])?;
     }
     Some(values)
 }
@@ -358,13 +358,13 @@ pub fn indices<const N: usize>(
         .collect::<PyResult<Vec<_>>>()?;
     Ok(values
         .chunks(N)
-        .map(|row| std::array::from_fn(|place| row[place]))
+        .map(|row| std::array::from_fn(|column| row[column]))
         .collect())
 }
 
 /// Copies the first `N` numbers of a slice, which has at least `N`.
 fn chunk<const N: usize>(values: &[f64]) -> [f64; N] {
-    std::array::from_fn(|place| values[place])
+    std::array::from_fn(|index| values[index])
 }
 
 /// Creates an array of a shape.

@@ -45,7 +45,7 @@ impl Batch {
         total: usize,
         job: impl FnOnce(&dynamics::Batch) -> O + Send,
     ) -> PyResult<O> {
-        let progress = self.progress.as_ref().map(|it| it.bind(py));
+        let progress = self.progress.as_ref().map(|callback| callback.bind(py));
         let progress = Progress::of(py, progress, total)?;
         let shared = Shared::default();
         let done = Arc::clone(&shared.done);
@@ -132,9 +132,9 @@ impl Batch {
             world.map_err(value_error)
         };
         let worlds: Vec<Inner> = states.iter().map(start).collect::<PyResult<_>>()?;
-        let found = self.results(py, worlds.len(), |batch| batch.rollouts(&worlds))?;
-        let found = found.into_iter();
-        found
+        let results = self.results(py, worlds.len(), |batch| batch.rollouts(&worlds))?;
+        let results = results.into_iter();
+        results
             .map(|recorded| shown(py, trajectory(py, recorded)))
             .collect()
     }
@@ -159,10 +159,10 @@ impl Batch {
             .iter()
             .map(|world| world.get().inner.clone())
             .collect();
-        let found = self
+        let results = self
             .results(py, worlds.len(), |batch| batch.rollouts(&worlds))?
             .into_iter();
-        found
+        results
             .map(|recorded| shown(py, trajectory(py, recorded)))
             .collect()
     }
@@ -201,8 +201,8 @@ impl Batch {
             .iter()
             .map(|sample| world.inner.perturbed(&by, sample));
         let (mut worlds, mut refusals) = (Vec::new(), Vec::new());
-        for it in changed {
-            match it {
+        for outcome in changed {
+            match outcome {
                 Ok(world) => {
                     worlds.push(world);
                     refusals.push(None);
@@ -210,12 +210,12 @@ impl Batch {
                 Err(why) => refusals.push(Some(gradient_error(&why))),
             }
         }
-        let mut found = self
+        let mut recordings = self
             .results(py, worlds.len(), |batch| batch.rollouts(&worlds))?
             .into_iter();
         let results = refusals.into_iter().map(|refusal| match refusal {
             Some(error) => shown(py, PyResult::<Trajectory>::Err(error)),
-            None => found.next().map_or_else(
+            None => recordings.next().map_or_else(
                 || Err(value_error("a rollout has no result")),
                 |recorded| shown(py, trajectory(py, recorded)),
             ),
@@ -260,9 +260,9 @@ impl Batch {
             })
         };
         let bodies = world.inner.bodies().len();
-        let found = self.results(py, samples.len(), job)?.into_iter();
-        let results = found.map(|found| match found {
-            Ok(found) => shown(py, Ok(both(py, &found, bodies)?)),
+        let outcomes = self.results(py, samples.len(), job)?.into_iter();
+        let results = outcomes.map(|outcome| match outcome {
+            Ok(outcome) => shown(py, Ok(both(py, &outcome, bodies)?)),
             Err(why) => shown(py, PyResult::<Trajectory>::Err(gradient_error(&why))),
         });
         results.collect()
@@ -297,12 +297,12 @@ impl Batch {
                 job.experiment(world).jacobian(&by, &AllStates)
             })
         };
-        let found = self.results(py, worlds.len(), job)?;
-        let results = found.iter().zip(&worlds).map(|(found, world)| {
-            let found = found.as_ref().map_err(gradient_error);
+        let outcomes = self.results(py, worlds.len(), job)?;
+        let results = outcomes.iter().zip(&worlds).map(|(outcome, world)| {
+            let outcome = outcome.as_ref().map_err(gradient_error);
             shown(
                 py,
-                found.and_then(|found| both(py, found, world.bodies().len())),
+                outcome.and_then(|outcome| both(py, outcome, world.bodies().len())),
             )
         });
         results.collect()
@@ -348,9 +348,9 @@ impl Batch {
         }
         let mut counts = worlds.iter().map(|world| world.bodies().len());
         let bodies = counts.next().unwrap_or(0);
-        if let Some(other) = counts.find(|&count| count != bodies) {
+        if let Some(different) = counts.find(|&count| count != bodies) {
             return Err(value_error(format!(
-                "the worlds must have as many bodies, but have {bodies} and {other}"
+                "the worlds must have as many bodies, but have {bodies} and {different}"
             )));
         }
         let cotangents = StateCotangents::of(
@@ -367,9 +367,11 @@ impl Batch {
                 vjp.pull_back(by_states)
             })
         };
-        let found = self.results(py, worlds.len(), job)?.into_iter();
-        let results = found.map(|found| match found {
-            Ok(it) => Ok(array(py, it.as_slice().to_vec(), &[it.len()])?.into_any()),
+        let outcomes = self.results(py, worlds.len(), job)?.into_iter();
+        let results = outcomes.map(|outcome| match outcome {
+            Ok(gradient) => {
+                Ok(array(py, gradient.as_slice().to_vec(), &[gradient.len()])?.into_any())
+            }
             Err(why) => shown(py, PyResult::<Trajectory>::Err(gradient_error(&why))),
         });
         results.collect()

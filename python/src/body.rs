@@ -5,7 +5,7 @@ use crate::arrays::{Floats, Numbers, array, numbers, optional_real, row, wrong_s
 use crate::errors::value_error;
 use crate::material::Material;
 use crate::path::Path;
-use crate::poses::{matrix, one};
+use crate::poses::{matrix, single_pose};
 use hydroelastic::dynamics::{self, Mass, WorldError};
 use hydroelastic::nalgebra::{Matrix3, Vector3};
 use hydroelastic::spatial::MassProperties;
@@ -129,7 +129,7 @@ impl Body {
         let mut body =
             dynamics::Body::dynamic(name, shape, material.inner(), mass).map_err(value_error)?;
         if let Some(pose) = pose {
-            body = body.with_pose(one(pose, "pose")?);
+            body = body.with_pose(single_pose(pose, "pose")?);
         }
         if let Some(velocity) = velocity {
             body = body.with_velocity(motion_of(name, "velocity", velocity)?);
@@ -176,7 +176,7 @@ impl Body {
         let shape = shape.inner();
         let mut body = dynamics::Body::fixed(name, shape, material.inner()).map_err(value_error)?;
         if let Some(pose) = pose {
-            body = body.with_pose(one(pose, "pose")?);
+            body = body.with_pose(single_pose(pose, "pose")?);
         }
         Ok(Self {
             inner: body,
@@ -257,7 +257,7 @@ impl Body {
     fn center_of_mass<'py>(&self, py: Python<'py>) -> PyResult<Option<Floats<'py>>> {
         let inertia = self.inner.inertia();
         inertia
-            .map(|it| array(py, it.center_of_mass.as_slice().to_vec(), &[3]))
+            .map(|properties| array(py, properties.center_of_mass.as_slice().to_vec(), &[3]))
             .transpose()
     }
 

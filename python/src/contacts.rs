@@ -37,7 +37,7 @@ pub struct Contact {
 
 impl Contact {
     pub fn of(py: Python<'_>, contact: &dynamics::Contact, names: &[&str]) -> PyResult<Self> {
-        let [a, b] = contact.bodies.map(|place| names[place].to_owned());
+        let [a, b] = contact.bodies.map(|index| names[index].to_owned());
         let wrench = wrench_numbers(&contact.wrench);
         check_finite(&wrench, &format!("the wrench of {a:?} and {b:?}"))?;
         let wrench = array(py, wrench.to_vec(), &[12])?;

@@ -208,8 +208,8 @@ pub struct Diagnostics {
 impl Diagnostics {
     pub fn of(py: Python<'_>, report: &dynamics::Diagnostics) -> PyResult<Self> {
         let momentum = [&report.momentum.linear, &report.momentum.angular];
-        let [linear, angular] =
-            momentum.map(|it| -> PyResult<Floats<'_>> { array(py, it.as_slice().to_vec(), &[3]) });
+        let [linear, angular] = momentum
+            .map(|vector| -> PyResult<Floats<'_>> { array(py, vector.as_slice().to_vec(), &[3]) });
         Self::new(
             py,
             report.kinetic_energy,

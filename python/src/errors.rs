@@ -41,7 +41,7 @@ pub fn rollout_error(py: Python<'_>, why: &RolloutCause, states: dynamics::Traje
         .setattr("trajectory", Trajectory::from(states))
     {
         Ok(()) => error,
-        Err(other) => other,
+        Err(attribute_error) => attribute_error,
     }
 }
 
@@ -49,7 +49,7 @@ pub fn rollout_error(py: Python<'_>, why: &RolloutCause, states: dynamics::Traje
 pub fn gradient_error(why: &GradientError) -> PyErr {
     match why {
         GradientError::Rollout(cause) => rollout_error_without_trajectory(cause),
-        other => value_error(other),
+        cause => value_error(cause),
     }
 }
 

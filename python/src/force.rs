@@ -102,14 +102,14 @@ pub fn forces(argument: &Bound<'_, PyAny>) -> PyResult<Option<Vec<AnyForce>>> {
 }
 
 fn of_class(force: &Bound<'_, PyAny>) -> PyResult<AnyForce> {
-    if let Ok(it) = force.cast::<Spring>() {
-        return Ok(AnyForce::Spring(it.get().0.clone()));
+    if let Ok(spring) = force.cast::<Spring>() {
+        return Ok(AnyForce::Spring(spring.get().0.clone()));
     }
-    if let Ok(it) = force.cast::<Drag>() {
-        return Ok(AnyForce::Drag(it.get().0.clone()));
+    if let Ok(drag) = force.cast::<Drag>() {
+        return Ok(AnyForce::Drag(drag.get().0.clone()));
     }
     match force.cast::<Thruster>() {
-        Ok(it) => Ok(AnyForce::Thruster(it.get().0.clone())),
+        Ok(thruster) => Ok(AnyForce::Thruster(thruster.get().0.clone())),
         Err(_) => Err(PyTypeError::new_err(format!(
             "a force must be a Spring, a Drag or a Thruster, but is {}",
             force.repr()?
@@ -128,9 +128,9 @@ pub enum ForceObject {
 impl From<&AnyForce> for ForceObject {
     fn from(force: &AnyForce) -> Self {
         match force {
-            AnyForce::Spring(it) => Self::Spring(Spring(it.clone())),
-            AnyForce::Drag(it) => Self::Drag(Drag(it.clone())),
-            AnyForce::Thruster(it) => Self::Thruster(Thruster(it.clone())),
+            AnyForce::Spring(spring) => Self::Spring(Spring(spring.clone())),
+            AnyForce::Drag(drag) => Self::Drag(Drag(drag.clone())),
+            AnyForce::Thruster(thruster) => Self::Thruster(Thruster(thruster.clone())),
         }
     }
 }

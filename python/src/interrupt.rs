@@ -30,8 +30,9 @@ impl<'py> Progress<'py> {
         argument: Option<&Bound<'py, PyAny>>,
         total: usize,
     ) -> PyResult<Option<Self>> {
-        let is_off =
-            |argument: &&Bound<'py, PyAny>| argument.cast::<PyBool>().is_ok_and(|it| !it.is_true());
+        let is_off = |argument: &&Bound<'py, PyAny>| {
+            argument.cast::<PyBool>().is_ok_and(|flag| !flag.is_true())
+        };
         let Some(argument) = argument.filter(|argument| !is_off(argument)) else {
             return Ok(None);
         };

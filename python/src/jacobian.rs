@@ -93,7 +93,7 @@ impl TrajectoryJacobian {
                 .bind(py)
                 .getattr("shape")?
                 .repr()
-                .map(|it| it.to_string())
+                .map(|representation| representation.to_string())
         };
         Ok(format!(
             "TrajectoryJacobian(poses {}, twists {})",
@@ -110,10 +110,10 @@ impl TrajectoryJacobian {
 /// Converts the Jacobian of [`AllStates`] to a trajectory and its derivatives.
 pub fn both(
     py: Python<'_>,
-    found: &OutcomeJacobian,
+    outcome: &OutcomeJacobian,
     bodies: usize,
 ) -> PyResult<(Trajectory, TrajectoryJacobian)> {
-    let numbers = found.value.as_slice();
+    let numbers = outcome.value.as_slice();
     let each = 1 + NUMBERS * bodies;
     let states = numbers.chunks(each).map(|state| {
         let bodies = state[1..].chunks(NUMBERS).map(body_state);
@@ -123,7 +123,7 @@ pub fn both(
         })
     });
     let states = states.collect::<PyResult<Vec<_>>>()?;
-    let (count, columns) = (states.len(), found.jacobian.ncols());
+    let (count, columns) = (states.len(), outcome.jacobian.ncols());
     let (mut poses, mut twists) = (Vec::new(), Vec::new());
     for state in 0..count {
         for body in 0..bodies {
@@ -134,11 +134,11 @@ pub fn both(
                     (row, 3) => Some(first + 9 + row),
                     (row, column) => Some(first + 3 * row + column),
                 };
-                let value = |column| row.map_or(0.0, |row| found.jacobian[(row, column)]);
+                let value = |column| row.map_or(0.0, |row| outcome.jacobian[(row, column)]);
                 poses.extend((0..columns).map(value));
             }
             for row in first + 12..first + NUMBERS {
-                twists.extend((0..columns).map(|column| found.jacobian[(row, column)]));
+                twists.extend((0..columns).map(|column| outcome.jacobian[(row, column)]));
             }
         }
     }
@@ -232,21 +232,30 @@ impl DerivativeCheck {
     #[getter]
     fn numbers(&self) -> Vec<String> {
         let derivatives = self.0.derivatives.iter();
-        derivatives.map(|found| found.number.clone()).collect()
+        derivatives
+            .map(|derivative| derivative.number.clone())
+            .collect()
     }
 
     /// Verdict on each derivative: "right", "kink", "unresolved", "chaotic" or "noisy". See World.derivative_check.
     #[getter]
     fn verdicts(&self) -> Vec<String> {
         let derivatives = self.0.derivatives.iter();
-        derivatives.map(|found| found.verdict.to_string()).collect()
+        derivatives
+            .map(|derivative| derivative.verdict.to_string())
+            .collect()
     }
 
     /// Relative error of each derivative, (p,) float64: the largest difference between derivative and slope, over the larger of their
     /// largest entries. For a noisy derivative it is the noise over the same reference.
     #[getter]
     fn errors<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
-        let errors: Vec<f64> = self.0.derivatives.iter().map(|found| found.error).collect();
+        let errors: Vec<f64> = self
+            .0
+            .derivatives
+            .iter()
+            .map(|derivative| derivative.error)
+            .collect();
         let count = errors.len();
         array(py, errors, &[count])
     }
@@ -257,7 +266,7 @@ impl DerivativeCheck {
     fn first_mismatch(&self) -> Vec<Option<(f64, String)>> {
         let derivatives = self.0.derivatives.iter();
         derivatives
-            .map(|found| found.first_mismatch.clone())
+            .map(|derivative| derivative.first_mismatch.clone())
             .collect()
     }
 

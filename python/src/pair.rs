@@ -5,7 +5,7 @@ use crate::arrays::{Floats, optional_real, real};
 use crate::errors::value_error;
 use crate::material::{SurfaceLaw, modulus_repr};
 use crate::pair_inputs::Inputs;
-use crate::poses::one;
+use crate::poses::single_pose;
 use crate::shape::Shape;
 use crate::surface::Surface;
 use hydroelastic::contact::{ContactPair, ContactWrench, LinearizedContact};
@@ -87,7 +87,10 @@ impl Pair {
         pose_a: &Bound<'_, PyAny>,
         pose_b: &Bound<'_, PyAny>,
     ) -> PyResult<ContactPair<'_>> {
-        let poses = [one(pose_a, "pose_a")?, one(pose_b, "pose_b")?];
+        let poses = [
+            single_pose(pose_a, "pose_a")?,
+            single_pose(pose_b, "pose_b")?,
+        ];
         self.at(poses, self.moduli_or_1())
     }
 }
@@ -110,7 +113,7 @@ fn check_modulus(b: &AnyShape, modulus: Option<f64>) -> PyResult<()> {
 /// Components of both wrenches.
 pub fn wrench_numbers(wrench: &ContactWrench) -> [f64; BOTH] {
     let [a, b] = [wrench.on_a.to_vector(), wrench.on_b.to_vector()];
-    std::array::from_fn(|place| if place < 6 { a[place] } else { b[place - 6] })
+    std::array::from_fn(|index| if index < 6 { a[index] } else { b[index - 6] })
 }
 
 /// Writes a block of columns of a Jacobian, from the column `first` on. Each row has `width` numbers.
@@ -157,10 +160,10 @@ impl Pair {
             .map_or_else(|| SurfaceLaw::new(0.0, 0.0, 1e-3), Ok)?;
         let a = match a {
             AnyShape::Compliant(shape) => shape,
-            other => {
+            shape => {
                 return Err(PyTypeError::new_err(format!(
                     "a must be a compliant Shape, but is {}: pass the rigid body as b",
-                    other.__repr__()
+                    shape.__repr__()
                 )));
             }
         };
@@ -231,10 +234,10 @@ impl Pair {
     ) -> PyResult<Floats<'py>> {
         let (poses, twists) = ([pose_a, pose_b], [twist_a, twist_b]);
         let inputs = Inputs::of(self, poses, twists, moduli, law)?;
-        let found = inputs.found(py, self, BOTH, |at, row| {
+        let results = inputs.compute(py, self, BOTH, |at, row| {
             row.copy_from_slice(&wrench_numbers(&at.pair.wrench()));
         })?;
-        found.array(py, 0, &[BOTH])
+        results.array(py, 0, &[BOTH])
     }
 
     /// Computes the wrenches on bodies at rest and their Jacobian, in closed form.
@@ -270,14 +273,14 @@ impl Pair {
     ) -> PyResult<(Floats<'py>, Floats<'py>)> {
         let (poses, twists, law) = ([pose_a, pose_b], [None, None], None);
         let inputs = Inputs::of(self, poses, twists, moduli, law)?;
-        let found = inputs.found(py, self, BOTH * (1 + AT_REST), |at, row| {
+        let results = inputs.compute(py, self, BOTH * (1 + AT_REST), |at, row| {
             let contact = at.pair.linearized();
             let (wrenches, rows) = row.split_at_mut(BOTH);
             wrenches.copy_from_slice(&wrench_numbers(&contact.wrench));
             write_at_rest(rows, &contact);
         })?;
-        let wrenches = found.array(py, 0, &[BOTH])?;
-        Ok((wrenches, found.array(py, BOTH, &[BOTH, AT_REST])?))
+        let wrenches = results.array(py, 0, &[BOTH])?;
+        Ok((wrenches, results.array(py, BOTH, &[BOTH, AT_REST])?))
     }
 
     /// Computes the wrenches on moving bodies and their Jacobian, in closed form.
@@ -321,14 +324,14 @@ impl Pair {
     ) -> PyResult<(Floats<'py>, Floats<'py>)> {
         let (poses, twists) = ([pose_a, pose_b], [twist_a, twist_b]);
         let inputs = Inputs::of(self, poses, twists, moduli, law)?.moving();
-        let found = inputs.found(py, self, BOTH * (1 + IN_MOTION), |at, row| {
+        let results = inputs.compute(py, self, BOTH * (1 + IN_MOTION), |at, row| {
             let linearized = at.pair.linearized();
             let (wrenches, rows) = row.split_at_mut(BOTH);
             wrenches.copy_from_slice(&wrench_numbers(&linearized.wrench));
             write_in_motion(rows, &linearized);
         })?;
-        let wrenches = found.array(py, 0, &[BOTH])?;
-        Ok((wrenches, found.array(py, BOTH, &[BOTH, IN_MOTION])?))
+        let wrenches = results.array(py, 0, &[BOTH])?;
+        Ok((wrenches, results.array(py, BOTH, &[BOTH, IN_MOTION])?))
     }
 
     /// Computes the potential energy of the contact.
@@ -361,8 +364,8 @@ impl Pair {
     ) -> PyResult<Bound<'py, PyAny>> {
         let (poses, twists, law) = ([pose_a, pose_b], [None, None], None);
         let inputs = Inputs::of(self, poses, twists, moduli, law)?;
-        let found = inputs.found(py, self, 1, |at, row| row[0] = at.pair.potential_energy())?;
-        let energies = found.array(py, 0, &[])?;
+        let results = inputs.compute(py, self, 1, |at, row| row[0] = at.pair.potential_energy())?;
+        let energies = results.array(py, 0, &[])?;
         // A single energy is returned as a number instead of a zero-dimensional array.
         match energies.ndim() {
             0 => energies.call_method0("item"),

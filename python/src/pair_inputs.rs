@@ -83,9 +83,9 @@ impl Inputs {
     /// Adds derivatives of a loss with respect to both wrenches.
     pub fn with_covectors(self, by_wrenches: &Bound<'_, PyAny>) -> PyResult<Self> {
         let by_wrenches =
-            rows(by_wrenches, "by_wrenches")?.mapped("by_wrenches", |it: &[f64; 12]| {
-                check_finite(it, "derivatives by wrenches")?;
-                Ok(*it)
+            rows(by_wrenches, "by_wrenches")?.mapped("by_wrenches", |covector: &[f64; 12]| {
+                check_finite(covector, "derivatives by wrenches")?;
+                Ok(*covector)
             })?;
         Ok(Self {
             by_wrenches,
@@ -106,16 +106,16 @@ impl Inputs {
             ("law", self.law.count()),
             ("by_wrenches", self.by_wrenches.count()),
         ];
-        let mut given = counts
+        let mut present = counts
             .into_iter()
             .filter_map(|(name, count)| Some((name, count?)));
-        let Some((first, expected)) = given.next() else {
+        let Some((first, expected)) = present.next() else {
             return Ok(None);
         };
-        match given.find(|&(_, count)| count != expected) {
+        match present.find(|&(_, count)| count != expected) {
             None => Ok(Some(expected)),
-            Some((name, found)) => Err(value_error(format!(
-                "{first} is a batch of {expected}, but {name} one of {found}"
+            Some((name, count)) => Err(value_error(format!(
+                "{first} is a batch of {expected}, but {name} one of {count}"
             ))),
         }
     }
@@ -136,20 +136,20 @@ impl Inputs {
     }
 
     /// Computes `width` numbers for each contact, without the GIL. All threads share a batch.
-    pub fn found(
+    pub fn compute(
         &self,
         py: Python<'_>,
         pair: &Pair,
         width: usize,
         write: impl Fn(&ContactItem<'_>, &mut [f64]) + Sync,
-    ) -> PyResult<Found> {
+    ) -> PyResult<Results> {
         let count = self.count()?;
         let Some(length) = count else {
             let contact = self.contact(pair, 0)?;
             let mut numbers = vec![0.0; width];
             py.detach(|| write(&contact, &mut numbers));
             check_result(&numbers, None)?;
-            return Ok(Found {
+            return Ok(Results {
                 numbers,
                 width,
                 count,
@@ -169,7 +169,7 @@ impl Inputs {
         for (item, numbers) in numbers.chunks(width.max(1)).enumerate() {
             check_result(numbers, Some(item))?;
         }
-        Ok(Found {
+        Ok(Results {
             numbers,
             width,
             count,
@@ -189,13 +189,13 @@ fn check_result(numbers: &[f64], item: Option<usize>) -> PyResult<()> {
 }
 
 /// Results of one contact or of each contact of a batch: the numbers of all result arrays, one array after another.
-pub struct Found {
+pub struct Results {
     numbers: Vec<f64>,
     width: usize,
     count: Option<usize>,
 }
 
-impl Found {
+impl Results {
     /// Creates a result array of a shape whose numbers start at `first` in each contact. A batch has an additional first axis.
     pub fn array<'py>(
         &self,

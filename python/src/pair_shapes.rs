@@ -74,11 +74,11 @@ impl Pair {
         let (poses, twists) = ([pose_a, pose_b], [twist_a, twist_b]);
         let inputs = Inputs::of(self, poses, twists, moduli, law)?.with_covectors(by_wrenches)?;
         let counts = self.counts();
-        let found = inputs.found(py, self, shape_gradient::width(counts), |at, row| {
+        let results = inputs.compute(py, self, shape_gradient::width(counts), |at, row| {
             let gradients = at.pair.shape_gradients(&at.by_wrenches);
             shape_gradient::write(row, &gradients);
         })?;
-        shape_gradient::both(py, &found, counts)
+        shape_gradient::both(py, &results, counts)
     }
 
     /// Computes the Jacobians of both wrenches with respect to the positions of vertices.
@@ -133,8 +133,8 @@ impl Pair {
         ];
         let vertices = [&*vertices_a, &*vertices_b];
         self.check_vertices(vertices)?;
-        let [of_a, of_b] = vertices.map(|it| it.len() * BY_VERTEX);
-        let found = inputs.found(py, self, of_a + of_b, |at, row| {
+        let [of_a, of_b] = vertices.map(|list| list.len() * BY_VERTEX);
+        let results = inputs.compute(py, self, of_a + of_b, |at, row| {
             // The vertices have been checked.
             let Ok(jacobians) = at.pair.vertex_jacobians(vertices) else {
                 return;
@@ -144,7 +144,7 @@ impl Pair {
                 write_columns(rows, 3, 0, jacobian);
             }
         })?;
-        let by_a = found.array(py, 0, &[vertices_a.len(), BOTH, 3])?;
-        Ok((by_a, found.array(py, of_a, &[vertices_b.len(), BOTH, 3])?))
+        let by_a = results.array(py, 0, &[vertices_a.len(), BOTH, 3])?;
+        Ok((by_a, results.array(py, of_a, &[vertices_b.len(), BOTH, 3])?))
     }
 }

@@ -262,7 +262,7 @@ impl Parameter {
             P::Control(body, interval) => format!("control({body:?}, {interval})"),
             P::ForceParameter(name) => format!("force_parameter({name:?})"),
             // All other parameters have no constructor in Python.
-            other => format!("{other:?}"),
+            parameter => format!("{parameter:?}"),
         };
         format!("Parameter.{call}")
     }

@@ -6,7 +6,7 @@ use crate::arrays::{
 };
 use crate::errors::value_error;
 use crate::pickle::{Reduced, loaded, reduced};
-use crate::poses::{finite_matrix, one, poses, twist_of};
+use crate::poses::{finite_matrix, poses, single_pose, twist_of};
 use hydroelastic::dynamics::{BodyState, KinematicPath};
 use hydroelastic::nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use hydroelastic::spatial::{Pose, Twist, rotation_from_vector, skew};
@@ -100,7 +100,7 @@ impl Path {
     ///     If the pose is not rigid, or a number is not finite.
     #[staticmethod]
     fn steady(pose: &Bound<'_, PyAny>, twist: &Bound<'_, PyAny>) -> PyResult<Self> {
-        let pose = one(pose, "pose")?;
+        let pose = single_pose(pose, "pose")?;
         let twist = twist_of(&finite_row(twist, "twist")?);
         Ok(Self(Arc::new(Kind::Steady { pose, twist })))
     }
@@ -280,8 +280,8 @@ fn turn_between(from: &Pose, to: &Pose) -> Vector3<f64> {
 /// Twists from central differences, and from one-sided differences at the ends.
 fn differences(times: &[f64], poses: &[Pose]) -> Vec<Twist> {
     let last = times.len() - 1;
-    let twist = |place: usize| {
-        let (before, after) = (place.saturating_sub(1), (place + 1).min(last));
+    let twist = |index: usize| {
+        let (before, after) = (index.saturating_sub(1), (index + 1).min(last));
         if before == after {
             return Twist::zero();
         }
@@ -304,11 +304,11 @@ fn check_times(times: &[f64]) -> PyResult<()> {
     }
     match times.windows(2).position(|pair| pair[1] <= pair[0]) {
         None => Ok(()),
-        Some(place) => Err(value_error(format!(
-            "the times of a path must increase, but times[{place}] is {} and times[{}] is {}",
-            times[place],
-            place + 1,
-            times[place + 1]
+        Some(index) => Err(value_error(format!(
+            "the times of a path must increase, but times[{index}] is {} and times[{}] is {}",
+            times[index],
+            index + 1,
+            times[index + 1]
         ))),
     }
 }
@@ -336,6 +336,6 @@ pub fn many_twists(argument: &Bound<'_, PyAny>, count: usize) -> PyResult<Vec<Tw
             "twists must be finite, but have the component {value}"
         )));
     }
-    let twist = |numbers: &[f64]| twist_of(&std::array::from_fn(|place| numbers[place]));
+    let twist = |numbers: &[f64]| twist_of(&std::array::from_fn(|index| numbers[index]));
     Ok(values.chunks(6).map(twist).collect())
 }

@@ -72,7 +72,7 @@ pub fn moved_pose<'py>(
     pose: &Bound<'py, PyAny>,
     twist: &Bound<'py, PyAny>,
 ) -> PyResult<Floats<'py>> {
-    let moved = one(pose, "pose")?.moved_by(&twist_of(&finite_row(twist, "twist")?));
+    let moved = single_pose(pose, "pose")?.moved_by(&twist_of(&finite_row(twist, "twist")?));
     finite_matrix(py, &moved)
 }
 
@@ -95,7 +95,7 @@ pub fn poses(argument: &Bound<'_, PyAny>, name: &str) -> PyResult<Many<Pose>> {
         return pose_of(&entries).map(Many::One);
     }
     let Numbers { values, shape } = numbers(argument, name)?;
-    let entries = |values: &[f64]| std::array::from_fn(|place| values[place]);
+    let entries = |values: &[f64]| std::array::from_fn(|index| values[index]);
     let matrices = match shape[..] {
         [4, 4] => Many::One(entries(&values)),
         [_, 4, 4] => Many::Each(values.chunks(ENTRIES).map(entries).collect()),
@@ -105,7 +105,7 @@ pub fn poses(argument: &Bound<'_, PyAny>, name: &str) -> PyResult<Many<Pose>> {
 }
 
 /// Reads one pose.
-pub fn one(argument: &Bound<'_, PyAny>, name: &str) -> PyResult<Pose> {
+pub fn single_pose(argument: &Bound<'_, PyAny>, name: &str) -> PyResult<Pose> {
     match poses(argument, name)? {
         Many::One(pose) => Ok(pose),
         Many::Each(poses) => Err(wrong_shape(name, "(4, 4)", &[poses.len(), 4, 4])),
@@ -120,7 +120,7 @@ pub fn twist_of(numbers: &[f64; 6]) -> Twist {
 /// Entries of the matrix of a pose, row by row.
 pub fn entries(pose: &Pose) -> [f64; ENTRIES] {
     let (rotation, translation) = (pose.rotation(), pose.translation());
-    std::array::from_fn(|place| match (place / 4, place % 4) {
+    std::array::from_fn(|index| match (index / 4, index % 4) {
         (3, 3) => 1.0,
         (3, _) => 0.0,
         (row, 3) => translation[row],

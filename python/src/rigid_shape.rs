@@ -170,8 +170,8 @@ impl RigidShape {
         py: Python<'py>,
         #[pyo3(from_py_with = real)] density: f64,
     ) -> PyResult<(f64, Floats<'py>, Floats<'py>)> {
-        let found = self.surface().mass_properties(density);
-        mass_arrays(py, &found.map_err(value_error)?)
+        let properties = self.surface().mass_properties(density);
+        mass_arrays(py, &properties.map_err(value_error)?)
     }
 
     /// Computes the gradient of a loss with respect to the vertices from its gradient with respect to the mass properties.
@@ -207,11 +207,11 @@ impl RigidShape {
         by_inertia: &Bound<'py, PyAny>,
     ) -> PyResult<Floats<'py>> {
         let gradient = mass_gradient(by_mass, by_center, by_inertia)?;
-        let found = self.surface().mass_gradient(density, &gradient);
-        let found = found.map_err(value_error)?;
-        let values: Vec<f64> = found.iter().flatten().copied().collect();
+        let result_gradient = self.surface().mass_gradient(density, &gradient);
+        let result_gradient = result_gradient.map_err(value_error)?;
+        let values: Vec<f64> = result_gradient.iter().flatten().copied().collect();
         check_finite(&values, "the gradient")?;
-        array(py, values, &[found.len(), 3])
+        array(py, values, &[result_gradient.len(), 3])
     }
 
     pub fn __repr__(&self) -> String {

@@ -30,7 +30,7 @@ pub struct Rollout(Mutex<Steps>);
 struct Steps {
     steps: dynamics::Rollout,
     plan: dynamics::Plan,
-    taken: usize,
+    step_count: usize,
     total: Option<dynamics::StepReport>,
     /// Stop flag. Steps end when the flag is true.
     stop: Arc<AtomicBool>,
@@ -38,11 +38,11 @@ struct Steps {
 
 impl Rollout {
     pub fn of(steps: dynamics::Rollout, plan: dynamics::Plan) -> Self {
-        let (taken, total, stop) = (0, None, Arc::<AtomicBool>::default());
+        let (step_count, total, stop) = (0, None, Arc::<AtomicBool>::default());
         Self(Mutex::new(Steps {
             steps: steps.with_cancel_flag(Arc::clone(&stop)),
             plan,
-            taken,
+            step_count,
             total,
             stop,
         }))
@@ -78,18 +78,18 @@ impl Steps {
     /// Takes a step and returns the state after it. Ctrl-C can end an implicit step; explicit steps are short.
     fn next_step(&mut self, py: Python<'_>) -> PyResult<State> {
         let shared = self.begun();
-        let found = if self.plan.integrator().is_implicit() {
+        let result = if self.plan.integrator().is_implicit() {
             run(py, &shared, None, || self.step())?
         } else {
             py.detach(|| self.step())
         };
-        found.map_err(|why| rollout_error_without_trajectory(&why))?;
+        result.map_err(|why| rollout_error_without_trajectory(&why))?;
         Ok(State(self.steps.state().clone()))
     }
 
     fn step(&mut self) -> Result<(), RolloutError> {
         self.steps.advance()?;
-        self.taken += 1;
+        self.step_count += 1;
         if let Some(report) = self.steps.step_report() {
             *self.total.get_or_insert_default() += report.clone();
         }
@@ -102,14 +102,14 @@ impl Steps {
         states: &mut Vec<dynamics::State>,
         shared: &Shared,
     ) -> Result<(), RolloutError> {
-        while self.taken < self.plan.steps() {
+        while self.step_count < self.plan.steps() {
             self.step()?;
-            if self.taken.is_multiple_of(self.plan.record_every())
-                || self.taken == self.plan.steps()
+            if self.step_count.is_multiple_of(self.plan.record_every())
+                || self.step_count == self.plan.steps()
             {
                 states.push(self.steps.state().clone());
             }
-            shared.done.store(self.taken, Ordering::Relaxed);
+            shared.done.store(self.step_count, Ordering::Relaxed);
         }
         Ok(())
     }
@@ -132,7 +132,7 @@ impl Rollout {
     /// Number of steps taken.
     #[getter]
     fn steps_taken(&self) -> PyResult<usize> {
-        Ok(self.steps()?.taken)
+        Ok(self.steps()?.step_count)
     }
 
     /// Report of the last step. None before the first step, and for explicit steps.
@@ -191,7 +191,7 @@ impl Rollout {
     fn __next__(&self, py: Python<'_>) -> PyResult<Option<State>> {
         let mut guard = self.steps()?;
         let steps = &mut *guard;
-        if steps.taken >= steps.plan.steps() {
+        if steps.step_count >= steps.plan.steps() {
             return Ok(None);
         }
         steps.next_step(py).map(Some)
@@ -207,10 +207,10 @@ impl Rollout {
 
     fn __repr__(&self) -> PyResult<String> {
         let steps = self.steps()?;
-        let (taken, plan) = (steps.taken, steps.plan);
+        let (step_count, plan) = (steps.step_count, steps.plan);
         let shown = Plan(plan).__repr__();
         Ok(format!(
-            "Rollout({taken} of {} steps, {shown})",
+            "Rollout({step_count} of {} steps, {shown})",
             plan.steps()
         ))
     }

@@ -55,10 +55,10 @@ impl Shape {
     /// Reads a mesh from a file. The numbers of the file are taken as meters.
     fn in_file(py: Python<'_>, path: PathBuf, extents: Option<&str>) -> PyResult<Self> {
         if is_of(&path, &["vtk", "vtu"]) {
-            let found = py.import("hydroelastic._vtk")?;
-            let found = found.call_method1("read_mesh", (&path, extents))?;
+            let mesh = py.import("hydroelastic._vtk")?;
+            let mesh = mesh.call_method1("read_mesh", (&path, extents))?;
             let (vertices, tets, extents): (Bound<'_, PyAny>, Bound<'_, PyAny>, Option<_>) =
-                found.extract()?;
+                mesh.extract()?;
             let shape = Self::new(&vertices, &tets, extents.as_ref(), false);
             return shape.map_err(|error| {
                 let (path, why) = (path.display(), error.value(py));
@@ -83,12 +83,12 @@ impl Shape {
 /// Converts mass properties to the mass, the center of mass and the inertia.
 pub fn mass_arrays<'py>(
     py: Python<'py>,
-    found: &MassProperties,
+    properties: &MassProperties,
 ) -> PyResult<(f64, Floats<'py>, Floats<'py>)> {
-    let center = found.center_of_mass.as_slice().to_vec();
-    let inertia = found.inertia.transpose().as_slice().to_vec();
+    let center = properties.center_of_mass.as_slice().to_vec();
+    let inertia = properties.inertia.transpose().as_slice().to_vec();
     Ok((
-        found.mass,
+        properties.mass,
         array(py, center, &[3])?,
         array(py, inertia, &[3, 3])?,
     ))
@@ -451,8 +451,8 @@ impl Shape {
         py: Python<'py>,
         #[pyo3(from_py_with = real)] density: f64,
     ) -> PyResult<(f64, Floats<'py>, Floats<'py>)> {
-        let found = self.field().mesh().mass_properties(density);
-        mass_arrays(py, &found.map_err(value_error)?)
+        let properties = self.field().mesh().mass_properties(density);
+        mass_arrays(py, &properties.map_err(value_error)?)
     }
 
     /// Computes the gradient of a loss with respect to the vertices from its gradient with respect to the mass properties.
@@ -488,11 +488,11 @@ impl Shape {
         by_inertia: &Bound<'py, PyAny>,
     ) -> PyResult<Floats<'py>> {
         let gradient = mass_gradient(by_mass, by_center, by_inertia)?;
-        let found = self.field().mesh().mass_gradient(density, &gradient);
-        let found = found.map_err(value_error)?;
-        let values: Vec<f64> = found.iter().flatten().copied().collect();
+        let result_gradient = self.field().mesh().mass_gradient(density, &gradient);
+        let result_gradient = result_gradient.map_err(value_error)?;
+        let values: Vec<f64> = result_gradient.iter().flatten().copied().collect();
         check_finite(&values, "the gradient")?;
-        array(py, values, &[found.len(), 3])
+        array(py, values, &[result_gradient.len(), 3])
     }
 
     pub fn __repr__(&self) -> String {

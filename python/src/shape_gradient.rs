@@ -3,7 +3,7 @@
 use crate::any_shape::AnyShape;
 use crate::arrays::{Floats, check_finite, check_kept, finite, finite_row, table, wrong_shape};
 use crate::errors::value_error;
-use crate::pair_inputs::Found;
+use crate::pair_inputs::Results;
 use crate::shape_rates::ShapeRates;
 use hydroelastic::contact;
 use hydroelastic::nalgebra::{Matrix3, Vector3};
@@ -117,7 +117,7 @@ impl ShapeGradient {
                 .bind(py)
                 .getattr("shape")?
                 .repr()
-                .map(|it| it.to_string())
+                .map(|representation| representation.to_string())
         };
         Ok(format!(
             "ShapeGradient(by_vertices {}, by_extents {})",
@@ -143,8 +143,8 @@ fn of_shape(by_vertices: &[usize]) -> String {
 /// Numbers of vertices and of extents of a shape.
 pub fn counts(shape: &AnyShape) -> [usize; 2] {
     match shape {
-        AnyShape::Compliant(it) => [it.0.field().mesh().vertex_count(); 2],
-        AnyShape::Rigid(it) => [it.0.surface().vertices().len(), 0],
+        AnyShape::Compliant(shape) => [shape.0.field().mesh().vertex_count(); 2],
+        AnyShape::Rigid(shape) => [shape.0.surface().vertices().len(), 0],
         AnyShape::HalfSpace(_) => [0; 2],
     }
 }
@@ -169,12 +169,12 @@ pub fn write(row: &mut [f64], gradients: &[contact::ShapeGradient; 2]) {
 /// Converts the components of all contacts to both gradients.
 pub fn both(
     py: Python<'_>,
-    found: &Found,
+    results: &Results,
     counts: [[usize; 2]; 2],
 ) -> PyResult<(ShapeGradient, ShapeGradient)> {
     let mut first = 0;
     let mut next = |shape: &[usize]| -> PyResult<Floats<'_>> {
-        let array = found.array(py, first, shape);
+        let array = results.array(py, first, shape);
         first += shape.iter().product::<usize>();
         array
     };

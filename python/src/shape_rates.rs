@@ -53,8 +53,10 @@ impl ShapeRates {
     ) -> PyResult<Self> {
         let rates = rates.map_err(value_error)?;
         let count = rates[0].vertices.len();
-        let vertices = rates.iter().flat_map(|it| it.vertices.iter().flatten());
-        let extents = rates.iter().flat_map(|it| &it.extents);
+        let vertices = rates
+            .iter()
+            .flat_map(|rates| rates.vertices.iter().flatten());
+        let extents = rates.iter().flat_map(|rates| &rates.extents);
         Ok(Self {
             vertices: array(py, vertices.copied().collect(), &[N, count, 3])?.unbind(),
             extents: array(py, extents.copied().collect(), &[N, count])?.unbind(),
@@ -80,7 +82,9 @@ impl ShapeRates {
                 (&extents, "extents", &["k?", "v"]),
             ],
         )?;
-        let ambiguous = ambiguous.into_iter().map(|it| count(it, "ambiguous"));
+        let ambiguous = ambiguous
+            .into_iter()
+            .map(|vertex| count(vertex, "ambiguous"));
         Ok(Self {
             vertices,
             extents,
@@ -138,7 +142,7 @@ impl Shape {
     ) -> PyResult<ShapeRates> {
         let subdivisions = count(subdivisions, "subdivisions")?;
         let rates = shapes::icosphere_rates(radius, subdivisions);
-        ShapeRates::of(py, rates.map(|it| [it]))
+        ShapeRates::of(py, rates.map(|rates| [rates]))
     }
 
     /// Computes the derivatives of Shape.ellipsoid with respect to its semi-axes (m).
@@ -339,11 +343,11 @@ impl LinearizedShape {
         let by_vertices = vectors(by_vertices, "by_vertices")?;
         let by_extents = list(by_extents, "by_extents")?;
         check_finite(&by_extents, "by_extents")?;
-        let found = self.distances.pullback(&by_vertices, &by_extents);
-        let found = found.map_err(value_error)?;
-        let values = found.by_vertices.iter().flatten().copied().collect();
-        let by_vertices = array(py, values, &[found.by_vertices.len(), 3])?;
-        Ok((by_vertices, found.by_depth))
+        let gradient = self.distances.pullback(&by_vertices, &by_extents);
+        let gradient = gradient.map_err(value_error)?;
+        let values = gradient.by_vertices.iter().flatten().copied().collect();
+        let by_vertices = array(py, values, &[gradient.by_vertices.len(), 3])?;
+        Ok((by_vertices, gradient.by_depth))
     }
 
     /// Computes the rates of the shape if the vertices of the mesh move.

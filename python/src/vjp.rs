@@ -74,12 +74,12 @@ impl VectorJacobianProduct {
         let cotangents = StateCotangents::of(by_poses, by_twists, recorded, None)?;
         // The flag is still true if a signal has ended an earlier call.
         self.shared.stop.store(false, Ordering::Relaxed);
-        let found = run(py, &self.shared, None, || {
+        let result = run(py, &self.shared, None, || {
             let by_states = cotangents.covectors(0, self.inner.trajectory());
             self.inner.clone().pull_back(by_states)
         })?;
-        let found = found.map_err(|why| gradient_error(&why))?;
-        array(py, found.as_slice().to_vec(), &[found.len()])
+        let result = result.map_err(|why| gradient_error(&why))?;
+        array(py, result.as_slice().to_vec(), &[result.len()])
     }
 
     #[allow(clippy::unused_self, reason = "a method, to pickle")]

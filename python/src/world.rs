@@ -422,7 +422,7 @@ impl World {
         ];
         let others = counts.iter().filter(|(count, _)| *count > 0);
         let others: Vec<String> = others
-            .map(|(count, what)| format!(", {count} {what}"))
+            .map(|(count, noun)| format!(", {count} {noun}"))
             .collect();
         let others = others.concat();
         format!(

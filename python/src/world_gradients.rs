@@ -35,8 +35,8 @@ impl World {
             .with_cancel_flag(Arc::clone(&shared.stop))
             .with_step_counter(Arc::clone(&shared.done));
         let progress = Progress::of(py, progress, experiment.step_count_for(numbers))?;
-        let found = run(py, &shared, progress.as_ref(), || read(&experiment))?;
-        found.map_err(|why| gradient_error(&why))
+        let result = run(py, &shared, progress.as_ref(), || read(&experiment))?;
+        result.map_err(|why| gradient_error(&why))
     }
 }
 
@@ -91,8 +91,10 @@ impl World {
     ) -> PyResult<(Trajectory, TrajectoryJacobian)> {
         let by = inner(&parameters);
         let watched = (width(&by), progress);
-        let found = self.experiment(py, plan, watched, |it| it.jacobian(&by, &AllStates))?;
-        both(py, &found, self.inner.bodies().len())
+        let outcome = self.experiment(py, plan, watched, |experiment| {
+            experiment.jacobian(&by, &AllStates)
+        })?;
+        both(py, &outcome, self.inner.bodies().len())
     }
 
     /// Runs a rollout, and returns its trajectory and its vector–Jacobian product with respect to parameters.
@@ -127,7 +129,9 @@ impl World {
         parameters: Vec<Bound<'_, Parameter>>,
         memory: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<(Trajectory, VectorJacobianProduct)> {
-        let memory = memory.map(|it| count(whole(it)?, "memory")).transpose()?;
+        let memory = memory
+            .map(|value| count(whole(value)?, "memory"))
+            .transpose()?;
         let by = inner(&parameters);
         let shared = Shared::default();
         let experiment = Experiment::new(&self.inner, &plan.0);
@@ -170,9 +174,9 @@ impl World {
     /// RolloutError
     ///     If the rollout ends early. The error has no trajectory.
     fn kinks(&self, py: Python<'_>, plan: &Plan) -> PyResult<Vec<Kink>> {
-        let found = self.experiment(py, plan, (0, None), Experiment::kinks)?;
+        let kinks = self.experiment(py, plan, (0, None), Experiment::kinks)?;
         let names = self.names_of();
-        Ok(found
+        Ok(kinks
             .iter()
             .map(|summary| Kink::of(summary, &names))
             .collect())
@@ -238,13 +242,14 @@ impl World {
             .inner
             .bodies()
             .iter()
-            .filter(|it| it.inertia().is_some());
+            .filter(|body| body.inertia().is_some());
         let watched = (12 * dynamic.count() + width(&by), progress);
-        let found = self.experiment(py, plan, watched, |it| it.linearize(&by))?;
+        let linearization =
+            self.experiment(py, plan, watched, |experiment| experiment.linearize(&by))?;
         Ok((
-            State(found.end),
-            by_rows(py, &found.by_state)?,
-            by_rows(py, &found.by_parameters)?,
+            State(linearization.end),
+            by_rows(py, &linearization.by_state)?,
+            by_rows(py, &linearization.by_parameters)?,
         ))
     }
 
@@ -289,10 +294,10 @@ impl World {
         #[pyo3(from_py_with = real)] width: f64,
     ) -> PyResult<DerivativeCheck> {
         let by = inner(&parameters);
-        let found = self.experiment(py, plan, (0, None), |it| {
-            it.derivative_check(&by, &RecordedPositions, width)
+        let check = self.experiment(py, plan, (0, None), |experiment| {
+            experiment.derivative_check(&by, &RecordedPositions, width)
         })?;
-        Ok(DerivativeCheck(found))
+        Ok(DerivativeCheck(check))
     }
 
     /// Compares the derivatives of the recorded states with central differences of the same time steps, at seven step sizes.
@@ -324,9 +329,9 @@ impl World {
         parameters: Vec<Bound<'_, Parameter>>,
     ) -> PyResult<DifferenceCheck> {
         let by = inner(&parameters);
-        let found = self.experiment(py, plan, (0, None), |it| {
-            it.difference_check(&by, &AllStates)
+        let check = self.experiment(py, plan, (0, None), |experiment| {
+            experiment.difference_check(&by, &AllStates)
         })?;
-        Ok(DifferenceCheck(found))
+        Ok(DifferenceCheck(check))
     }
 }

@@ -74,7 +74,7 @@ impl RelativePose {
                 middles[axis] = (load(lower) + load(upper)) * half;
                 halves[axis] = (load(upper) - load(lower)) * half;
             }
-            let own = [
+            let normal_b = [
                 load(&node.slabs.normal[0]),
                 load(&node.slabs.normal[1]),
                 load(&node.slabs.normal[2]),
@@ -90,7 +90,7 @@ impl RelativePose {
                 overlap = overlap & lower.is_at_most(upper_a) & lower_a.is_at_most(upper);
                 lower.store_four(&mut boxes.0[axis][0], first);
                 upper.store_four(&mut boxes.0[axis][1], first);
-                normal[axis] = dot(splat(lanes, &self.rotation[axis]), own);
+                normal[axis] = dot(splat(lanes, &self.rotation[axis]), normal_b);
                 normal[axis].store_four(&mut slabs.normal[axis], first);
             }
             let shift = dot(normal, splat(lanes, &self.translation));
@@ -155,11 +155,11 @@ impl BoxSlab {
     /// the slab are moved outwards by a margin (m).
     #[inline(always)]
     pub fn of_a(node: BoxesAndSlabs, slot: usize, margin: f64) -> Self {
-        let own = Self::of(node, slot);
-        let [low, high] = own.between;
+        let patch = Self::of(node, slot);
+        let [low, high] = patch.between;
         Self {
             between: [low - margin, high + margin],
-            ..own
+            ..patch
         }
     }
 

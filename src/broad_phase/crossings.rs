@@ -39,7 +39,7 @@ pub(crate) fn visit_crossing_triangles(
     };
     let root = Partners {
         level: 0,
-        places: 0..1,
+        entries: 0..1,
     };
     descent.descend(Node::ROOT, &root);
 }
@@ -62,7 +62,7 @@ struct Descent<'s, 'm, V> {
 /// memory.
 struct Partners {
     level: usize,
-    places: Range<usize>,
+    entries: Range<usize>,
 }
 
 impl<V: FnMut(SurfaceFace, SurfaceFace)> Descent<'_, '_, V> {
@@ -92,7 +92,7 @@ impl<V: FnMut(SurfaceFace, SurfaceFace)> Descent<'_, '_, V> {
                 if is_next_last && near.level + 1 == depth_a {
                     near = self.divided(&box_slab, &near);
                 }
-                if !near.places.is_empty() {
+                if !near.entries.is_empty() {
                     let index = first + slot;
                     self.descend(Node { level, index }, &near);
                 }
@@ -100,13 +100,13 @@ impl<V: FnMut(SurfaceFace, SurfaceFace)> Descent<'_, '_, V> {
             return;
         }
         if partners.level == depth_a {
-            self.meet_four(&slabs, first, partners.places.clone());
+            self.meet_four(&slabs, first, partners.entries.clone());
             return;
         }
         for slot in near_slots(b.faces().len() - first) {
             let box_slab = BoxSlab::of(posed, slot);
             let near = self.narrowed(&box_slab, partners, 0.0);
-            self.meet_one(box_slab, first + slot, near.places);
+            self.meet_one(box_slab, first + slot, near.entries);
         }
     }
 
@@ -136,21 +136,21 @@ impl<V: FnMut(SurfaceFace, SurfaceFace)> Descent<'_, '_, V> {
     }
 
     fn kept(&mut self, box_slab: &BoxSlab, partners: &Partners, keeping: Keeping) -> Partners {
-        let Partners { level, ref places } = *partners;
-        self.make_room(places.end + WIDTH * places.len());
+        let Partners { level, ref entries } = *partners;
+        self.make_room(entries.end + WIDTH * entries.len());
         let end = lanes::run(FilterNodes {
             nodes: self.a.level(level).boxes,
             box_slab,
             keeping,
             memory: &mut *self.memory,
-            places: places.clone(),
+            entries: entries.clone(),
         });
         Partners {
             level: match keeping {
                 Keeping::Children => level + 1,
                 Keeping::Nodes => level,
             },
-            places: places.end..end,
+            entries: entries.end..end,
         }
     }
 
@@ -279,7 +279,7 @@ mod tests {
         let mut directions = vec![normal(a), normal(b)];
         for edge in edges_a {
             directions.push(normal(a).cross(&edge));
-            directions.extend(edges_b.map(|other| edge.cross(&other)));
+            directions.extend(edges_b.map(|edge_b| edge.cross(&edge_b)));
         }
         directions.extend(edges_b.map(|edge| normal(b).cross(&edge)));
         let limits = |triangle: &Corners, direction: &Vector3<f64>| {
@@ -303,12 +303,12 @@ mod tests {
     type Pair = [(usize, usize); 2];
 
     fn by_trees(a: &Body, b: &Body, pose_ab: &Pose) -> Vec<Pair> {
-        let (mut found, mut memory) = (Vec::new(), Vec::new());
+        let (mut pairs, mut memory) = (Vec::new(), Vec::new());
         let surfaces = [&a.tree, &b.tree];
         visit_crossing_triangles(surfaces, pose_ab, MARGIN, &mut memory, |a, b| {
-            found.push([a, b].map(|face| (face.tet(), face.face())));
+            pairs.push([a, b].map(|face| (face.tet(), face.face())));
         });
-        found
+        pairs
     }
 
     /// Returns the pairs for which `is_asked` is true.
@@ -317,17 +317,17 @@ mod tests {
         pose_ab: &Pose,
         is_asked: fn(&Corners, &Corners) -> bool,
     ) -> BTreeSet<Pair> {
-        let mut found = BTreeSet::new();
+        let mut pairs = BTreeSet::new();
         for face_b in &b.faces {
             let corners_b = face_b.corners(&b.tets);
             let posed_b = corners_b.map(|corner| pose_ab.transformed_point(&corner));
             for face_a in &a.faces {
                 if is_asked(&face_a.corners(&a.tets), &posed_b) {
-                    found.insert([face_a, face_b].map(|face| (face.tet(), face.face())));
+                    pairs.insert([face_a, face_b].map(|face| (face.tet(), face.face())));
                 }
             }
         }
-        found
+        pairs
     }
 
     /// Asserts that the trees find all triangles that share a point, each once, and no pair that
@@ -335,12 +335,12 @@ mod tests {
     /// pairs.
     fn assert_all_found(a: &Body, b: &Body, pose_ab: &Pose) -> usize {
         let list = by_trees(a, b, pose_ab);
-        let found: BTreeSet<Pair> = list.iter().copied().collect();
-        assert_eq!(found.len(), list.len(), "some are found twice");
+        let pairs: BTreeSet<Pair> = list.iter().copied().collect();
+        assert_eq!(pairs.len(), list.len(), "some are found twice");
         let least = by_all_pairs([a, b], pose_ab, share_a_point);
         let most = by_all_pairs([a, b], pose_ab, may_cross);
-        assert!(found.is_superset(&least), "{:?}", least.difference(&found));
-        assert!(found.is_subset(&most), "{:?}", found.difference(&most));
+        assert!(pairs.is_superset(&least), "{:?}", least.difference(&pairs));
+        assert!(pairs.is_subset(&most), "{:?}", pairs.difference(&most));
         least.len()
     }
 
@@ -375,8 +375,8 @@ mod tests {
         let mut total = 0;
         for a in &bodies {
             for b in &bodies {
-                let found = scattered(20, 1.2).map(|pose_ab| assert_all_found(a, b, &pose_ab));
-                total += found.sum::<usize>();
+                let counts = scattered(20, 1.2).map(|pose_ab| assert_all_found(a, b, &pose_ab));
+                total += counts.sum::<usize>();
             }
         }
         assert!(total > 10_000, "{total}");
@@ -432,11 +432,11 @@ mod tests {
         let pose_ab = Pose::from_translation(vector![0.9, 0.7, 0.2]);
         let mut memory = Vec::new();
         let mut search = || {
-            let (mut found, surfaces) = (Vec::new(), [&ball.tree; 2]);
+            let (mut crossings, surfaces) = (Vec::new(), [&ball.tree; 2]);
             visit_crossing_triangles(surfaces, &pose_ab, MARGIN, &mut memory, |a, b| {
-                found.push([a, b]);
+                crossings.push([a, b]);
             });
-            (found, memory.capacity())
+            (crossings, memory.capacity())
         };
         let first = search();
         assert!(first.0.len() > 20);

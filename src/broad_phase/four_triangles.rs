@@ -59,9 +59,10 @@ impl<'f> FourTriangles<'f> {
         for first in (0..WIDTH).step_by(L::COUNT) {
             let load = |quad: &Quad| lanes.load_four(quad, first);
             let vector = |[x, y, z]: &[Quad; 3]| [load(x), load(y), load(z)];
-            let own_corner = |corner: usize| dot(box_slab.normal, vector(&self.corners[corner]));
-            let own = [own_corner(0), own_corner(1), own_corner(2)];
-            let cuts = reach_into(own, box_slab.between);
+            let corner_distance =
+                |corner: usize| dot(box_slab.normal, vector(&self.corners[corner]));
+            let distances = [corner_distance(0), corner_distance(1), corner_distance(2)];
+            let cuts = reach_into(distances, box_slab.between);
             let normal = vector(self.normal);
             let corner = |corner: usize| dot(normal, splat(lanes, corners[corner].as_ref()));
             let [low, high] = &self.between;

@@ -44,8 +44,8 @@ impl RStarTree {
     pub fn visit_overlapping(&self, query: &Aabb, mut visit: impl FnMut(usize)) {
         // The visitor never breaks, so the result carries no value.
         let _: ControlFlow<()> =
-            (self.0).locate_in_envelope_intersecting_int(envelope(query), |found| {
-                visit(found.tet);
+            (self.0).locate_in_envelope_intersecting_int(envelope(query), |leaf| {
+                visit(leaf.tet);
                 ControlFlow::Continue(())
             });
     }

@@ -20,8 +20,8 @@ impl TetBvh {
     pub fn of(field: &PressureField) -> Self {
         let bvh_of = |is_inert: bool| {
             let tets = field.tets().iter().enumerate();
-            let own = tets.filter(|(_, tet)| tet.is_inert() == is_inert);
-            Bvh::new(own.map(|(index, tet)| (index, tet.tetrahedron.corners)))
+            let chosen = tets.filter(|(_, tet)| tet.is_inert() == is_inert);
+            Bvh::new(chosen.map(|(index, tet)| (index, tet.tetrahedron.corners)))
         };
         let pressing = bvh_of(false);
         Self {

@@ -35,13 +35,13 @@ impl InLanes for TransformNode<'_> {
 }
 
 /// Kernel that selects the nodes of A that a part of B's surface may touch. It reads the nodes at
-/// `places` of the memory and appends the selection. It returns the end of the new list.
+/// `entries` of the memory and appends the selection. It returns the end of the new list.
 pub(super) struct FilterNodes<'d> {
     pub nodes: &'d [FourBoxes],
     pub box_slab: &'d BoxSlab,
     pub keeping: Keeping,
     pub memory: &'d mut [u32],
-    pub places: Range<usize>,
+    pub entries: Range<usize>,
 }
 
 impl InLanes for FilterNodes<'_> {
@@ -50,9 +50,9 @@ impl InLanes for FilterNodes<'_> {
     #[inline(always)]
     fn run<L: Lanes>(self, lanes: L) -> usize {
         let box_slab = self.box_slab.in_lanes(lanes);
-        let mut end = self.places.end;
-        for place in self.places {
-            let index = self.memory[place];
+        let mut end = self.entries.end;
+        for entry in self.entries {
+            let index = self.memory[entry];
             let touched = box_slab.touched(lanes, &self.nodes[index as usize]);
             match self.keeping {
                 Keeping::Children => {
@@ -89,8 +89,8 @@ impl InLanes for CrossFour<'_> {
         let in_a = self.frame.triangles(lanes, self.corners_b);
         let four = FourTriangles::of_b(self.slabs, &in_a);
         let (leaves, mut end) = (self.a.leaves(), self.triangles.end);
-        for place in self.triangles {
-            let index = self.memory[place];
+        for entry in self.triangles {
+            let index = self.memory[entry];
             let (node, slot) = (index as usize / WIDTH, index as usize % WIDTH);
             let box_slab = BoxSlab::of_a(leaves.node(node), slot, self.margin);
             let crossed = four.crossed(lanes, &box_slab, &self.a.corners_of(index as usize));
@@ -118,8 +118,8 @@ impl InLanes for CrossOne<'_> {
     #[inline(always)]
     fn run<L: Lanes>(self, lanes: L) -> usize {
         let (leaves, mut end) = (self.a.leaves(), self.nodes.end);
-        for place in self.nodes {
-            let index = self.memory[place];
+        for entry in self.nodes {
+            let index = self.memory[entry];
             let node = leaves.node(index as usize);
             let corners = &self.a.corners()[index as usize];
             let four = FourTriangles::of_a(node, corners, self.margin);

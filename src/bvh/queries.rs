@@ -135,18 +135,18 @@ mod tests {
             for k in 0..60 {
                 let query = Aabb::around(&[point(7 * k), point(5 * k + 1)]);
                 let pose = Pose::from_rotation_vector(&point(k), 0.5 * point(k + 9));
-                let (mut found, mut near) = (Vec::new(), Vec::new());
-                bvh.visit_overlapping(&query, |item| found.push(item));
+                let (mut overlapping, mut near) = (Vec::new(), Vec::new());
+                bvh.visit_overlapping(&query, |item| overlapping.push(item));
                 bvh.visit_near(&query, &pose, MARGIN, |item| near.push(item));
                 let all_where = |test: &dyn Fn(&Aabb) -> bool| -> Vec<usize> {
                     (0..boxes.len()).filter(|&k| test(&boxes[k])).collect()
                 };
-                found.sort_unstable();
+                overlapping.sort_unstable();
                 near.sort_unstable();
-                assert_eq!(found, all_where(&|aabb| aabb.overlaps(&query)));
+                assert_eq!(overlapping, all_where(&|aabb| aabb.overlaps(&query)));
                 let may_overlap = |aabb: &Aabb| query.may_overlap_posed(aabb, &pose, MARGIN);
                 assert_eq!(near, all_where(&may_overlap));
-                total += found.len();
+                total += overlapping.len();
             }
             assert!(count < 16 || total > 0);
         }

@@ -66,7 +66,7 @@ impl<'a, T: Scalar> PolygonSource<'a, T> {
     ) -> (I::Sum, Surfaces<'a, T>) {
         let (surface, spilled) = self.integrated_within(octaves.cast_signed(), search, integrand);
         let (surfaces, spilled) = match spilled {
-            Some(_) if surface.found.noted_closeness().is_within(octaves) => {
+            Some(_) if surface.search_result.noted_closeness().is_within(octaves) => {
                 (self.for_derivatives(octaves, search), None)
             }
             Some(_) => ((surface, None), spilled),
@@ -115,11 +115,11 @@ impl<'a, T: Scalar> PolygonSource<'a, T> {
         search: Search,
         finer: impl FnOnce() -> CutSurface<'a, T>,
     ) -> Surfaces<'a, T> {
-        if !surface.found.noted_closeness().is_within(octaves) {
+        if !surface.search_result.noted_closeness().is_within(octaves) {
             return (surface, None);
         }
         let finer = finer();
-        let closeness = [&surface, &finer].map(|either| either.found.closeness());
+        let closeness = [&surface, &finer].map(|either| either.search_result.closeness());
         let Some(closeness) = closeness.into_iter().find(|near| near.is_within(octaves)) else {
             return (surface, Some(finer));
         };
@@ -137,7 +137,7 @@ impl<'a, T: Scalar> PolygonSource<'a, T> {
     fn within(&self, octaves: i32, search: Search) -> CutSurface<'a, T> {
         let source = self.with_near_coincidences(octaves);
         CutSurface {
-            found: source.pair.found(search),
+            search_result: source.pair.find_pairs(search),
             source,
         }
     }
@@ -153,11 +153,17 @@ impl<'a, T: Scalar> PolygonSource<'a, T> {
             return (self.within(octaves, search), None);
         }
         let (source, mut sum) = (self.with_near_coincidences(octaves), None);
-        let found = source.pair.found_spilling(search, &mut |generic| {
+        let search_result = source.pair.find_spilling(search, &mut |generic| {
             let sum = sum.get_or_insert_with(I::Sum::empty);
             source.add_generic(generic, integrand, sum);
         });
-        (CutSurface { source, found }, sum)
+        (
+            CutSurface {
+                source,
+                search_result,
+            },
+            sum,
+        )
     }
 }
 
@@ -178,13 +184,13 @@ mod tests {
     fn tolerances(octaves: u32, margins: f64) -> [f64; 3] {
         let cube = Shape::new(shapes::cuboid([1.0; 3]).unwrap());
         let body = |height: f64| {
-            let place = Pose::from_translation(vector![0.1, 0.2, 1.0].scale(height));
-            ContactBody::new(&cube, place, 1.0).unwrap()
+            let pose = Pose::from_translation(vector![0.1, 0.2, 1.0].scale(height));
+            ContactBody::new(&cube, pose, 1.0).unwrap()
         };
         let margin = |upper: ContactBody| ContactPair::new(upper, body(0.0)).source().pair.margin();
         let depth = margins * margin(body(1.0));
-        let place = Pose::from_translation(vector![0.1, 0.2, 1.0 - depth]);
-        let upper = ContactBody::new(&cube, place, 1.0).unwrap();
+        let pose = Pose::from_translation(vector![0.1, 0.2, 1.0 - depth]);
+        let upper = ContactBody::new(&cube, pose, 1.0).unwrap();
         let pair = ContactPair::new(upper, body(0.0));
         let source = pair.source();
         let (surface, _) = source.for_derivatives(octaves, pair.search());
@@ -197,12 +203,12 @@ mod tests {
      {
         for octaves in [ELASTIC_COINCIDENCE, COINCIDENCE] {
             for margins in [1.5, 3.0, 5.0, 10.0, 30.0, 1e2, 3e2, 1e3, 3e3, 1e4, 3e4, 1e6] {
-                let [found, least, depth] = tolerances(octaves, margins);
+                let [search_resultance, least, depth] = tolerances(octaves, margins);
                 let most = least * f64::from(1 << octaves);
-                assert!((least..=most).contains(&found), "{margins:e}");
-                assert!(found <= depth.max(least), "{margins:e}");
+                assert!((least..=most).contains(&search_resultance), "{margins:e}");
+                assert!(search_resultance <= depth.max(least), "{margins:e}");
                 let sixteenth = depth / 16.0 * (1.0 - ROUNDING);
-                assert!(found >= sixteenth.min(most), "{margins:e}");
+                assert!(search_resultance >= sixteenth.min(most), "{margins:e}");
             }
         }
     }

@@ -9,18 +9,25 @@ use nalgebra::Vector3;
 impl<T: Scalar> CutSurface<'_, T> {
     /// Returns whether a whole polygon lies so near to a face of B that they count as coincident.
     pub fn has_polygons_on_faces(&self) -> bool {
-        self.found.coplanarity().is_within(ELASTIC_COINCIDENCE)
+        self.search_result
+            .coplanarity()
+            .is_within(ELASTIC_COINCIDENCE)
     }
 
     /// Returns whether the contact surface has no polygons.
     pub fn is_empty(&self) -> bool {
         let is_pressed = |cut: &Cut| self.source.is_pressed(cut);
-        !self.found.cuts().iter().any(is_pressed) && !self.found.generic().have_polygons()
+        !self.search_result.cuts().iter().any(is_pressed)
+            && !self.search_result.generic().have_polygons()
     }
 
     /// Returns whether the surfaces touch face to face over some area, without pressure.
     pub fn touches(&self) -> bool {
-        let mut touches = self.found.cuts().iter().filter(|cut| cut.is_touch());
+        let mut touches = self
+            .search_result
+            .cuts()
+            .iter()
+            .filter(|cut| cut.is_touch());
         touches.any(|cut| {
             let polygon = self.source.polygon(cut);
             polygon.is_some_and(|polygon| polygon.has_area())

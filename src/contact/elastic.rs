@@ -215,8 +215,8 @@ impl<R: Responses> Integrand<f64> for ElasticJacobian<R> {
         sum.add_octets(generic.octets);
         if R::ARE_KEPT {
             for octet in generic.octets {
-                for place in set_bits(octet.polygons()) {
-                    responses.keep(|| PolygonResponse::at(octet, place));
+                for index in set_bits(octet.polygons()) {
+                    responses.keep(|| PolygonResponse::at(octet, index));
                 }
             }
         }
@@ -320,8 +320,8 @@ mod tests {
         let expected = bits(pair);
         for width in [2, 4, 8] {
             // There is one job, so no thread with another number of lanes takes part.
-            let own = parallel::map(&[()], |()| at_width(width, || bits(pair)));
-            assert!(own[0] == expected, "{name}, {width} lanes");
+            let actual = parallel::map(&[()], |()| at_width(width, || bits(pair)));
+            assert!(actual[0] == expected, "{name}, {width} lanes");
         }
     }
 
@@ -329,8 +329,8 @@ mod tests {
     fn pose(number: usize, distance: f64) -> Pose {
         let angle = |k: f64| (number as f64 * k + 0.3).sin();
         let turn = Vector3::new(angle(1.1), angle(2.3), angle(3.7)) * 2.0;
-        let way = Vector3::new(angle(0.7), angle(1.9), 1.5 + angle(2.9)).normalize();
-        Pose::from_rotation_vector(&turn, way * distance)
+        let direction = Vector3::new(angle(0.7), angle(1.9), 1.5 + angle(2.9)).normalize();
+        Pose::from_rotation_vector(&turn, direction * distance)
     }
 
     /// Calls `check` with two balls. Their contact has so many octets of polygons that memory is used again.

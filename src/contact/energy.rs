@@ -194,7 +194,7 @@ impl<T: Scalar> PolygonSource<'_, T> {
 impl<T: Scalar> CutSurface<'_, T> {
     /// Returns whether the pressures of both bodies are equal over a volume.
     pub fn has_equal_fields(&self) -> bool {
-        let mut pairs = self.found.equal_fields().iter();
+        let mut pairs = self.search_result.equal_fields().iter();
         pairs.any(|&cells| self.source.press(cells))
     }
 }

@@ -57,7 +57,7 @@ impl Integrand<f64> for Freeze {
         elastic.add_octets(generic.octets);
         if self.is_dissipative {
             for octet in generic.octets {
-                let polygon = |place| FrozenPolygon::of(PlanePolygon::at(octet, place));
+                let polygon = |index| FrozenPolygon::of(PlanePolygon::at(octet, index));
                 polygons.extend(set_bits(octet.polygons()).map(polygon));
             }
         }
@@ -69,7 +69,7 @@ impl ContactPair<'_> {
     pub(crate) fn frozen(&self) -> Option<FrozenContact> {
         let moving = self.relative_motion().filter(|(law, _)| !law.is_elastic());
         let surface = self.source().for_values(self.search());
-        if surface.found.is_empty() {
+        if surface.search_result.is_empty() {
             return None;
         }
         let is_dissipative = moving.is_some();
@@ -180,11 +180,11 @@ mod tests {
     fn the_model_of_a_contact_as_it_is_has_the_wrench_of_the_contact() {
         let twists = [1.0, -0.3].map(|part| Twist::from_vector(&(Vector6::from(SOME) * part)));
         for_pairs(|pair| {
-            let found = pair.moving(law(), twists).frozen().unwrap().wrench;
+            let actual = pair.moving(law(), twists).frozen().unwrap().wrench;
             let exact = pair.moving(law(), twists).wrench();
-            for (found, exact) in [(found.on_a, exact.on_a), (found.on_b, exact.on_b)] {
-                let [found, exact] = [found, exact].map(|wrench| wrench.to_vector());
-                let error = (found - exact).amax();
+            for (actual, exact) in [(actual.on_a, exact.on_a), (actual.on_b, exact.on_b)] {
+                let [actual, exact] = [actual, exact].map(|wrench| wrench.to_vector());
+                let error = (actual - exact).amax();
                 assert!(error <= EXACT * exact.amax(), "{error:e}");
             }
         });
@@ -218,13 +218,13 @@ mod tests {
             )
             .unwrap()
         };
-        let none = lifted(0.0, 0.0);
+        let elastic_law = lifted(0.0, 0.0);
         let law = lifted(law.dissipation, law.friction);
         let mut sum = AddedByLaw::nothing();
         for polygon in &frozen.polygons {
             let polygon = polygon.after(&motion);
-            let [all, elastic] =
-                [&law, &none].map(|law| polygon.wrench_in_motion(law, &velocity).to_vector());
+            let [all, elastic] = [&law, &elastic_law]
+                .map(|law| polygon.wrench_in_motion(law, &velocity).to_vector());
             let added = all - elastic;
             for row in 0..6 {
                 sum.wrench[row] += real_part(added[row]);
@@ -246,12 +246,12 @@ mod tests {
             for (part, spin) in [(0.0, 0.0), (0.03, 1e-3), (-0.2, 1.0), (0.2, 30.0)] {
                 let (motion, mut twist) = (some * part, some);
                 twist.fixed_rows_mut::<3>(0).scale_mut(spin);
-                let found = frozen.added(&motion, &twist);
+                let actual = frozen.added(&motion, &twist);
                 let expected = by_dual_numbers(&frozen, &law, [&motion, &twist]);
                 let errors = [
-                    (found.wrench - expected.wrench).amax() / expected.wrench.amax(),
-                    (found.by_motion - expected.by_motion).amax() / expected.by_motion.amax(),
-                    (found.by_twist - expected.by_twist).amax() / expected.by_twist.amax(),
+                    (actual.wrench - expected.wrench).amax() / expected.wrench.amax(),
+                    (actual.by_motion - expected.by_motion).amax() / expected.by_motion.amax(),
+                    (actual.by_twist - expected.by_twist).amax() / expected.by_twist.amax(),
                 ];
                 assert!(errors.iter().all(|&error| error <= EXACT), "{errors:?}");
             }
@@ -272,18 +272,21 @@ mod tests {
                 let wrench = |d: &Vector6<f64>, v: &Vector6<f64>| {
                     frozen.added(&(motion + d), &(twist + v)).wrench
                 };
-                let none = Vector6::zeros();
+                let zero = Vector6::zeros();
                 for column in 0..6 {
                     let step = Vector6::ith(column, STEP);
                     let by =
                         |ahead: Vector6<f64>, behind: Vector6<f64>| (ahead - behind) / (2.0 * STEP);
                     let pairs = [
-                        (by_motion, by(wrench(&step, &none), wrench(&-step, &none))),
-                        (by_twist, by(wrench(&none, &step), wrench(&none, &-step))),
+                        (by_motion, by(wrench(&step, &zero), wrench(&-step, &zero))),
+                        (by_twist, by(wrench(&zero, &step), wrench(&zero, &-step))),
                     ];
-                    for (found, difference) in pairs {
-                        let error = (found.column(column) - difference).amax();
-                        assert!(error <= DIFFERENCES * found.amax(), "{column}: {error:e}");
+                    for (derivative, difference) in pairs {
+                        let error = (derivative.column(column) - difference).amax();
+                        assert!(
+                            error <= DIFFERENCES * derivative.amax(),
+                            "{column}: {error:e}"
+                        );
                     }
                 }
             }

@@ -16,13 +16,13 @@ const SINGLE: usize = 32;
 /// Largest number of octets in a piece of work.
 const MOST_OCTETS: usize = 256;
 
-/// The polygons of octets that are left to be added one by one. Each octet has a bit for each place.
+/// The polygons of octets that are left to be added one by one. Each octet has a bit for each index.
 pub(super) type Remainder = [u8];
 
 /// The result of a search, and the source that computes the polygons with the same tolerance for coincidences.
 pub(super) struct CutSurface<'a, T> {
     pub source: PolygonSource<'a, T>,
-    pub found: SearchResult,
+    pub search_result: SearchResult,
 }
 
 /// A quantity that is summed over the polygons of a contact surface.
@@ -46,13 +46,13 @@ pub(super) trait Integrand<T>: Sync {
         }
     }
 
-    /// Adds the polygons of octets, several at a time, for scalars without derivatives. May skip polygons and set their bits in `left`,
+    /// Adds the polygons of octets, several at a time, for scalars without derivatives. May skip polygons and set their bits in `remainder`,
     /// which is zero at first. The caller then adds them one by one.
     fn add_octets(
         &self,
         source: &PolygonSource<T>,
         generic: GenericPairs,
-        left: &mut Remainder,
+        remainder: &mut Remainder,
         sum: &mut Self::Sum,
     );
 }
@@ -68,16 +68,16 @@ impl<T: Scalar> PolygonSource<'_, T> {
         const { assert!(I::OCTETS <= MOST_OCTETS) };
         let are_single = carries_derivatives::<T>();
         let piece = |generic: GenericPairs| {
-            let (mut sum, mut left) = (I::Sum::empty(), [0; MOST_OCTETS]);
-            let left = &mut left[..generic.octets.len()];
+            let (mut sum, mut remainder) = (I::Sum::empty(), [0; MOST_OCTETS]);
+            let remainder = &mut remainder[..generic.octets.len()];
             if are_single {
-                leave_all(generic, left);
+                mark_all(generic, remainder);
             } else {
-                integrand.add_octets(self, generic, left, &mut sum);
+                integrand.add_octets(self, generic, remainder, &mut sum);
             }
-            for (octet, left) in generic.octets.iter().zip(left) {
-                for place in set_bits(*left) {
-                    let cut = generic.cut(octet, place, &self.pair);
+            for (octet, remainder) in generic.octets.iter().zip(remainder) {
+                for index in set_bits(*remainder) {
+                    let cut = generic.cut(octet, index, &self.pair);
                     integrand.add(self, &cut, &mut sum);
                 }
             }
@@ -102,9 +102,11 @@ impl<T: Scalar> CutSurface<'_, T> {
             integrand.add_cuts(&self.source, cuts, &mut sum);
             sum
         };
-        parallel::for_pieces(self.found.cuts(), SINGLE, piece, |piece| sum.merge(piece));
+        parallel::for_pieces(self.search_result.cuts(), SINGLE, piece, |piece| {
+            sum.merge(piece)
+        });
         self.source
-            .add_generic(self.found.generic(), integrand, &mut sum);
+            .add_generic(self.search_result.generic(), integrand, &mut sum);
         sum
     }
 
@@ -136,16 +138,16 @@ impl<T: Scalar, S: PartialSum, F: Fn(&mut S, &Cut) + Sync> Integrand<T> for OneB
         &self,
         _: &PolygonSource<T>,
         generic: GenericPairs,
-        left: &mut Remainder,
+        remainder: &mut Remainder,
         _: &mut S,
     ) {
-        leave_all(generic, left);
+        mark_all(generic, remainder);
     }
 }
 
 /// Marks all polygons to be added one by one.
-fn leave_all(generic: GenericPairs, left: &mut Remainder) {
-    for (octet, left) in generic.octets.iter().zip(left) {
-        *left = octet.polygons();
+fn mark_all(generic: GenericPairs, remainder: &mut Remainder) {
+    for (octet, remainder) in generic.octets.iter().zip(remainder) {
+        *remainder = octet.polygons();
     }
 }

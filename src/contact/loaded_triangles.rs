@@ -15,8 +15,8 @@ pub(super) struct Triangles {
     damping: [Row; 3],
     /// The slip at the origin, and the spin.
     slip: [Row; 3],
-    /// Octet and place of each triangle's polygon.
-    pub places: [[usize; 2]; ROW],
+    /// Octet and index of each triangle's polygon.
+    pub indices: [[usize; 2]; ROW],
     pub len: usize,
     /// The highest level of quadrature rules that a triangle needs.
     pub level: usize,
@@ -28,41 +28,41 @@ impl Triangles {
         pressure: [[0.0; ROW]; 3],
         damping: [[0.0; ROW]; 3],
         slip: [[0.0; ROW]; 3],
-        places: [[0; 2]; ROW],
+        indices: [[0; 2]; ROW],
         len: 0,
         level: 0,
     };
 
-    /// Adds the triangle of the origin and the edge in a slot. The polygon is at this place in the octet with this number.
+    /// Adds the triangle of the origin and the edge in a slot. The polygon is at this index in the octet with this number.
     #[inline]
     pub fn push(
         &mut self,
         (octet, fields): (&Octet, &SlipFields),
-        [number, place]: [usize; 2],
+        [number, index]: [usize; 2],
         slot: usize,
     ) {
         let free = self.len;
         for (rows, of_slots) in self.corners.iter_mut().zip([&octet.corners, &octet.ends]) {
-            rows[0][free] = of_slots[slot][0][place];
-            rows[1][free] = of_slots[slot][1][place];
+            rows[0][free] = of_slots[slot][0][index];
+            rows[1][free] = of_slots[slot][1][index];
         }
         for k in 0..3 {
-            self.pressure[k][free] = fields.pressure[k][place];
-            self.damping[k][free] = fields.damping[k][place];
-            self.slip[k][free] = fields.slip[k][place];
+            self.pressure[k][free] = fields.pressure[k][index];
+            self.damping[k][free] = fields.damping[k][index];
+            self.slip[k][free] = fields.slip[k][index];
         }
-        self.places[free] = [number, place];
+        self.indices[free] = [number, index];
         self.len += 1;
-        self.level = self.level.max(fields.level(place));
+        self.level = self.level.max(fields.level(index));
     }
 
-    /// Fills the free places with triangles without an area.
+    /// Fills the free slots with triangles without an area.
     pub fn fill_up(&mut self) {
         for row in self.corners.iter_mut().flatten() {
             row[self.len..].fill(0.0);
         }
-        let first = self.places[0];
-        self.places[self.len..].fill(first);
+        let first = self.indices[0];
+        self.indices[self.len..].fill(first);
     }
 }
 

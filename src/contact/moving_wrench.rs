@@ -34,7 +34,7 @@ struct InLanesOver<'o> {
     octets: &'o [Octet],
     law: &'o SurfaceLaw,
     motion: &'o RelativeMotion<f64>,
-    left: &'o mut Remainder,
+    remainder: &'o mut Remainder,
 }
 
 /// The sum so far, and the triangles that are not yet integrated.
@@ -64,20 +64,20 @@ impl InLanes for InLanesOver<'_> {
             }
             let fields = SlipFields::of(lanes, octet, self.law, self.motion);
             let by_rules = fields.by_rules() & polygons;
-            self.left[number] = polygons & !by_rules;
+            self.remainder[number] = polygons & !by_rules;
             // One loop over the triangles of all eight polygons avoids branch mispredictions, because the number of triangles of a polygon
             // is unpredictable.
             let mut edges = [0; ROW];
-            for (place, edges) in edges.iter_mut().enumerate() {
-                let is_taken = by_rules >> place & 1;
-                *edges = octet.opposite_edges(place) * is_taken;
+            for (index, edges) in edges.iter_mut().enumerate() {
+                let is_taken = by_rules >> index & 1;
+                *edges = octet.opposite_edges(index) * is_taken;
             }
             let mut edges = u64::from_le_bytes(edges);
             while edges != 0 {
                 let edge = edges.trailing_zeros() as usize;
                 edges &= edges - 1;
-                let places = [number, edge / SLOTS];
-                sum.triangles.push((octet, &fields), places, edge % SLOTS);
+                let indices = [number, edge / SLOTS];
+                sum.triangles.push((octet, &fields), indices, edge % SLOTS);
                 if sum.triangles.len == ROW {
                     sum.add(lanes);
                 }
@@ -105,7 +105,7 @@ impl Sum<'_> {
         for first in (0..triangles.len).step_by(L::COUNT) {
             let [pressed, by_y1, by_y2, along1, along2, about] =
                 integrals(lanes, triangles, first, rule, law);
-            let plane = PolygonFields::gathered(lanes, octets, &triangles.places, first);
+            let plane = PolygonFields::gathered(lanes, octets, &triangles.indices, first);
             let friction = lanes.splat(-law.friction);
             let [along1, along2, about] = [along1 * friction, along2 * friction, about * friction];
             let wrench = plane.in_a(&[by_y2, -by_y1, about, along1, along2, pressed]);
@@ -132,14 +132,14 @@ impl<T: Scalar> Integrand<T> for MovingWrench<T> {
         &self,
         _: &PolygonSource<T>,
         generic: GenericPairs,
-        left: &mut Remainder,
+        remainder: &mut Remainder,
         sum: &mut Wrench<T>,
     ) {
         let wrench = lanes::run(InLanesOver {
             octets: generic.octets,
             law: &self.law.real(),
             motion: &self.motion.real(),
-            left,
+            remainder,
         });
         *sum += Wrench::from_vector(&Vector6::from(wrench.map(lift)));
     }

@@ -92,8 +92,8 @@ const BY_QUADRATIC: [[usize; 6]; 3] = [[0, 1, 2, 3, 4, 5], [1, 3, 4, 6, 7, 8], [
 /// Returns ∫ f m for a quadratic f and m = 1, y₁ and y₂.
 #[inline]
 pub(super) fn quadratic_moments<T: Scalar>(f: &Quadratic<T>, moments: &[T; 10]) -> [T; 3] {
-    BY_QUADRATIC.map(|places| {
-        let term = |k: usize| f[k] * moments[places[k]];
+    BY_QUADRATIC.map(|indices| {
+        let term = |k: usize| f[k] * moments[indices[k]];
         (term(0) + term(1)) + (term(2) + term(3)) + (term(4) + term(5))
     })
 }

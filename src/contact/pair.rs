@@ -168,7 +168,7 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
     pub fn work_count(&self) -> WorkCount {
         let surface = self.real().cut_surface();
         WorkCount {
-            candidate_pairs: surface.found.candidates,
+            candidate_pairs: surface.search_result.candidates,
             polygons: surface.polygon_count(),
         }
     }

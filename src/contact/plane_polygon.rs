@@ -118,17 +118,17 @@ impl<T: Scalar> PlanePolygon<T> {
 }
 
 impl PlanePolygon<f64> {
-    /// Returns the polygon at a place of an octet.
-    pub fn at(octet: &Octet, place: usize) -> Self {
+    /// Returns the polygon at an index of an octet.
+    pub fn at(octet: &Octet, index: usize) -> Self {
         let mut outline = Outline::empty();
         let mut edge = 0;
-        octet.visit_edges(place, |_, corner| {
+        octet.visit_edges(index, |_, corner| {
             outline.push(corner, edge);
             edge += 1;
         });
         let (_, cubic_moments) = split(outline.moments());
         Self {
-            plane: PolygonFields::at(octet, place),
+            plane: PolygonFields::at(octet, index),
             outline,
             cubic_moments,
             weights: Weights::WHOLE,

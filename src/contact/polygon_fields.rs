@@ -42,31 +42,31 @@ impl PolygonFields<f64> {
         moments: [0.0; 6],
     };
 
-    /// Returns the plane of the polygon at a place of an octet.
-    pub fn at(octet: &Octet, place: usize) -> Self {
-        Self::from(|row| row(octet)[place])
+    /// Returns the plane of the polygon at an index of an octet.
+    pub fn at(octet: &Octet, index: usize) -> Self {
+        Self::from(|row| row(octet)[index])
     }
 }
 
 impl<N: Numbers> PolygonFields<N> {
-    /// Loads planes of an octet, beginning with the one at place `first`.
+    /// Loads planes of an octet, beginning with the one at index `first`.
     #[inline(always)]
     pub fn loaded<L: Lanes<Numbers = N>>(lanes: L, octet: &Octet, first: usize) -> Self {
         Self::from(|row| lanes.load(row(octet), first))
     }
 
-    /// Loads the planes at places of octets, each given by octet and place, beginning with index `first`.
+    /// Loads planes of octets, each given by octet and index, beginning with index `first`.
     #[inline(always)]
     pub fn gathered<L: Lanes<Numbers = N>>(
         lanes: L,
         octets: &[Octet],
-        places: &[[usize; 2]; ROW],
+        indices: &[[usize; 2]; ROW],
         first: usize,
     ) -> Self {
         Self::from(|row| {
             lanes.gathered(|lane| {
-                let [octet, place] = places[first + lane];
-                row(&octets[octet])[place]
+                let [octet, index] = indices[first + lane];
+                row(&octets[octet])[index]
             })
         })
     }

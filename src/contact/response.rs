@@ -98,11 +98,11 @@ impl PolygonResponse {
         }
     }
 
-    /// Creates the elastic response of the polygon at index `place` of an octet.
-    pub fn at(octet: &Octet, place: usize) -> Self {
+    /// Creates the elastic response of the polygon at an index of an octet.
+    pub fn at(octet: &Octet, index: usize) -> Self {
         Self {
-            tets: octet.tets()[place].map(|tet| tet as usize),
-            plane: PolygonFields::at(octet, place),
+            tets: octet.tets()[index].map(|tet| tet as usize),
+            plane: PolygonFields::at(octet, index),
             weights: Weights::WHOLE,
             law: None,
         }
@@ -231,9 +231,9 @@ impl PolygonResponse {
 
     /// Contracts the wrenches of 1, y₁ and y₂ with a derivative with respect to the wrench.
     fn contracted(&self, covector: &Vector6<f64>, wrenches: &[Vector6<f64>; 3]) -> AffineForm {
-        let [one, y1, y2] = wrenches.each_ref().map(|wrench| covector.dot(wrench));
+        let [at_origin, y1, y2] = wrenches.each_ref().map(|wrench| covector.dot(wrench));
         let [e1, e2, _] = self.axes();
-        AffineForm::about(&self.origin(), one, e1 * y1 + e2 * y2)
+        AffineForm::about(&self.origin(), at_origin, e1 * y1 + e2 * y2)
     }
 }
 

@@ -54,25 +54,25 @@ impl<'o> SlipFields<'o> {
         loads
     }
 
-    /// Returns the places of polygons that are integrated by rules, as bits. The bits of places without a polygon are arbitrary.
+    /// Returns the indices of polygons that are integrated by rules, as bits. The bits of indices without a polygon are arbitrary.
     #[inline]
     pub fn by_rules(&self) -> u8 {
         let mut by_rules = 0;
-        for place in 0..ROW {
-            by_rules |= u8::from(self.level(place) < LEVELS) << place;
+        for index in 0..ROW {
+            by_rules |= u8::from(self.level(index) < LEVELS) << index;
         }
         by_rules
     }
 
-    /// Returns the level of the polygon at a place.
+    /// Returns the level of the polygon at an index.
     #[inline]
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,
         reason = "a small whole number"
     )]
-    pub fn level(&self, place: usize) -> usize {
-        self.levels[place] as usize
+    pub fn level(&self, index: usize) -> usize {
+        self.levels[index] as usize
     }
 }
 

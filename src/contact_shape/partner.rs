@@ -239,11 +239,11 @@ impl<'a> PartnerShape<'a> {
             Self::Rigid(shape) => shape.surface().reach(),
             // The distance from A to that origin. Scaling first prevents overflow and underflow of the squares.
             Self::HalfSpace(_) => {
-                let (way, largest) = (pose_ab.translation(), pose_ab.translation().amax());
+                let (offset, largest) = (pose_ab.translation(), pose_ab.translation().amax());
                 if largest == 0.0 {
                     0.0
                 } else {
-                    (way / largest).norm() * largest
+                    (offset / largest).norm() * largest
                 }
             }
         }

@@ -114,9 +114,9 @@ impl BodyShape {
     #[must_use]
     pub fn is_same(&self, other: &Self) -> bool {
         match (self, other) {
-            (Self::Compliant(one), Self::Compliant(other)) => Arc::ptr_eq(one, other),
-            (Self::Rigid(one), Self::Rigid(other)) => Arc::ptr_eq(one, other),
-            (Self::HalfSpace(one), Self::HalfSpace(other)) => Arc::ptr_eq(one, other),
+            (Self::Compliant(a), Self::Compliant(b)) => Arc::ptr_eq(a, b),
+            (Self::Rigid(a), Self::Rigid(b)) => Arc::ptr_eq(a, b),
+            (Self::HalfSpace(a), Self::HalfSpace(b)) => Arc::ptr_eq(a, b),
             (Self::Compliant(_) | Self::Rigid(_) | Self::HalfSpace(_), _) => false,
         }
     }

@@ -122,7 +122,7 @@ impl<F: Force> World<f64, F> {
         check_finite(FORCE_PARAMETER, &[value])?;
         self.model
             .force_parameters
-            .retain(|(other, _)| other != name);
+            .retain(|(existing, _)| existing != name);
         self.model.force_parameters.push((name.into(), value));
         self.check_forces()?;
         Ok(self)
@@ -181,7 +181,7 @@ impl<F: Force> World<f64, F> {
         }
         self.model
             .controls
-            .retain(|other| other.body() != control.body());
+            .retain(|existing| existing.body() != control.body());
         self.model.controls.push(control);
         Ok(self)
     }

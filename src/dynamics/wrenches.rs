@@ -212,7 +212,7 @@ mod tests {
         let cube = Arc::new(Shape::new(shapes::cuboid([0.2; 3]).unwrap()));
         let skin = Material::elastic(1e5);
         // On a line: two fixed cubes and three dynamic cubes. The middle dynamic cube is turned.
-        let place = |body: Body, x: f64, turn: f64| {
+        let placed = |body: Body, x: f64, turn: f64| {
             let rotation_vector = Vector3::z() * turn;
             body.with_pose(Pose::from_rotation_vector(
                 &rotation_vector,
@@ -226,11 +226,11 @@ mod tests {
         };
         let world = |turn| {
             World::new(vec![
-                place(fixed("a"), 0.0, 0.0),
-                place(fixed("b"), 0.1, 0.0),
-                place(falling("c"), 0.15, 0.0),
-                place(falling("d"), 0.36, turn),
-                place(falling("e"), 0.5, 0.0),
+                placed(fixed("a"), 0.0, 0.0),
+                placed(fixed("b"), 0.1, 0.0),
+                placed(falling("c"), 0.15, 0.0),
+                placed(falling("d"), 0.36, turn),
+                placed(falling("e"), 0.5, 0.0),
             ])
             .unwrap()
         };

@@ -49,8 +49,8 @@ impl<T: Scalar> Rotation<T> {
     }
 
     pub fn corner(&self, y: &Vector<T>) -> Corner<T> {
-        let place = [y[0] - self.center[0], y[1] - self.center[1]];
-        Corner::new(place, self.epsilon * self.epsilon)
+        let position = [y[0] - self.center[0], y[1] - self.center[1]];
+        Corner::new(position, self.epsilon * self.epsilon)
     }
 
     /// Visits the edge from each corner to the next.
@@ -87,8 +87,8 @@ impl<T: Scalar> HalfSolidAngle<T> {
 
     #[inline]
     pub fn turn(&mut self, a: &Corner<T>, b: &Corner<T>, epsilon: T) {
-        let real = (a.distance + epsilon) * (b.distance + epsilon) + dot(a.place, b.place);
-        let imaginary = cross(a.place, b.place);
+        let real = (a.distance + epsilon) * (b.distance + epsilon) + dot(a.position, b.position);
+        let imaginary = cross(a.position, b.position);
         let size = real_part(real).abs() + real_part(imaginary).abs();
         if size > 0.0 {
             let by = [real * size.recip(), imaginary * size.recip()];
@@ -109,7 +109,7 @@ struct ResultantSums<T> {
     /// nᵢ with f = g.
     load: Vector<T>,
     /// nᵢ with f = 1.
-    one: Vector<T>,
+    constant: Vector<T>,
     /// n₁ with f = r₁, n₂ with r₁, n₂ with r₂.
     linear: [T; 3],
     /// r·n with f = 1, r₁, r₂, and the quadratic part of g.
@@ -123,7 +123,7 @@ impl<T: Scalar> ResultantSums<T> {
         let zero = lift(0.0);
         Self {
             load: [zero; 2],
-            one: [zero; 2],
+            constant: [zero; 2],
             linear: [zero; 3],
             radial: [zero; 4],
             radial_over_r: zero,
@@ -141,11 +141,11 @@ impl<T: Scalar> ResultantSums<T> {
             + load[4] * (o1 * second + e1 * moved2)
             + load[5] * (o2 * second + e2 * moved2);
         let all = load[0] * m0 + load[1] * first + load[2] * second + quadratic;
-        let normal = [b.place[1] - a.place[1], a.place[0] - b.place[0]];
-        let radial = cross(a.place, b.place);
+        let normal = [b.position[1] - a.position[1], a.position[0] - b.position[0]];
+        let radial = cross(a.position, b.position);
         for (i, component) in normal.into_iter().enumerate() {
             self.load[i] += component * all;
-            self.one[i] += component * m0;
+            self.constant[i] += component * m0;
         }
         self.linear[0] += normal[0] * first;
         self.linear[1] += normal[1] * first;
@@ -161,7 +161,7 @@ impl<T: Scalar> ResultantSums<T> {
     fn integrals(&self, solid_angle: T, epsilon: T, g: &Quadratic<T>) -> [T; 3] {
         let squared = epsilon * epsilon;
         let i0 = self.radial_over_r - epsilon * solid_angle;
-        let [i1, i2] = self.one;
+        let [i1, i2] = self.constant;
         let m0 = (self.radial[0] + squared * i0) * (1.0 / 3.0);
         let m1 = (self.radial[1] + squared * i1) * 0.25;
         let m2 = (self.radial[2] + squared * i2) * 0.25;

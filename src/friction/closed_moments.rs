@@ -21,7 +21,7 @@ impl ClosedForm<'_> {
             let means = EdgeMeans::new(a, b, rotation.epsilon * rotation.epsilon);
             sums.add(a, b, &means, rotation.epsilon);
             let flux = EdgeFlux::new(&rotation, &means, load).by_monomial();
-            let normal = [b.place[1] - a.place[1], a.place[0] - b.place[0]];
+            let normal = [b.position[1] - a.position[1], a.position[0] - b.position[0]];
             for (axis, flux) in flux.iter().enumerate() {
                 for (m, mean) in flux.iter().enumerate() {
                     fluxes[0][axis][m] += normal[0] * mean;
@@ -71,8 +71,8 @@ impl Sums {
     fn add(&mut self, a: &Corner<f64>, b: &Corner<f64>, means: &EdgeMeans<f64>, epsilon: f64) {
         self.angle.turn(a, b, epsilon);
         let by_r = monomial_means(means);
-        let radial = cross(a.place, b.place);
-        let normal = [b.place[1] - a.place[1], a.place[0] - b.place[0]];
+        let radial = cross(a.position, b.position);
+        let normal = [b.position[1] - a.position[1], a.position[0] - b.position[0]];
         for (k, mean) in by_r.into_iter().enumerate() {
             self.normal[0][k] += normal[0] * mean;
             self.normal[1][k] += normal[1] * mean;
@@ -230,10 +230,10 @@ fn by_slip(
 /// Returns ∫ ∂(g·m)/∂y_k·u dA for k = 1, 2 and the first six m. Here `u` are the moments ∫ m·u dA of one component of u.
 fn load_slopes(u: &Cubic, g: &Quadratic<f64>) -> [[f64; 6]; 2] {
     let slopes = [[g[1], 2.0 * g[3], g[4]], [g[2], g[4], 2.0 * g[5]]];
-    let [one, first, second] = load_moments(u, g);
+    let [constant, first, second] = load_moments(u, g);
     let of_monomial = [
-        [0.0, one, 0.0, 2.0 * first, second, 0.0],
-        [0.0, 0.0, one, 0.0, first, 2.0 * second],
+        [0.0, constant, 0.0, 2.0 * first, second, 0.0],
+        [0.0, 0.0, constant, 0.0, first, 2.0 * second],
     ];
     let mut sums = of_monomial;
     for (sum, slope) in sums.iter_mut().zip(slopes) {

@@ -27,28 +27,28 @@ pub(super) struct EdgeMeans<T> {
 /// A corner of the polygon: its position from the center of rotation, and R there.
 #[derive(Clone, Copy)]
 pub(super) struct Corner<T> {
-    pub place: Vector<T>,
+    pub position: Vector<T>,
     pub distance: T,
 }
 
 impl<T: Scalar> Corner<T> {
     #[inline]
-    pub fn new(place: Vector<T>, epsilon_squared: T) -> Self {
-        let distance = (dot(place, place) + epsilon_squared).sqrt();
-        Self { place, distance }
+    pub fn new(position: Vector<T>, epsilon_squared: T) -> Self {
+        let distance = (dot(position, position) + epsilon_squared).sqrt();
+        Self { position, distance }
     }
 }
 
 impl<T: Scalar> EdgeMeans<T> {
     #[inline]
     pub fn new(a: &Corner<T>, b: &Corner<T>, epsilon_squared: T) -> Self {
-        let span = [b.place[0] - a.place[0], b.place[1] - a.place[1]];
+        let span = [b.position[0] - a.position[0], b.position[1] - a.position[1]];
         let length_squared = real_part(dot(span, span));
         let distance = 0.5 * (real_part(a.distance) + real_part(b.distance));
         if length_squared > (SHORT * distance).powi(2) {
             Self::closed_form(a, b, epsilon_squared)
         } else {
-            Self::by_rule(a.place, span, epsilon_squared)
+            Self::by_rule(a.position, span, epsilon_squared)
         }
     }
 
@@ -58,12 +58,12 @@ impl<T: Scalar> EdgeMeans<T> {
     /// d(tᵐ⁻¹R)/dt = m·tᵐ/R + (m−1)·c²·tᵐ⁻²/R.
     #[inline]
     fn closed_form(a: &Corner<T>, b: &Corner<T>, epsilon_squared: T) -> Self {
-        let span = [b.place[0] - a.place[0], b.place[1] - a.place[1]];
+        let span = [b.position[0] - a.position[0], b.position[1] - a.position[1]];
         let length = dot(span, span).sqrt();
         let per_length = length.recip();
         let direction = [span[0] * per_length, span[1] * per_length];
-        let h = cross(a.place, b.place) * per_length;
-        let (t_a, t_b) = (dot(a.place, direction), dot(b.place, direction));
+        let h = cross(a.position, b.position) * per_length;
+        let (t_a, t_b) = (dot(a.position, direction), dot(b.position, direction));
         let c_squared = h * h + epsilon_squared;
         // R_a + t_a and R_b − t_b, both without cancellation.
         let from_a = sum_without_cancellation(a.distance, t_a, c_squared);
@@ -97,8 +97,8 @@ impl<T: Scalar> EdgeMeans<T> {
             .iter()
             .flat_map(|[t, w]| [[t[0], w[0]], [t[1], w[1]]]);
         for [t, weight] in points {
-            let place = [base[0] + direction[0] * t, base[1] + direction[1] * t];
-            let squared = dot(place, place) + epsilon_squared;
+            let position = [base[0] + direction[0] * t, base[1] + direction[1] * t];
+            let squared = dot(position, position) + epsilon_squared;
             let inverse = squared.sqrt().recip();
             let mut powered = weight;
             for k in 0..over_r.len() {

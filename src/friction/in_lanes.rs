@@ -94,10 +94,10 @@ impl<N: Numbers> SlipAndLoad<N> {
     fn times_slip(&self, m: &[N; 15]) -> [[N; 10]; 2] {
         let ([v1, v2], spin) = self.slip;
         let mut products = [[m[0]; 10]; 2];
-        for place in 0..10 {
-            let (by_y1, by_y2) = (m[TIMES_Y1[place]], m[TIMES_Y2[place]]);
-            products[0][place] = v1 * m[place] - spin * by_y2;
-            products[1][place] = v2 * m[place] + spin * by_y1;
+        for monomial in 0..10 {
+            let (by_y1, by_y2) = (m[TIMES_Y1[monomial]], m[TIMES_Y2[monomial]]);
+            products[0][monomial] = v1 * m[monomial] - spin * by_y2;
+            products[1][monomial] = v2 * m[monomial] + spin * by_y1;
         }
         products
     }
@@ -166,8 +166,8 @@ pub(crate) fn add_up_to_quadratic<N: Numbers, const M: usize>(
     sums[0] = sums[0] + value;
     sums[1] = sums[1] + first;
     sums[2] = sums[2] + second;
-    for (place, value) in quadratic.into_iter().enumerate() {
-        sums[3 + place] = sums[3 + place] + value;
+    for (monomial, value) in quadratic.into_iter().enumerate() {
+        sums[3 + monomial] = sums[3 + monomial] + value;
     }
     quadratic
 }
@@ -175,14 +175,14 @@ pub(crate) fn add_up_to_quadratic<N: Numbers, const M: usize>(
 /// Adds a number times the monomials up to degree 4: those of [`add_up_to_quadratic`], then y₁³, y₁²y₂, y₁y₂², y₂³, y₁⁴, y₁³y₂ and so on.
 #[inline(always)]
 fn add_up_to_quartic<N: Numbers>(sums: &mut [N; 15], value: N, [y1, y2]: [N; 2]) {
-    let [squared, mixed, other] = add_up_to_quadratic(sums, value, [y1, y2]);
-    let cubic = [squared * y1, squared * y2, mixed * y2, other * y2];
+    let [squared, mixed, y22] = add_up_to_quadratic(sums, value, [y1, y2]);
+    let cubic = [squared * y1, squared * y2, mixed * y2, y22 * y2];
     let [c1, c2, c3, c4] = cubic;
     let quartic = [c1 * y1, c1 * y2, c2 * y2, c3 * y2, c4 * y2];
-    for (place, value) in cubic.into_iter().enumerate() {
-        sums[6 + place] = sums[6 + place] + value;
+    for (monomial, value) in cubic.into_iter().enumerate() {
+        sums[6 + monomial] = sums[6 + monomial] + value;
     }
-    for (place, value) in quartic.into_iter().enumerate() {
-        sums[10 + place] = sums[10 + place] + value;
+    for (monomial, value) in quartic.into_iter().enumerate() {
+        sums[10 + monomial] = sums[10 + monomial] + value;
     }
 }

@@ -224,8 +224,8 @@ impl Case {
         let length = (b[0] - a[0]).hypot(b[1] - a[1]);
         if depth > 0 && (self.slip.spin * length).abs() > 0.4 * self.field(middle).2 {
             let parts = [[a, middle], [middle, b]];
-            let [one, other] = parts.map(|[a, b]| self.edge_integrals(a, b, depth - 1));
-            return array::from_fn(|k| one[k] + other[k]);
+            let [first, second] = parts.map(|[a, b]| self.edge_integrals(a, b, depth - 1));
+            return array::from_fn(|k| first[k] + second[k]);
         }
         let mut sums = [0.0; 15];
         for [x, weight] in gauss(11) {
@@ -522,18 +522,18 @@ fn integrals_hardly_change_where_the_method_does() {
             let (below, above) = (beside(1.0 - BESIDE), beside(1.0 + BESIDE));
             for k in 0..3 {
                 assert!((below.0[k] - above.0[k]).abs() < STEP);
-                let (one, other) = (below.1[k][0], above.1[k][0]);
+                let (value_below, value_above) = (below.1[k][0], above.1[k][0]);
                 let sigma = case.field([0.0; 2]).2;
-                assert!((one - other).abs() < 10.0 * STEP / sigma);
+                assert!((value_below - value_above).abs() < 10.0 * STEP / sigma);
             }
-            for (one, other) in below
+            for (value_below, value_above) in below
                 .2
                 .as_flattened()
                 .as_flattened()
                 .iter()
                 .zip(above.2.as_flattened().as_flattened())
             {
-                assert!((one - other).abs() < STEP);
+                assert!((value_below - value_above).abs() < STEP);
             }
         }
     }
@@ -604,21 +604,21 @@ fn resultant_is_made_of_the_moments() {
         let case = random_case(&mut rng, theta, 1.0);
         let (resultant, moments) = (resultant_of(&case), moments_of(&case));
         let g = product(&case.pressure, &case.damping);
-        let load = |places: [usize; 6], j: usize| -> f64 {
+        let load = |indices: [usize; 6], j: usize| -> f64 {
             g.iter()
-                .zip(places)
+                .zip(indices)
                 .map(|(g, k)| g * moments.direction[j][k])
                 .sum()
         };
         let every = [0, 1, 2, 3, 4, 5];
         let torque = load([1, 3, 4, 6, 7, 8], 1) - load([2, 4, 5, 7, 8, 9], 0);
-        for (value, other) in resultant
+        for (value, expected) in resultant
             .into_iter()
             .zip([load(every, 0), load(every, 1), torque])
         {
             assert!(
-                (value - other).abs() < AGREEMENT,
-                "{theta}: {value} {other}"
+                (value - expected).abs() < AGREEMENT,
+                "{theta}: {value} {expected}"
             );
         }
     }
@@ -789,8 +789,8 @@ fn a_line_has_edges_and_no_area() {
                     .all(|value| value.abs() < ROUND_OFF)
             );
             let exact = case.edge_integrals(a, b, 40);
-            let [there, none, back, end] = case.fluxes().try_into().unwrap();
-            assert_eq!((none, end), ([[0.0; 6]; 2], [[0.0; 6]; 2]));
+            let [there, opposite, back, end] = case.fluxes().try_into().unwrap();
+            assert_eq!((opposite, end), ([[0.0; 6]; 2], [[0.0; 6]; 2]));
             for edge in [there, back] {
                 for (k, value) in edge.as_flattened().iter().enumerate() {
                     let exact = exact[2 * (k % 6) + k / 6];

@@ -52,10 +52,10 @@ impl Aabb {
         reason = "one branch for all six comparisons: where boxes are near, each is a coin toss"
     )]
     pub fn overlaps(&self, other: &Self) -> bool {
-        let (own, others) = ((&self.lower, &self.upper), (&other.lower, &other.upper));
-        let x = (own.0.x <= others.1.x) & (others.0.x <= own.1.x);
-        let y = (own.0.y <= others.1.y) & (others.0.y <= own.1.y);
-        let z = (own.0.z <= others.1.z) & (others.0.z <= own.1.z);
+        let (bounds, other_bounds) = ((&self.lower, &self.upper), (&other.lower, &other.upper));
+        let x = (bounds.0.x <= other_bounds.1.x) & (other_bounds.0.x <= bounds.1.x);
+        let y = (bounds.0.y <= other_bounds.1.y) & (other_bounds.0.y <= bounds.1.y);
+        let z = (bounds.0.z <= other_bounds.1.z) & (other_bounds.0.z <= bounds.1.z);
         x & y & z
     }
 

@@ -87,9 +87,9 @@ mod tests {
             1.0 / 12.0 + 1.0 / 60.0,
             1.0 / 20.0,
         ];
-        for (place, expected) in expected.into_iter().enumerate() {
-            let found = sums[place] * PER_TRIANGLE[place];
-            assert!((found - expected).abs() <= EXACT, "{place}: {found}");
+        for (index, expected) in expected.into_iter().enumerate() {
+            let actual = sums[index] * PER_TRIANGLE[index];
+            assert!((actual - expected).abs() <= EXACT, "{index}: {actual}");
         }
         let mut quadratic = [0.0; 6];
         add_triangle(&mut quadratic, corners[1], corners[2], [0.5, 1.0 / 3.0]);

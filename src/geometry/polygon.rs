@@ -56,7 +56,7 @@ impl<T: Scalar> ConvexPolygon<T> {
 
     /// Returns whether an edge has several owners.
     pub(crate) fn shares_edges(&self) -> bool {
-        self.owners().iter().any(|own| own.count_ones() > 1)
+        self.owners().iter().any(|owners| owners.count_ones() > 1)
     }
 
     /// Returns whether rounding errors may have decided how the polygon was clipped. A corner then
@@ -93,8 +93,8 @@ impl<T: Scalar> ConvexPolygon<T> {
 
     /// Adds owners to an edge.
     pub(crate) fn add_owners(&mut self, edge: usize, owners: u8) {
-        if let Some(own) = self.owners[..usize::from(self.len)].get_mut(edge) {
-            *own |= owners;
+        if let Some(edge_owners) = self.owners[..usize::from(self.len)].get_mut(edge) {
+            *edge_owners |= owners;
         }
     }
 
@@ -105,12 +105,12 @@ impl<T: Scalar> ConvexPolygon<T> {
     #[inline]
     fn push_if(&mut self, is_kept: bool, corner: impl FnOnce() -> Vector3<T>, owners: u8) {
         let is_worth_a_branch = carries_derivatives::<T>();
-        let place = self.len();
-        if (is_worth_a_branch && !is_kept) || place == POLYGON_CAPACITY {
+        let index = self.len();
+        if (is_worth_a_branch && !is_kept) || index == POLYGON_CAPACITY {
             return;
         }
-        self.corners[place] = corner();
-        self.owners[place] = owners;
+        self.corners[index] = corner();
+        self.owners[index] = owners;
         self.len += u8::from(is_kept);
     }
 
@@ -142,8 +142,8 @@ impl<T: Scalar> ConvexPolygon<T> {
     #[inline]
     fn mapped<U: Scalar>(&self, corner: impl Fn(&Vector3<T>) -> Vector3<U>) -> ConvexPolygon<U> {
         let mut mapped = ConvexPolygon::empty();
-        for (place, own) in mapped.corners.iter_mut().zip(self.corners()) {
-            *place = corner(own);
+        for (mapped_corner, source_corner) in mapped.corners.iter_mut().zip(self.corners()) {
+            *mapped_corner = corner(source_corner);
         }
         (mapped.owners, mapped.len) = (self.owners, self.len);
         (mapped.closeness, mapped.coplanarity) = (self.closeness, self.coplanarity);

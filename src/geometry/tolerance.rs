@@ -73,10 +73,14 @@ impl NearZeroHistogram {
     /// Candidate 1 is the first from `most` down to 0, then above `most` ascending. Among equally wide gaps, candidate 4 is the last in
     /// this order: negative numbers ascending, `most` down to 0, numbers above `most` ascending.
     pub fn split(self, most: u32, merges: bool) -> i32 {
-        let (none, most) = (Self::CLEARANCE, Self::CLEARANCE + most);
-        let preferred = || (none..=most).rev().chain(most + 1..=most + Self::CLEARANCE);
+        let (margin, most) = (Self::CLEARANCE, Self::CLEARANCE + most);
+        let preferred = || {
+            (margin..=most)
+                .rev()
+                .chain(most + 1..=most + Self::CLEARANCE)
+        };
         let clearance = |split: &u32| self.gap(*split);
-        let has_merged = |split: &u32| (self.0 & ((1 << *split) - 1)) >> none != 0;
+        let has_merged = |split: &u32| (self.0 & ((1 << *split) - 1)) >> margin != 0;
         let least_gap = |split: &u32| {
             if *split > most {
                 Self::CLEARANCE
@@ -89,8 +93,8 @@ impl NearZeroHistogram {
         let split = preferred()
             .find(is_merging)
             .or_else(|| preferred().find(|split| clearance(split) >= Self::CLEARANCE))
-            .or_else(|| (0..none).chain(preferred()).max_by_key(clearance));
-        split.map_or(0, |split| split.cast_signed() - none.cast_signed())
+            .or_else(|| (0..margin).chain(preferred()).max_by_key(clearance));
+        split.map_or(0, |split| split.cast_signed() - margin.cast_signed())
     }
 }
 

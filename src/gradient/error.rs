@@ -223,6 +223,6 @@ fn counts_found(body_counts: &[usize]) -> String {
     };
     match rest.iter().find(|&&bodies| bodies != first) {
         None => format!("{state_count} states of {first}"),
-        Some(other) => format!("{state_count} states, of {first} and of {other}"),
+        Some(different) => format!("{state_count} states, of {first} and of {different}"),
     }
 }

@@ -163,7 +163,7 @@ impl Slot {
 
     fn of_force_parameter(name: &str, model: &Model) -> Result<Self, GradientError> {
         let mut parameters = model.force_parameters.iter();
-        let index = parameters.position(|(other, _)| other == name);
+        let index = parameters.position(|(candidate, _)| candidate == name);
         let index = index.ok_or_else(|| GradientError::NoForceParameter(name.to_owned()))?;
         Ok(Self::ForceParameter(index))
     }

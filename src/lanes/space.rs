@@ -34,10 +34,10 @@ pub(crate) fn store<N: Numbers>(rows: &mut [Row; 3], first: usize, numbers: [N; 
     }
 }
 
-/// Returns the vector at index `place` of the rows.
+/// Returns the vector at index `index` of the rows.
 #[inline]
-pub(crate) fn vector_at(rows: &[Row; 3], place: usize) -> Vector3<f64> {
-    Vector3::new(rows[0][place], rows[1][place], rows[2][place])
+pub(crate) fn vector_at(rows: &[Row; 3], index: usize) -> Vector3<f64> {
+    Vector3::new(rows[0][index], rows[1][index], rows[2][index])
 }
 
 /// Returns one vector in all lanes.

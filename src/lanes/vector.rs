@@ -39,11 +39,11 @@ impl<S: Simd> Lanes for Vectors<S> {
     }
 
     #[inline(always)]
-    fn gathered(self, number: impl Fn(usize) -> f64) -> Vector<S> {
+    fn gathered(self, lane_value: impl Fn(usize) -> f64) -> Vector<S> {
         let mut numbers = self.0.splat_f64s(0.0);
         let lanes: &mut [f64] = cast_slice_mut(slice::from_mut(&mut numbers));
-        for (lane, place) in lanes.iter_mut().enumerate() {
-            *place = number(lane);
+        for (lane, number) in lanes.iter_mut().enumerate() {
+            *number = lane_value(lane);
         }
         Vector {
             simd: self.0,

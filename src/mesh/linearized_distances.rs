@@ -146,29 +146,29 @@ impl LinearizedDistances {
         let field_count = measured_count + self.passages.len();
         check_velocities(by_vertices, field_count)?;
         check_rates(by_extents, field_count)?;
-        let mut places = by_vertices[..measured_count].to_vec();
+        let mut gradient = by_vertices[..measured_count].to_vec();
         let mut by_extents: Vec<f64> = (0..measured_count)
             .map(|vertex| self.follows(vertex) * by_extents[vertex])
             .collect();
-        for (passage, by_place) in self.passages.iter().zip(&by_vertices[measured_count..]) {
-            let by_share = passage.edge.dot(by_place);
+        for (passage, by_passage) in self.passages.iter().zip(&by_vertices[measured_count..]) {
+            let by_share = passage.edge.dot(by_passage);
             let shares = [1.0 - passage.share, passage.share];
             for (end, &vertex) in passage.ends.iter().enumerate() {
-                places[vertex] += by_place * shares[end];
+                gradient[vertex] += by_passage * shares[end];
                 by_extents[vertex] += by_share * passage.slopes[end];
             }
         }
         let (by_distances, by_depth) = self.scale.pullback(&by_extents, &self.distances);
-        for it in &self.dependences {
-            let by_foot = it.direction * by_distances[it.vertex];
-            places[it.vertex] += by_foot;
-            for (&corner, share) in it.corners.iter().zip(it.shares) {
-                places[corner] -= by_foot * share;
+        for dependence in &self.dependences {
+            let by_foot = dependence.direction * by_distances[dependence.vertex];
+            gradient[dependence.vertex] += by_foot;
+            for (&corner, share) in dependence.corners.iter().zip(dependence.shares) {
+                gradient[corner] -= by_foot * share;
             }
         }
-        self.gather_centers(&mut places);
+        self.gather_centers(&mut gradient);
         Ok(DistanceGradient {
-            by_vertices: places,
+            by_vertices: gradient,
             by_depth,
         })
     }
@@ -181,20 +181,24 @@ impl LinearizedDistances {
     /// finite.
     pub fn rates(&self, velocities: &[Vector3<f64>]) -> Result<ShapeRates, MeshError> {
         check_velocities(velocities, self.vertex_count)?;
-        let mut places = velocities.to_vec();
+        let mut field_velocities = velocities.to_vec();
         for center in &self.centers {
             let corners = center.corners();
-            let sum: Vector3<f64> = corners.iter().map(|&corner| places[corner]).sum();
-            places.push(sum / corners.len() as f64);
+            let sum: Vector3<f64> = corners.iter().map(|&corner| field_velocities[corner]).sum();
+            field_velocities.push(sum / corners.len() as f64);
         }
         let mut distances = vec![0.0; self.distances.len()];
-        for it in &self.dependences {
-            let corners = it.corners.iter().zip(it.shares);
-            let foot: Vector3<f64> = corners.map(|(&corner, share)| places[corner] * share).sum();
-            distances[it.vertex] += it.direction.dot(&(places[it.vertex] - foot));
+        for dependence in &self.dependences {
+            let corners = dependence.corners.iter().zip(dependence.shares);
+            let foot: Vector3<f64> = corners
+                .map(|(&corner, share)| field_velocities[corner] * share)
+                .sum();
+            distances[dependence.vertex] += dependence
+                .direction
+                .dot(&(field_velocities[dependence.vertex] - foot));
         }
         let extents = self.scale.rates(&self.distances, &distances);
-        Ok(self.completed(places, extents))
+        Ok(self.completed(field_velocities, extents))
     }
 
     /// Computes the rates of change of the field with respect to the depth of its skin (per m). They are 0 without a
@@ -250,12 +254,12 @@ impl LinearizedDistances {
     }
 
     /// Removes the centers, the last one first, and adds the derivative at each center to its corners.
-    fn gather_centers(&self, places: &mut Vec<Vector3<f64>>) {
+    fn gather_centers(&self, gradient: &mut Vec<Vector3<f64>>) {
         for center in self.centers.iter().rev() {
             let corners = center.corners();
-            if let Some(by_center) = places.pop() {
+            if let Some(by_center) = gradient.pop() {
                 for &corner in corners {
-                    places[corner] += by_center / corners.len() as f64;
+                    gradient[corner] += by_center / corners.len() as f64;
                 }
             }
         }

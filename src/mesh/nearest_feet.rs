@@ -41,8 +41,11 @@ pub(super) fn dependences(made: &MadeOfDistances) -> (Vec<Dependence>, Vec<usize
         }
         of_vertex(surface, mesh, vertex, distances[vertex])
     });
-    let is_ambiguous = |found: &Vec<Dependence>| {
-        found.len() > 1 || found.iter().any(|it| it.direction == Vector3::zeros())
+    let is_ambiguous = |dependences: &Vec<Dependence>| {
+        dependences.len() > 1
+            || dependences
+                .iter()
+                .any(|dependence| dependence.direction == Vector3::zeros())
     };
     let ambiguous = (0..of_vertices.len()).filter(|&vertex| is_ambiguous(&of_vertices[vertex]));
     let ambiguous = ambiguous.collect();

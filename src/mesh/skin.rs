@@ -36,7 +36,10 @@ pub(super) fn layered(mesh: &TetMesh, depth: f64) -> Result<MadeOfDistances, Mes
     let mesh = if passages.is_empty() {
         mesh.into_owned()
     } else {
-        let divisions: Vec<_> = passages.iter().map(|it| it.division(&mesh)).collect();
+        let divisions: Vec<_> = passages
+            .iter()
+            .map(|passage| passage.division(&mesh))
+            .collect();
         splitting::divided(&mesh, &divisions)?
     };
     Ok(MadeOfDistances {

@@ -12,7 +12,7 @@ pub(super) struct Center {
 
 impl Center {
     fn of<const SIZE: usize>(simplex: [usize; SIZE]) -> Self {
-        let corners = std::array::from_fn(|place| *simplex.get(place).unwrap_or(&0));
+        let corners = std::array::from_fn(|corner| *simplex.get(corner).unwrap_or(&0));
         let count = SIZE;
         Self { corners, count }
     }
@@ -74,7 +74,11 @@ fn without_flat<'m, const SIZE: usize>(
     if divisions.is_empty() {
         return Ok(mesh);
     }
-    centers.extend(divisions.iter().map(|it| Center::of(it.simplex)));
+    centers.extend(
+        divisions
+            .iter()
+            .map(|division| Center::of(division.simplex)),
+    );
     divided(&mesh, &divisions).map(Cow::Owned)
 }
 
@@ -102,8 +106,9 @@ fn flat_simplices<const SIZE: usize>(mesh: &TetMesh) -> Vec<[usize; SIZE]> {
 fn subsets<const SIZE: usize>(vertices: &[usize]) -> impl Iterator<Item = [usize; SIZE]> {
     let choices = (0_u32..1 << vertices.len()).filter(|bits| bits.count_ones() as usize == SIZE);
     choices.map(|bits| {
-        let mut places = (0..vertices.len()).filter(|place| bits >> place & 1 == 1);
-        let mut subset = [0; SIZE].map(|_: usize| places.next().map_or(0, |place| vertices[place]));
+        let mut indices = (0..vertices.len()).filter(|index| bits >> index & 1 == 1);
+        let mut subset =
+            [0; SIZE].map(|_: usize| indices.next().map_or(0, |index| vertices[index]));
         subset.sort_unstable();
         subset
     })
@@ -140,8 +145,9 @@ fn split<const SIZE: usize>(
     new_vertices: &FxHashMap<[usize; SIZE], usize>,
     parts: &mut Vec<[usize; 4]>,
 ) {
-    let own = subsets::<SIZE>(&tet).filter(|simplex| new_vertices.contains_key(simplex));
-    let Some(simplex) = own.min() else {
+    let divided_simplices =
+        subsets::<SIZE>(&tet).filter(|simplex| new_vertices.contains_key(simplex));
+    let Some(simplex) = divided_simplices.min() else {
         parts.push(tet);
         return;
     };

@@ -66,20 +66,20 @@ fn sorted_faces(tets: &[[usize; 4]], vertex_count: usize) -> Vec<Face> {
             .zip(tets)
             .flat_map(|(index, tet)| Face::all_of(index, tet))
     };
-    let mut places = vec![0_usize; vertex_count];
+    let mut starts = vec![0_usize; vertex_count];
     for face in faces() {
-        places[face.sorted[0] as usize] += 1;
+        starts[face.sorted[0] as usize] += 1;
     }
     let mut end = 0;
-    for count in &mut places {
+    for count in &mut starts {
         end += std::mem::replace(count, end);
     }
     let blank = Face::all_of(0, &[0; 4])[0];
     let mut sorted = vec![blank; end];
     for face in faces() {
-        let place = &mut places[face.sorted[0] as usize];
-        sorted[*place] = face;
-        *place += 1;
+        let next = &mut starts[face.sorted[0] as usize];
+        sorted[*next] = face;
+        *next += 1;
     }
     let together = sorted.chunk_by_mut(|a, b| a.sorted[0] == b.sorted[0]);
     together.for_each(|list| list.sort_unstable_by_key(|face| (face.sorted, face.tet)));

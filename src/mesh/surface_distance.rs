@@ -32,7 +32,7 @@ impl SurfaceDistance {
             vertices,
         };
         let triangles: Vec<_> = mesh.surface_triangles().iter().map(triangle).collect();
-        let corners = triangles.iter().map(|it| *it.triangle.corners());
+        let corners = triangles.iter().map(|facet| *facet.triangle.corners());
         let bvh = Bvh::new(corners.enumerate());
         let radius = bvh.bounds().half_extents().norm();
         Self {
@@ -69,10 +69,10 @@ impl SurfaceDistance {
         let mut feet = Vec::new();
         let query = Aabb::around([point]).inflated(distance + self.rounding);
         self.bvh.visit_overlapping(&query, |index| {
-            let it = &self.triangles[index];
-            let found = it.triangle.distance_to(point);
-            if found <= distance {
-                feet.push((found, it, it.triangle.foot_of(point)));
+            let facet = &self.triangles[index];
+            let facet_distance = facet.triangle.distance_to(point);
+            if facet_distance <= distance {
+                feet.push((facet_distance, facet, facet.triangle.foot_of(point)));
             }
         });
         feet
@@ -100,8 +100,12 @@ mod tests {
         for point in points {
             let all = triangles.iter().map(|t| t.distance_to(&point));
             let least = all.fold(f64::INFINITY, f64::min);
-            let found = surface.to(&point);
-            assert_eq!(found.to_bits(), least.to_bits(), "{found} {least} {point}");
+            let actual = surface.to(&point);
+            assert_eq!(
+                actual.to_bits(),
+                least.to_bits(),
+                "{actual} {least} {point}"
+            );
         }
     }
 

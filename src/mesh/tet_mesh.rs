@@ -166,7 +166,7 @@ fn check_size(vertex_count: usize, tet_count: usize) -> Result<(), MeshError> {
 }
 
 fn check_indices(tet: usize, corners: &[usize; 4], vertex_count: usize) -> Result<(), MeshError> {
-    for (place, &vertex) in corners.iter().enumerate() {
+    for (corner, &vertex) in corners.iter().enumerate() {
         if vertex >= vertex_count {
             return Err(MeshError::VertexOutOfRange {
                 tet,
@@ -174,7 +174,7 @@ fn check_indices(tet: usize, corners: &[usize; 4], vertex_count: usize) -> Resul
                 vertex_count,
             });
         }
-        if corners[..place].contains(&vertex) {
+        if corners[..corner].contains(&vertex) {
             return Err(MeshError::RepeatedVertex { tet, vertex });
         }
     }

@@ -49,8 +49,8 @@ fn sorted_half_edges(triangles: &[[usize; 3]]) -> Vec<HalfEdge> {
     let mut half_edges = Vec::with_capacity(3 * triangles.len());
     for (triangle, corners) in triangles.iter().enumerate() {
         for corner in 0..3_u8 {
-            let place = usize::from(corner);
-            let [from, to] = [corners[(place + 1) % 3], corners[(place + 2) % 3]];
+            let index = usize::from(corner);
+            let [from, to] = [corners[(index + 1) % 3], corners[(index + 2) % 3]];
             half_edges.push(HalfEdge {
                 edge: [from.min(to) as u32, from.max(to) as u32],
                 triangle: triangle as u32,

@@ -107,8 +107,9 @@ impl<'a> Part<'a> {
         let [a, b, c] = corners_of(self.members[0]);
         let point = (a + b + c) / 3.0;
         let others = parts.iter().enumerate();
-        let around = others
-            .filter(|(other, part)| *other != index && part.aabb.overlaps(&Aabb::around([&point])));
+        let around = others.filter(|(part_index, part)| {
+            *part_index != index && part.aabb.overlaps(&Aabb::around([&point]))
+        });
         let members = around.flat_map(|(_, part)| part.members);
         let angle: f64 = members
             .map(|&triangle| solid_angle(corners_of(triangle).map(|corner| corner - point)))

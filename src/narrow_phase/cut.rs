@@ -126,12 +126,12 @@ impl RelativePair<'_> {
         let PairClass::Intersecting(topology) = self.classify(a, b, true) else {
             return None;
         };
-        let (slice, own) = (topology.slice(a, &topology.at_a), a.tetrahedron.aabb());
+        let (slice, bounds) = (topology.slice(a, &topology.at_a), a.tetrahedron.aabb());
         let of_a = if slice.is_empty() {
-            own
+            bounds
         } else {
             // No edge is longer than the diagonal.
-            let longest = 2.0 * own.half_extents().norm();
+            let longest = 2.0 * bounds.half_extents().norm();
             let misplacement = self.tolerance.misplacement(topology.closeness);
             Aabb::around(slice.corners()).inflated(misplacement * longest)
         };
@@ -239,7 +239,7 @@ impl Cut {
         if owners.is_empty() {
             return 0;
         }
-        owners.iter().fold(0, |all, own| all | own) | self.topology.faces_in_plane
+        owners.iter().fold(0, |all, edge_owners| all | edge_owners) | self.topology.faces_in_plane
     }
 }
 

@@ -146,8 +146,8 @@ impl<const N: usize> AddAssign for DenseDual<N> {
     #[inline]
     fn add_assign(&mut self, other: Self) {
         self.re += other.re;
-        for (own, eps) in self.eps.iter_mut().zip(&other.eps) {
-            *own += eps;
+        for (sum, eps) in self.eps.iter_mut().zip(&other.eps) {
+            *sum += eps;
         }
     }
 }
@@ -156,8 +156,8 @@ impl<const N: usize> SubAssign for DenseDual<N> {
     #[inline]
     fn sub_assign(&mut self, other: Self) {
         self.re -= other.re;
-        for (own, eps) in self.eps.iter_mut().zip(&other.eps) {
-            *own -= eps;
+        for (difference, eps) in self.eps.iter_mut().zip(&other.eps) {
+            *difference -= eps;
         }
     }
 }

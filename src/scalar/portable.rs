@@ -101,15 +101,15 @@ mod tests {
             .map(|x| Dual3_64::from_re(x).derivative())
     }
 
-    fn assert_close(found: Dual3_64, expected: Dual3_64) {
+    fn assert_close(actual: Dual3_64, expected: Dual3_64) {
         let parts = |x: Dual3_64| [x.re, x.v1, x.v2, x.v3];
         let largest = parts(expected)
             .into_iter()
             .fold(1.0, |largest: f64, part| largest.max(part.abs()));
-        for (found, expected) in parts(found).into_iter().zip(parts(expected)) {
+        for (actual, expected) in parts(actual).into_iter().zip(parts(expected)) {
             assert!(
-                (found - expected).abs() <= LAST_BITS * largest,
-                "{found} instead of {expected}"
+                (actual - expected).abs() <= LAST_BITS * largest,
+                "{actual} instead of {expected}"
             );
         }
     }

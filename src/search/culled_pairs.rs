@@ -156,7 +156,7 @@ impl RelativePair<'_> {
     /// Returns whether one of the first `count` fixed directions separates a tetrahedron of A from another with these projections.
     #[inline]
     fn are_separated(&self, tet_a: usize, shadows: &Projections, count: usize) -> bool {
-        let own = self.shape_a.projections(tet_a);
-        own.separate(shadows, count, self.margin())
+        let projections_a = self.shape_a.projections(tet_a);
+        projections_a.separate(shadows, count, self.margin())
     }
 }

@@ -133,8 +133,8 @@ impl<'s, 'a> ExtremalPairs<'s, 'a> {
         let (bvh, bounds) = self.trees[1].at(node_b);
         let posed = self.posed(bounds);
         let to = self.partners.len();
-        for place in from..to {
-            self.keep(self.partners[place], &posed);
+        for index in from..to {
+            self.keep(self.partners[index], &posed);
         }
         if self.partners.len() > to {
             for child in bvh.child_nodes(node_b) {
@@ -163,8 +163,8 @@ impl<'s, 'a> ExtremalPairs<'s, 'a> {
                 let shadow = shadow.get_or_insert_with(|| {
                     Projections::of(&field_tet.tetrahedron.posed(&pair.pose_ab))
                 });
-                let own = pair.shape_a.projections(tet_a);
-                if !own.separate(shadow, Projections::COUNT, pair.margin()) {
+                let projections_a = pair.shape_a.projections(tet_a);
+                if !projections_a.separate(shadow, Projections::COUNT, pair.margin()) {
                     visit(tet_a, tet_b);
                 }
             });

@@ -103,14 +103,14 @@ impl RelativePair<'_> {
             octets: &mut *octets,
         });
         for octet in octets {
-            for place in 0..octet.tets().len() {
-                let [tet_a, tet_b] = octet.tets()[place];
+            for index in 0..octet.tets().len() {
+                let [tet_a, tet_b] = octet.tets()[index];
                 let posed_b = posed(tet_b);
-                octet.reached[place] = if octet.is_special(place) {
+                octet.reached[index] = if octet.is_special(index) {
                     self.reached(tet_a as usize, posed_b, cuts)
                 } else {
                     ReachedFaces {
-                        faces: octet.reached_faces(place, posed_b),
+                        faces: octet.reached_faces(index, posed_b),
                         ..ReachedFaces::default()
                     }
                 };
@@ -210,7 +210,8 @@ impl Walk<'_, '_> {
             }
             Route::BetweenFields { shape_b, seeds } => {
                 self.enter_at_boundary(shape_b.triangle_bvh());
-                if let [Some(paths_a), Some(paths_b)] = seeds.map(|own| own.peak_paths.as_ref()) {
+                if let [Some(paths_a), Some(paths_b)] = seeds.map(|seeds| seeds.peak_paths.as_ref())
+                {
                     self.enter_at_peak_paths(shape_b, [paths_a, paths_b]);
                     return self.follow_on();
                 }
@@ -267,10 +268,10 @@ impl Walk<'_, '_> {
             ..
         } = &mut *self.scratch;
         let (range, octets) = octets.next()?;
-        let look = |octets: &mut [Octet], cuts: &mut Vec<Cut>| {
+        let cut = |octets: &mut [Octet], cuts: &mut Vec<Cut>| {
             self.pair.cut_octets(posed_tets, octets, cuts);
         };
-        parallel::collect_pieces(octets, PIECE, look, cuts);
+        parallel::collect_pieces(octets, PIECE, cut, cuts);
         Some(range)
     }
 

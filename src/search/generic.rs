@@ -28,9 +28,9 @@ impl<'s> GenericPairs<'s> {
         self.posed_tets.get(tet_b)
     }
 
-    /// Returns the cut at a place of an octet, which must have a polygon there.
-    pub fn cut(self, octet: &Octet, place: usize, pair: &RelativePair) -> Cut {
-        let [_, tet_b] = octet.tets()[place];
-        octet.cut(place, pair, self.posed_tet(tet_b))
+    /// Returns the cut at an index of an octet, which must have a polygon there.
+    pub fn cut(self, octet: &Octet, index: usize, pair: &RelativePair) -> Cut {
+        let [_, tet_b] = octet.tets()[index];
+        octet.cut(index, pair, self.posed_tet(tet_b))
     }
 }

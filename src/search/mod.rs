@@ -129,17 +129,17 @@ impl Drop for SearchResult {
 
 impl RelativePair<'_> {
     /// Finds the pairs of tetrahedra that the plane of equal pressure cuts.
-    pub fn found(&self, search: Search) -> SearchResult {
-        self.found_or_spilled(search, None)
+    pub fn find_pairs(&self, search: Search) -> SearchResult {
+        self.find_or_spill(search, None)
     }
 
-    /// Finds the pairs as [`Self::found`]. In large contacts, octets are passed to `spill` as soon
-    /// as they are cut. The result contains only the last octets.
-    pub fn found_spilling(&self, search: Search, spill: &mut Spill) -> SearchResult {
-        self.found_or_spilled(search, Some(spill))
+    /// Finds the pairs as [`Self::find_pairs`]. In large contacts, octets go to `spill` as soon as they are cut, and the result has only the
+    /// last ones.
+    pub fn find_spilling(&self, search: Search, spill: &mut Spill) -> SearchResult {
+        self.find_or_spill(search, Some(spill))
     }
 
-    fn found_or_spilled(&self, search: Search, spill: Option<&mut Spill>) -> SearchResult {
+    fn find_or_spill(&self, search: Search, spill: Option<&mut Spill>) -> SearchResult {
         let mut scratch = Scratch::acquire();
         let candidates = match search {
             Search::Following => self.follow(&mut scratch, spill.map(|spill| spill as _)),

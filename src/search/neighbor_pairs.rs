@@ -13,7 +13,7 @@ pub(super) struct NeighborPairs {
 
 #[expect(clippy::needless_bitwise_bool, reason = "a lazy operator is a branch")]
 impl NeighborPairs {
-    /// Returns the pairs across the faces that the polygons of an octet reach, by place and face.
+    /// Returns the pairs across the faces that the polygons of an octet reach, by index and face.
     ///
     /// Writes the pairs across all faces and compacts those that are reached in one loop, because a branch for each face would be
     /// mispredicted.
@@ -22,19 +22,19 @@ impl NeighborPairs {
         let of_b = pair.shape_b.neighbors();
         let mut pairs = [[OUTSIDE; 2]; ROW * FACES];
         let mut reached = [0; ROW];
-        for (place, &[tet_a, tet_b]) in octet.tets().iter().enumerate() {
-            reached[place] = octet.reached[place].faces;
+        for (index, &[tet_a, tet_b]) in octet.tets().iter().enumerate() {
+            reached[index] = octet.reached[index].faces;
             let (next_a, next_b) = (of_a[tet_a as usize], of_b[tet_b as usize]);
             for face in 0..4 {
-                pairs[FACES * place + face] = [next_a[face], tet_b];
-                pairs[FACES * place + 4 + face] = [tet_a, next_b[face]];
+                pairs[FACES * index + face] = [next_a[face], tet_b];
+                pairs[FACES * index + 4 + face] = [tet_a, next_b[face]];
             }
         }
-        // Bit `FACES·place + face` is for the pair of that index; no more are packed than were looked at.
-        let (mut left, mut len) = (u64::from_le_bytes(reached), 0);
-        while left != 0 {
-            let [tet_a, tet_b] = pairs[left.trailing_zeros() as usize];
-            left &= left - 1;
+        // Bit `FACES·index + face` is for the pair of that index; no more are packed than were looked at.
+        let (mut remaining, mut len) = (u64::from_le_bytes(reached), 0);
+        while remaining != 0 {
+            let [tet_a, tet_b] = pairs[remaining.trailing_zeros() as usize];
+            remaining &= remaining - 1;
             pairs[len] = [tet_a, tet_b];
             len += usize::from((tet_a != OUTSIDE) & (tet_b != OUTSIDE));
         }

@@ -24,8 +24,8 @@ impl Normals {
 
     /// Adds the generic polygons of an octet.
     pub fn add_octet(&mut self, octet: &Octet) {
-        for place in (0..octet.tets().len()).filter(|&place| octet.has_polygon(place)) {
-            self.add(&vector_at(&octet.axes[2], place));
+        for index in (0..octet.tets().len()).filter(|&index| octet.has_polygon(index)) {
+            self.add(&vector_at(&octet.axes[2], index));
         }
     }
 

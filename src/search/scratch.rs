@@ -139,7 +139,7 @@ impl Octets {
 pub(super) struct PosedTets {
     tets: Vec<PosedTet>,
     /// For each tetrahedron of B, the search in which it was transformed last, and its index in `tets`.
-    places: Vec<[u32; 2]>,
+    indices: Vec<[u32; 2]>,
     round: u32,
 }
 
@@ -148,7 +148,7 @@ impl PosedTets {
         self.tets.clear();
         self.round = self.round.wrapping_add(1);
         if self.round == 0 {
-            self.places.clear();
+            self.indices.clear();
             self.round = 1;
         }
     }
@@ -157,12 +157,12 @@ impl PosedTets {
     #[inline]
     pub fn add(&mut self, pair: &RelativePair, index: u32) {
         let index = index as usize;
-        if self.places.len() <= index {
+        if self.indices.len() <= index {
             let count = pair.shape_b.cells().len();
-            self.places.resize(count, [0; 2]);
+            self.indices.resize(count, [0; 2]);
         }
-        if self.places[index][0] != self.round {
-            self.places[index] = [self.round, self.tets.len() as u32];
+        if self.indices[index][0] != self.round {
+            self.indices[index] = [self.round, self.tets.len() as u32];
             self.tets.push(pair.posed_tet(index));
         }
     }
@@ -170,7 +170,7 @@ impl PosedTets {
     /// Returns a tetrahedron of B that was added.
     #[inline]
     pub fn get(&self, index: u32) -> &PosedTet {
-        let [_, place] = self.places[index as usize];
-        &self.tets[place as usize]
+        let [_, posed_index] = self.indices[index as usize];
+        &self.tets[posed_index as usize]
     }
 }

@@ -98,21 +98,21 @@ struct PressureOf<'a> {
 /// Visits the pairs of a tetrahedron at a path edge of the own body and a tetrahedron of the other body in which the pressures become equal
 /// on the edge. Takes the pose of the own body in the frame of the other, and the distance (m) that counts as zero.
 fn visit_peak_paths(
-    (own, peak_paths): (&PressureOf, &Bvh<PathEdge>),
+    (body, peak_paths): (&PressureOf, &Bvh<PathEdge>),
     other: &PressureOf,
     (pose, margin): (&Pose<f64>, f64),
     mut visit: impl FnMut(usize, usize),
 ) {
     let tree = other.shape.tet_bvh().pressing();
-    let [own_tets, other_tets] = [own, other].map(|body| body.shape.field().tets());
+    let [tets, other_tets] = [body, other].map(|body| body.shape.field().tets());
     peak_paths.visit_near(
         &other.shape.bounds(),
         pose,
         margin,
         |PathEdge { tet, corners }| {
-            let own_tet = &own_tets[tet];
-            let ends = corners.map(|c| pose.transformed_point(&own_tet.tetrahedron.corners[c]));
-            let pressures = corners.map(|c| own_tet.extents[c] * own.modulus);
+            let field_tet = &tets[tet];
+            let ends = corners.map(|c| pose.transformed_point(&field_tet.tetrahedron.corners[c]));
+            let pressures = corners.map(|c| field_tet.extents[c] * body.modulus);
             tree.visit_overlapping(&Aabb::around(&ends).inflated(margin), |partner| {
                 let other_field = other_tets[partner].extent.scaled(other.modulus);
                 let tolerance = margin * other.modulus * other_tets[partner].sensitivity;

@@ -1,26 +1,26 @@
-/// Marks an empty place.
+/// Marks an empty slot.
 const NONE: u64 = u64::MAX;
 
-/// Number of places at the start of a search: a power of two.
+/// Number of slots at the start of a search: a power of two.
 const LEAST: usize = 64;
 
-/// Least number of places for each pair.
-const PLACES_PER_PAIR: usize = 4;
+/// Least number of slots for each pair.
+const SLOTS_PER_PAIR: usize = 4;
 
 /// A set of pairs of tetrahedra that are on a list: a hash table with open addressing.
 ///
 /// Every search begins with a small table, because clearing a large one takes time. Its memory is kept.
 #[derive(Default)]
 pub(super) struct Visited {
-    /// Memory. The first `used` places, a power of two, are in use.
-    places: Vec<u64>,
+    /// Memory. The first `used` slots, a power of two, are in use.
+    slots: Vec<u64>,
     used: usize,
 }
 
 impl Visited {
     /// Clears the table for an empty list.
     pub fn clear(&mut self) {
-        self.empty_places(LEAST);
+        self.empty_slots(LEAST);
     }
 
     /// Appends the pairs that are not on the list yet, and returns them. Requires that the table was cleared, and that the list is the
@@ -34,18 +34,18 @@ impl Visited {
         pairs: &[[u32; 2]],
     ) -> &'l [[u32; 2]] {
         let before = list.len();
-        while PLACES_PER_PAIR * (before + pairs.len()) > self.used {
+        while SLOTS_PER_PAIR * (before + pairs.len()) > self.used {
             self.grow(list);
         }
         list.extend_from_slice(pairs);
-        let places = &mut self.places[..self.used];
+        let slots = &mut self.slots[..self.used];
         let added = &mut list[before..];
         let mut new = 0;
         for &pair in pairs {
             let key = key(pair);
-            let place = place_of(places, key);
-            let is_new = places[place] != key;
-            places[place] = key;
+            let slot = slot_of(slots, key);
+            let is_new = slots[slot] != key;
+            slots[slot] = key;
             added[new] = pair;
             new += usize::from(is_new);
         }
@@ -55,20 +55,20 @@ impl Visited {
 
     #[cold]
     fn grow(&mut self, list: &[[u32; 2]]) {
-        self.empty_places(4 * self.used);
-        let places = &mut self.places[..self.used];
+        self.empty_slots(4 * self.used);
+        let slots = &mut self.slots[..self.used];
         for &pair in list {
             let key = key(pair);
-            places[place_of(places, key)] = key;
+            slots[slot_of(slots, key)] = key;
         }
     }
 
-    fn empty_places(&mut self, used: usize) {
+    fn empty_slots(&mut self, used: usize) {
         self.used = used;
-        if self.places.len() < used {
-            self.places.resize(used, NONE);
+        if self.slots.len() < used {
+            self.slots.resize(used, NONE);
         }
-        self.places[..used].fill(NONE);
+        self.slots[..used].fill(NONE);
     }
 }
 
@@ -77,19 +77,19 @@ fn key([tet_a, tet_b]: [u32; 2]) -> u64 {
     u64::from(tet_a) << 32 | u64::from(tet_b)
 }
 
-/// Returns the place of a pair, or the place where it would be added.
+/// Returns the slot of a pair, or the slot where it would be added.
 #[inline]
 #[expect(clippy::needless_bitwise_bool, reason = "a lazy operator is a branch")]
-fn place_of(places: &[u64], key: u64) -> usize {
-    let last = places.len() - 1;
+fn slot_of(slots: &[u64], key: u64) -> usize {
+    let last = slots.len() - 1;
     // Fibonacci hashing: 2⁶⁴ over the golden ratio, odd.
     let product = key.wrapping_mul(0x9e37_79b9_7f4a_7c15);
-    let mut place = (product >> 32) as usize & last;
+    let mut slot = (product >> 32) as usize & last;
     // Collisions are rare.
-    while (places[place] != key) & (places[place] != NONE) {
-        place = (place + 1) & last;
+    while (slots[slot] != key) & (slots[slot] != NONE) {
+        slot = (slot + 1) & last;
     }
-    place
+    slot
 }
 
 #[cfg(test)]

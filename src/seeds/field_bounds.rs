@@ -50,7 +50,7 @@ impl FieldBounds {
     /// vertex.
     fn of(field: &PressureField, around: &[Aabb], part: &[usize]) -> Self {
         let tets = || part.iter().map(|&tet| &field.tets()[tet]);
-        let place = Aabb::around(tets().flat_map(|tet| &tet.tetrahedron.corners));
+        let bounds = Aabb::around(tets().flat_map(|tet| &tet.tetrahedron.corners));
         let gradients = Aabb::around(tets().map(|tet| &tet.extent.gradient));
         let gradient = gradients.center();
         let rests = tets().flat_map(|tet| {
@@ -63,8 +63,8 @@ impl FieldBounds {
         let vertices = part.iter().flat_map(|&tet| field.mesh().tets()[tet]);
         let around = vertices.fold(gradients, |all, vertex| all.union(&around[vertex]));
         Self {
-            center: place.center(),
-            half: place.half_extents(),
+            center: bounds.center(),
+            half: bounds.half_extents(),
             mean: AffineField {
                 gradient,
                 offset: 0.5 * (low + high),
@@ -81,10 +81,10 @@ impl FieldBounds {
     /// are kept.
     #[inline]
     pub fn narrowed_to(&self, tet: &FieldTet) -> Self {
-        let place = tet.tetrahedron.aabb();
+        let bounds = tet.tetrahedron.aabb();
         Self {
-            center: place.center(),
-            half: place.half_extents(),
+            center: bounds.center(),
+            half: bounds.half_extents(),
             mean: tet.extent,
             error: 0.0,
             spread: Vector3::zeros(),

@@ -43,9 +43,9 @@ fn is_surface_connected(field: &PressureField) -> bool {
     let triangles = field.mesh().surface_triangles();
     let mut parent: Vec<usize> = (0..field.mesh().vertex_count()).collect();
     for [a, b, c] in triangles {
-        for other in [b, c] {
-            let (root, other) = (root_of(&mut parent, *a), root_of(&mut parent, *other));
-            parent[other] = root;
+        for vertex in [b, c] {
+            let (root, vertex) = (root_of(&mut parent, *a), root_of(&mut parent, *vertex));
+            parent[vertex] = root;
         }
     }
     let root = root_of(&mut parent, triangles[0][0]);
@@ -154,14 +154,14 @@ fn steps_to_surface(field: &PressureField) -> Vec<Option<PathEdge>> {
         next += 1;
         for tet in tets_at[vertex].iter().map(|&tet| tet as usize) {
             let vertices = mesh.tets()[tet];
-            let place = vertices.iter().position(|&other| other == vertex);
-            for (corner, &other) in vertices.iter().enumerate() {
-                if steps[other].is_none() && !mesh.is_on_surface(other) {
-                    steps[other] = place.map(|to| PathEdge {
+            let end_corner = vertices.iter().position(|&neighbor| neighbor == vertex);
+            for (corner, &neighbor) in vertices.iter().enumerate() {
+                if steps[neighbor].is_none() && !mesh.is_on_surface(neighbor) {
+                    steps[neighbor] = end_corner.map(|to| PathEdge {
                         tet,
                         corners: [corner, to],
                     });
-                    reached.push(other);
+                    reached.push(neighbor);
                 }
             }
         }

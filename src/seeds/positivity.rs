@@ -45,8 +45,8 @@ pub(super) fn check_positive_inside(field: &PressureField) -> Result<(), NotFoll
     for &[a, b, c] in field.mesh().surface_triangles() {
         surface_edges.extend([[a, b], [b, c], [c, a]].map(sorted));
     }
-    let found = (0..field.tets().len()).find_map(|tet| zero_inside(field, &surface_edges, tet));
-    found.map_or(Ok(()), Err)
+    let error = (0..field.tets().len()).find_map(|tet| zero_inside(field, &surface_edges, tet));
+    error.map_or(Ok(()), Err)
 }
 
 fn sorted([a, b]: [usize; 2]) -> [usize; 2] {

@@ -56,8 +56,8 @@ fn icosphere_pairs_have_the_force_of_three_independent_codes() {
     ];
     for (subdivisions, force) in expected {
         let shape = Shape::new(shapes::icosphere(1.0, subdivisions).unwrap());
-        let found = icospheres_of_the_paper(&shape).wrench().on_a.force;
-        assert!((found - force).amax() <= EXACT, "{found:?}");
+        let actual = icospheres_of_the_paper(&shape).wrench().on_a.force;
+        assert!((actual - force).amax() <= EXACT, "{actual:?}");
     }
 }
 
@@ -97,15 +97,15 @@ fn the_papers_pair_of_tetrahedra_meets_in_its_triangle() {
         (&above, Pose::identity(), 1.0),
     );
     let surface = pair.surface();
-    let found = surface.polygons.iter().find(|p| p.tets == [0, 0]).unwrap();
-    let corners = found.outline.corners();
+    let polygon = surface.polygons.iter().find(|p| p.tets == [0, 0]).unwrap();
+    let corners = polygon.outline.corners();
     let expected = [[0.0, 0.0, 0.9], [0.1, 0.0, 0.9], [0.0, 0.1, 0.9]].map(Vector3::from);
     for corner in expected {
         let is_near = |c: &&Vector3<f64>| (*c - corner).amax() <= EXACT;
         assert_eq!(corners.iter().filter(is_near).count(), 1);
     }
     assert_eq!(corners.len(), 3);
-    assert!((found.force().norm() - 0.0045).abs() <= EXACT);
+    assert!((polygon.force().norm() - 0.0045).abs() <= EXACT);
 }
 
 /// A cube of 0.2 m and 1 MPa pressed 1 cm into a box of 3 MPa: κ is the pressure gradient.

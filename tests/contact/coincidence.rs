@@ -68,18 +68,18 @@ pub(super) type Tallies = [Tally; Family::ALL.len()];
 
 impl Tally {
     pub(super) fn add(&mut self, number: usize, scene: &Scene) {
-        let found = checked(scene);
+        let findings = checked(scene);
         self.pairs += 1;
-        for name in names(&found) {
+        for name in names(&findings) {
             *self.kinks.entry(name).or_default() += 1;
         }
-        let what = |finding: Finding| {
+        let describe = |finding: Finding| {
             let (name, missed) = (finding.name(), scene.missed);
             format!("{name} where the position is missed by {missed:.1e}")
         };
-        let failures: Vec<_> = found
+        let failures: Vec<_> = findings
             .iter()
-            .filter_map(|c| Some((number, c.column, what(c.finding), c.finding.failure()?)))
+            .filter_map(|c| Some((number, c.column, describe(c.finding), c.finding.failure()?)))
             .collect();
         self.failing += usize::from(!failures.is_empty());
         self.failures.extend(failures);
@@ -120,8 +120,10 @@ fn swept(first: usize, count: usize) -> Tallies {
 /// Prints the results, and fails if any pair failed.
 pub(super) fn report(tallies: &Tallies) {
     for (family, tally) in Family::ALL.iter().zip(tallies) {
-        for (number, column, what, error) in &tally.failures {
-            println!("{family:?}, pair {number}, column {column}: {what}, off by {error:.1e}");
+        for (number, column, description, error) in &tally.failures {
+            println!(
+                "{family:?}, pair {number}, column {column}: {description}, off by {error:.1e}"
+            );
         }
     }
     for (family, tally) in Family::ALL.iter().zip(tallies) {
@@ -225,10 +227,10 @@ fn for_generic_scenes(count: usize, mut check: impl FnMut(&Scene)) {
 }
 
 /// Returns the largest error of a block, relative to the larger of the block's largest entry and `least`.
-fn error(least: f64, found: &Jacobian, expected: &Jacobian) -> f64 {
+fn error(least: f64, actual: &Jacobian, expected: &Jacobian) -> f64 {
     let of_block = |columns: std::ops::Range<usize>| {
         let (start, count) = (columns.start, columns.len());
-        let error = (found - expected).columns(start, count).amax();
+        let error = (actual - expected).columns(start, count).amax();
         error / expected.columns(start, count).amax().max(least)
     };
     BLOCKS.into_iter().map(of_block).fold(0.0, f64::max)
@@ -237,26 +239,26 @@ fn error(least: f64, found: &Jacobian, expected: &Jacobian) -> f64 {
 /// Returns the largest error relative to the best differences.
 pub(super) fn error_of_differences(scene: &Scene) -> f64 {
     let scaled = Scaled::of(scene);
-    let found = scaled.relative(&scene.linearized());
+    let jacobian = scaled.relative(&scene.linearized());
     let mut best = Jacobian::zeros();
     for column in 0..COLUMNS {
-        let own = found.column(column);
-        let off = |differences: &Wrenches| (differences - own).amax();
+        let column_slope = jacobian.column(column);
+        let off = |differences: &Wrenches| (differences - column_slope).amax();
         let mut nearest = scaled.central(column, STEPS[0]);
         for step in &STEPS[1..] {
-            if off(&nearest) <= GOOD * own.amax() {
+            if off(&nearest) <= GOOD * column_slope.amax() {
                 break;
             }
-            let other = scaled.central(column, *step);
-            nearest = if off(&other) < off(&nearest) {
-                other
+            let difference = scaled.central(column, *step);
+            nearest = if off(&difference) < off(&nearest) {
+                difference
             } else {
                 nearest
             };
         }
         best.set_column(column, &nearest);
     }
-    error(LEAST * scaled.elastic().0, &found, &best)
+    error(LEAST * scaled.elastic().0, &jacobian, &best)
 }
 
 /// Returns the median, the 99th percentile and the maximum.
@@ -294,9 +296,9 @@ pub(super) fn error_of_pipeline(scene: &Scene) -> f64 {
     let (pair, law, twists) = scene.changed(&seeds());
     let expected = jacobian_of(&pair.moving(law, twists).pipeline().wrench());
     let scaled = Scaled::of(scene);
-    let [found, expected] =
+    let [actual, expected] =
         [scene.linearized(), expected].map(|jacobian| scaled.relative(&jacobian));
-    error(LEAST * scaled.elastic().0, &found, &expected)
+    error(LEAST * scaled.elastic().0, &actual, &expected)
 }
 
 #[test]
@@ -312,8 +314,8 @@ fn linearized_contacts_at_generic_poses_are_those_of_the_pipeline() {
 fn bodies_exchanged_have_the_same_linearized_contact() {
     let exchanged = |scene: &Scene| {
         let scaled = Scaled::of(scene);
-        let other = with_names_exchanged(&scene.exchanged().linearized());
-        let ways = [other, scene.linearized()].map(|jacobian| scaled.relative(&jacobian));
+        let exchanged = with_names_exchanged(&scene.exchanged().linearized());
+        let ways = [exchanged, scene.linearized()].map(|jacobian| scaled.relative(&jacobian));
         error(LEAST * scaled.force, &ways[0], &ways[1])
     };
     let mut generic = Vec::new();

@@ -13,9 +13,9 @@ const EXACT: f64 = 1e-12;
 /// Moduli (Pa) of A and B: equal, A softer, and B softer.
 const MODULI: [[f64; 2]; 3] = [[1e5, 1e5], [1e5, 3e5], [4e5, 1e5]];
 
-fn assert_near(found: f64, expected: f64, scale: f64) {
-    let error = (found - expected).abs();
-    assert!(error <= EXACT * scale, "{found} {expected} {error:e}");
+fn assert_near(actual: f64, expected: f64, scale: f64) {
+    let error = (actual - expected).abs();
+    assert!(error <= EXACT * scale, "{actual} {expected} {error:e}");
 }
 
 /// One of the four triangles of the roof-shaped contact surface, on the stage.
@@ -94,8 +94,8 @@ fn pressure_of_a_polygon_falls_from_the_middle_to_the_rim() {
             let triangle = Triangle::of(&polygon, moduli);
             assert_near(polygon.pressure, k * OVERLAP / 3.0, scale);
             for [x, y] in [[0.0, 0.0], [OVERLAP, 0.0], [0.0, OVERLAP], [0.1, 0.05]] {
-                let found = polygon.pressure_at(&triangle.point(x, y));
-                assert_near(found, k * (OVERLAP - x - y), scale);
+                let pressure = polygon.pressure_at(&triangle.point(x, y));
+                assert_near(pressure, k * (OVERLAP - x - y), scale);
             }
             let gradient = triangle.flatter_gradient();
             assert_near((polygon.pressure_gradient - gradient).amax(), 0.0, k);
@@ -134,8 +134,8 @@ fn whole_surface_has_the_area_center_force_and_energy_of_the_roof() {
         let error = (surface.center_of_pressure().unwrap() - center).amax();
         assert_near(error, 0.0, 1.0);
         let expected = stage().rotation() * Vector3::z() * force(moduli);
-        let found = pair.wrench().on_a.force;
-        assert_near((found - expected).amax(), 0.0, force(moduli));
+        let actual = pair.wrench().on_a.force;
+        assert_near((actual - expected).amax(), 0.0, force(moduli));
         // The force does work over the distance 2 dL: ∫ 2 k l³/3 · 2 dl = k L⁴/3.
         let energy = fall(moduli) * OVERLAP.powi(4) / 3.0;
         assert_near(pair.potential_energy(), energy, energy);

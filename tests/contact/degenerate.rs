@@ -187,12 +187,12 @@ fn slivers_beyond_the_end_of_a_body_add_nothing() {
         -0.558_050_616_437_463_7,
         -0.575_192_500_977_729_1,
     ]);
-    let place = vector![
+    let translation = vector![
         0.735_422_783_400_677_2,
         -1.281_588_532_230_403_5,
         -0.451_632_534_399_818_9
     ];
-    let pose = Pose::new(rotation, place).unwrap();
+    let pose = Pose::new(rotation, translation).unwrap();
     let at = |move_by: Vector3<f64>| {
         let a = (&whole, Pose::from_translation(move_by), 1.0);
         pair(a, (&parts, pose, 0.809_211_131_100_106_3))

@@ -55,30 +55,30 @@ type Tallies = [Tally; Family::ALL.len()];
 
 impl Tally {
     fn add(&mut self, number: usize, pair: &ContactPair) {
-        let found = compared(pair);
+        let comparison = compared(pair);
         self.pairs += 1;
-        self.touching += usize::from(found.polygons > 0);
-        self.polygons += found.polygons;
-        let agrees = found.ratio <= 1.0;
-        let excess = match found.standing {
+        self.touching += usize::from(comparison.polygons > 0);
+        self.polygons += comparison.polygons;
+        let agrees = comparison.ratio <= 1.0;
+        let excess = match comparison.standing {
             Standing::Determined => {
                 self.determined += 1;
-                self.worst = self.worst.max(found.ratio);
-                found.ratio.max(found.jump)
+                self.worst = self.worst.max(comparison.ratio);
+                comparison.ratio.max(comparison.jump)
             }
             Standing::EqualFields => {
                 self.equal_fields += 1;
                 self.agreeing += usize::from(agrees);
-                found.jump
+                comparison.jump
             }
             Standing::Blurred => {
                 self.blurred += 1;
                 self.agreeing += usize::from(agrees);
-                found.jump
+                comparison.jump
             }
         };
         // NaN must fail.
-        if excess.is_nan() || found.ratio.is_nan() || excess > 1.0 {
+        if excess.is_nan() || comparison.ratio.is_nan() || excess > 1.0 {
             self.failures.push((number, excess));
         }
     }
@@ -100,14 +100,14 @@ impl Tally {
 fn tried(numbers: Range<usize>) -> Tallies {
     let (mut batch, mut tallies) = (None, Tallies::default());
     for number in numbers {
-        let own = number / BATCH;
+        let batch_index = number / BATCH;
         let (_, hostile) = batch
-            .take_if(|(number, _)| *number == own)
-            .unwrap_or_else(|| (own, Hostile::new(own as u64)));
+            .take_if(|(number, _)| *number == batch_index)
+            .unwrap_or_else(|| (batch_index, Hostile::new(batch_index as u64)));
         let family = number % Family::ALL.len();
         let pair = hostile.pair(Family::ALL[family], number as u64);
         tallies[family].add(number, &pair);
-        batch = Some((own, hostile));
+        batch = Some((batch_index, hostile));
     }
     tallies
 }
@@ -182,12 +182,20 @@ fn aligned_pairs_have_the_exact_wrench() {
         let modulus = [1.0, 2.0][random.below(2)];
         let b = (&shapes[1], aligned_pose(random), modulus);
         let pair = pair((&shapes[0], Pose::identity(), 1.0), b);
-        let found = compared(&pair);
-        if found.standing != Standing::Blurred {
-            assert!(found.ratio <= 1.0, "pair {number}: {:e}", found.ratio);
+        let comparison = compared(&pair);
+        if comparison.standing != Standing::Blurred {
+            assert!(
+                comparison.ratio <= 1.0,
+                "pair {number}: {:e}",
+                comparison.ratio
+            );
             in_faces += polygons_in_faces(&pair).len();
         }
-        assert!(found.jump <= 1.0, "pair {number}: {:e}", found.jump);
+        assert!(
+            comparison.jump <= 1.0,
+            "pair {number}: {:e}",
+            comparison.jump
+        );
     }
     assert!(in_faces >= 100, "{in_faces}");
 }

@@ -77,13 +77,13 @@ fn assert_equal_differences(shape: &Shape, pose: Pose, moduli: [f64; 2]) {
         ("closed form", closed, DIFFERENCES),
         ("first order", first_order_jacobian(&pair), DIFFERENCES),
     ];
-    for (name, found, tolerance) in ways {
-        let error: SMatrix<f64, 6, 14> = found - differences;
+    for (name, jacobian, tolerance) in ways {
+        let error: SMatrix<f64, 6, 14> = jacobian - differences;
         let (row, column) = error.iamax_full();
         assert!(
             error.norm() <= tolerance * differences.norm(),
             "{name} at {moduli:?}, entry {row} {column}: {} instead of {}",
-            found[(row, column)],
+            jacobian[(row, column)],
             differences[(row, column)],
         );
     }
@@ -136,8 +136,8 @@ fn cubes_that_only_touch_have_no_contact() {
     let cube = Shape::new(shapes::cuboid([1.0; 3]).unwrap());
     for offset in [vector![0.0, 0.0, 1.0], vector![-1.0, 0.25, 0.0]] {
         for [a, b] in [[1.0, 2.0], [2.0, 1.0], [1.0, 1.0]] {
-            let place = Pose::from_translation(offset);
-            let pair = pair((&cube, place, a), (&cube, Pose::identity(), b));
+            let pose_a = Pose::from_translation(offset);
+            let pair = pair((&cube, pose_a, a), (&cube, Pose::identity(), b));
             let contact = pair.linearized();
             assert!(pair.surface().is_empty() && pair.touching_tets().is_empty());
             assert!(contact.wrench.on_a.to_vector().amax() <= 0.0);

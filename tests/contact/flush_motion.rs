@@ -138,12 +138,12 @@ impl Tally {
         }
     }
 
-    fn assert_right(&self, what: &str) {
-        println!("{what}: {self:?}");
+    fn assert_right(&self, label: &str) {
+        println!("{label}: {self:?}");
         let all = self.compared + self.unsettled;
-        assert!(self.compared as f64 >= SETTLED * all as f64, "{what}");
-        assert_eq!(self.wrong, 0, "{what}");
-        assert!(self.off * RARE <= self.compared, "{what}");
+        assert!(self.compared as f64 >= SETTLED * all as f64, "{label}");
+        assert_eq!(self.wrong, 0, "{label}");
+        assert!(self.off * RARE <= self.compared, "{label}");
     }
 }
 
@@ -169,10 +169,10 @@ fn stack(count: usize) -> World {
             skin(1e5 * (1.0 + 0.3 * part)),
             mass,
         );
-        let place = Pose::from_translation(vector![0.0, 0.0, 0.0495 + 0.0995 * part]);
+        let pose = Pose::from_translation(vector![0.0, 0.0, 0.0495 + 0.0995 * part]);
         bodies.push(
             body.unwrap()
-                .with_pose(place)
+                .with_pose(pose)
                 .with_velocity(vector![0.5, 0.0, 0.0]),
         );
     }
@@ -219,12 +219,12 @@ fn tally_near_flush(shape: &Shape, law: [f64; 3], spin: f64, poses: usize, colum
         let turn = random.vector().component_mul(&scale);
         let scale = vector![1e-5, 0.1 * round_off, 2e-4];
         let aside = random.vector().component_mul(&scale);
-        let place = Pose::from_rotation_vector(&turn, aside + vector![0.0, 0.0, 0.0995]);
+        let pose = Pose::from_rotation_vector(&turn, aside + vector![0.0, 0.0, 0.0995]);
         let twists = [[0.49, 0.0], [0.5, spin]].map(|[along, spin]| Twist {
             angular: vector![0.0, 0.0, spin],
             linear: vector![along, 0.0, 0.0],
         });
-        let pair = pair((shape, Pose::identity(), 1e5), (shape, place, 1.3e5));
+        let pair = pair((shape, Pose::identity(), 1e5), (shape, pose, 1.3e5));
         tally.add(&Scene { pair, law, twists }, columns.iter().copied());
     }
     tally.assert_right(&format!("{poses} poses, law {law:?}, spin {spin}"));

@@ -13,9 +13,9 @@ fn wrench_and_area_equal_those_of_intersected_half_planes() {
     let mut touching = 0;
     for _ in 0..150 {
         let pair = random_pair(&shapes, &mut random);
-        let (twin, found) = (half_planes::wrench(&pair), pair.wrench());
-        let found: Vector6<f64> = found.on_a.to_vector();
-        let error = (found - twin.wrench).amax();
+        let (twin, wrench) = (half_planes::wrench(&pair), pair.wrench());
+        let wrench: Vector6<f64> = wrench.on_a.to_vector();
+        let error = (wrench - twin.wrench).amax();
         assert!(error <= TWIN * twin.wrench.amax(), "{error:e}");
         assert!((pair.surface().area() - twin.area).abs() <= TWIN * twin.area);
         touching += usize::from(twin.area > 0.0);

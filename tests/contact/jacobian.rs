@@ -58,8 +58,8 @@ fn both_jacobians_equal_differences_at_every_generic_pose() {
         let scale = differences.amax();
         let closed = at_rest(&pair.linearized().jacobian());
         let dual = at_rest(&dual_wrench_jacobian(&pair).1);
-        for found in [closed, dual] {
-            let error = (by_motion(&found, &pair) - differences).amax();
+        for jacobian in [closed, dual] {
+            let error = (by_motion(&jacobian, &pair) - differences).amax();
             worst = worst.max(error / scale);
             assert!(
                 error <= DIFFERENCES * scale,
@@ -96,14 +96,14 @@ fn the_jacobian_of_the_wrench_on_b_is_the_one_of_exchanged_bodies() {
     for _ in 0..200 {
         let pair = random_pair(&shapes, &mut random);
         let exchanged = ContactPair::new(pair.b().body().unwrap(), *pair.a());
-        let (found, expected) = (pair.linearized(), exchanged.linearized());
+        let (actual, expected) = (pair.linearized(), exchanged.linearized());
         let scale = at_rest(&expected.jacobian()).amax();
         let exchanged = |column: usize, half: usize| (column + half) % (2 * half);
         let by_poses = SMatrix::<f64, 6, 12>::from_fn(|row, column| {
-            found.by_poses[(row + 6, exchanged(column, 6))] - expected.by_poses[(row, column)]
+            actual.by_poses[(row + 6, exchanged(column, 6))] - expected.by_poses[(row, column)]
         });
         let by_moduli = SMatrix::<f64, 6, 2>::from_fn(|row, column| {
-            found.by_moduli[(row + 6, exchanged(column, 1))] - expected.by_moduli[(row, column)]
+            actual.by_moduli[(row + 6, exchanged(column, 1))] - expected.by_moduli[(row, column)]
         });
         let error = by_poses.amax().max(by_moduli.amax());
         assert!(error <= EXCHANGED * scale, "{error} of {scale}");

@@ -52,8 +52,8 @@ fn a_layer_between_equal_gradients_changes_no_derivative_however_near_the_contac
         for exponent in (-28..=-12).map(|halves| 0.5 * f64::from(halves)) {
             for side in [1.0, -1.0] {
                 let gap = side * 10_f64.powf(exponent);
-                let [(expected, _), (found, kinks)] = by_motions(edge, gap);
-                let error = (found - expected).amax();
+                let [(expected, _), (actual, kinks)] = by_motions(edge, gap);
+                let error = (actual - expected).amax();
                 assert!(error <= SAME, "edge {edge}, gap {gap:e}: {error:e}");
                 assert!(kinks.are_flush || gap.abs() > 1e-10);
             }

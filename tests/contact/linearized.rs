@@ -28,12 +28,12 @@ const KINK_STEPS: [f64; 3] = [1e-6, 1e-7, 1e-8];
 const TRAJECTORIES: f64 = 1e-11;
 
 fn assert_same(closed: &ContactWrench<Wide>, whole: &ContactWrench<Wide>) -> f64 {
-    let (found, expected) = (numbers(closed), numbers(whole));
+    let (actual, expected) = (numbers(closed), numbers(whole));
     let largest = expected.map(|number| number.re).amax();
-    let error = (found.map(|n| n.re) - expected.map(|n| n.re)).amax();
+    let error = (actual.map(|n| n.re) - expected.map(|n| n.re)).amax();
     assert!(error <= SAME_VALUE * largest, "{error:e} of {largest:e}");
-    let (found, expected) = (jacobian_of(closed), jacobian_of(whole));
-    let error = (found - expected).amax() / expected.amax();
+    let (actual, expected) = (jacobian_of(closed), jacobian_of(whole));
+    let error = (actual - expected).amax() / expected.amax();
     assert!(error <= TWO_WAYS, "{error:e}");
     error
 }
@@ -186,10 +186,10 @@ fn gradients_of_whole_trajectories_are_those_of_the_generic_pipeline() {
         let jacobian = experiment.jacobian(&start(), &outcome).unwrap().jacobian;
         for _ in 0..3 {
             let direction = SVector::<f64, 12>::from_fn(|_, _| random.between(-1.0, 1.0));
-            let found = &jacobian * direction;
+            let product = &jacobian * direction;
             let expected = by_generic_pipeline(&world, &direction, steps);
             let expected = nalgebra::DVector::from_vec(expected);
-            let error = (found - &expected).amax() / expected.amax();
+            let error = (product - &expected).amax() / expected.amax();
             println!("{error:.1e}");
             assert!(error <= TRAJECTORIES, "{error:e}");
         }
@@ -214,8 +214,8 @@ fn many_numbers_take_several_passes_and_give_what_few_give() {
             assert!(error.amax() <= TRAJECTORIES * alone.jacobian.amax());
         }
     }
-    let none = experiment.jacobian(&[], &outcome).unwrap();
-    assert_eq!((none.value, none.jacobian.shape()), (value, (18, 0)));
+    let empty = experiment.jacobian(&[], &outcome).unwrap();
+    assert_eq!((empty.value, empty.jacobian.shape()), (value, (18, 0)));
 }
 
 /// A face of constant extent meets the contact surface in the same line as a face of the other body. Which face bounds a polygon is
@@ -243,10 +243,10 @@ fn layers_of_equal_pressure_have_the_derivatives_of_differences_by_either_modulu
                     [pair.wrench(), pair.moving(law, twists).wrench()].map(|w| numbers(&w))
                 };
                 let ways = [&elastic, &in_motion];
-                for (way, jacobian) in ways.into_iter().enumerate() {
+                for (index, jacobian) in ways.into_iter().enumerate() {
                     let expected = jacobian.column(modulus);
                     let error = |step: f64| {
-                        let [ahead, behind] = [step, -step].map(|step| values(step)[way]);
+                        let [ahead, behind] = [step, -step].map(|step| values(step)[index]);
                         let difference = (ahead - behind) / (2.0 * step);
                         (difference - expected).norm() / expected.norm()
                     };
@@ -254,8 +254,8 @@ fn layers_of_equal_pressure_have_the_derivatives_of_differences_by_either_modulu
                         .map(error)
                         .into_iter()
                         .fold(f64::INFINITY, f64::min);
-                    assert!(error <= DIFFERENCES, "{extents:?}, way {way}: {error:e}");
-                    worst[way] = worst[way].max(error);
+                    assert!(error <= DIFFERENCES, "{extents:?}, way {index}: {error:e}");
+                    worst[index] = worst[index].max(error);
                 }
             }
         }
@@ -291,11 +291,11 @@ fn faces_that_are_hardly_pressed_in_do_not_just_touch() {
         let law = SurfaceLaw::new(0.0, 0.0, 1e-3).unwrap();
         let in_motion = pair.moving(law, [Twist::zero(); 2]).linearized().by_poses[(5, 5)];
         let elastic = pair.linearized().by_poses[(5, 5)];
-        for found in [in_motion, elastic] {
+        for response in [in_motion, elastic] {
             // The facets of the contact's rim are as large as the depth.
             assert!(
-                (found / -STIFFNESS - 1.0).abs() < 1e-6,
-                "{width} {depth}: {found}"
+                (response / -STIFFNESS - 1.0).abs() < 1e-6,
+                "{width} {depth}: {response}"
             );
         }
     }

@@ -38,12 +38,12 @@ fn for_generic_pairs(count: usize, seed: u8, check: impl Fn(&ContactPair)) {
 #[test]
 fn plateaus_give_one_wrench_whatever_the_search_and_the_order() {
     for_generic_pairs(12, 61, |pair| {
-        let found = pair.wrench();
-        let scale = found.on_a.to_vector().amax();
+        let wrench = pair.wrench();
+        let scale = wrench.on_a.to_vector().amax();
         let exchanged = ContactPair::new(pair.b().body().unwrap(), *pair.a()).wrench();
         let unculled = pair.with_search(Search::Culling(Culling::NONE)).wrench();
-        for other in [exchanged.on_b, unculled.on_a] {
-            let error = (found.on_a.to_vector() - other.to_vector()).amax();
+        for repeated in [exchanged.on_b, unculled.on_a] {
+            let error = (wrench.on_a.to_vector() - repeated.to_vector()).amax();
             assert!(error <= SAME * scale, "{error:e} of {scale:e}");
         }
     });

@@ -79,11 +79,11 @@ fn nearly_parallel_half_planes_that_meet_nowhere_leave_nothing() {
         for tilt in [0.0, 1e-12, 1e-16] {
             let above = half_plane(tilt, 1.0, -0.25 - gap);
             let below = half_plane(tilt, -1.0, 0.25);
-            let left = triangle()
+            let clipped = triangle()
                 .clipped(&above, TOLERANCE, SIDE)
                 .clipped(&below, TOLERANCE, SIDE);
             // If the tilt exceeds the gap, a sliver of that height exists.
-            assert!(area(&left).abs() <= tilt + EXACT, "{gap:e} {tilt:e}");
+            assert!(area(&clipped).abs() <= tilt + EXACT, "{gap:e} {tilt:e}");
         }
     }
 }
@@ -111,7 +111,7 @@ fn a_border_through_corners_and_along_edges_keeps_what_is_inside() {
         (half_plane(1.0, -1.0, 0.0), 0.25),
     ];
     for (border, expected) in cases {
-        let left = triangle().clipped(&border, TOLERANCE, SIDE);
-        assert!((area(&left) - expected).abs() <= EXACT, "{border:?}");
+        let clipped = triangle().clipped(&border, TOLERANCE, SIDE);
+        assert!((area(&clipped) - expected).abs() <= EXACT, "{border:?}");
     }
 }

@@ -46,11 +46,11 @@ fn wrench_in_reference_order(wrench: &ContactWrench) -> SVector<f64, 12> {
     SVector::from_fn(|row, _| parts[row / 3][row % 3])
 }
 
-fn assert_close(name: &str, found: &Vector3<f64>, expected: [f64; 3], scale: f64) {
-    let error = (found - Vector3::from(expected)).amax();
+fn assert_close(name: &str, actual: &Vector3<f64>, expected: [f64; 3], scale: f64) {
+    let error = (actual - Vector3::from(expected)).amax();
     assert!(
         error <= WRENCH * scale,
-        "{name}: {found:?}, not {expected:?}"
+        "{name}: {actual:?}, not {expected:?}"
     );
 }
 
@@ -105,8 +105,8 @@ fn jacobians_equal_the_central_differences_of_independent_programs() {
         let pair = case.posed.pair(&shapes);
         let expected = DMatrix::from_fn(12, 12, |i, j| expected[i][j]);
         for (_, jacobian) in both_ways(&pair) {
-            let found = in_reference_order(&jacobian);
-            let error = (found.columns(0, 12) - &expected).amax();
+            let actual = in_reference_order(&jacobian);
+            let error = (actual.columns(0, 12) - &expected).amax();
             assert!(
                 error <= DIFFERENCES * expected.amax(),
                 "{}: {error:e}",
@@ -118,8 +118,8 @@ fn jacobians_equal_the_central_differences_of_independent_programs() {
             ];
             for (column, expected) in by_moduli {
                 let expected = Vector3::from(expected.unwrap());
-                let found = found.fixed_view::<3, 1>(0, column);
-                let error = (found - expected).amax();
+                let actual = actual.fixed_view::<3, 1>(0, column);
+                let error = (actual - expected).amax();
                 assert!(
                     error <= DIFFERENCES * expected.amax(),
                     "{}: {error:e}",

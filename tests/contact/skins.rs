@@ -50,9 +50,9 @@ fn a_block_is_pressed_by_the_closed_form_within_its_skin_at_its_end_and_beyond()
         for share in [0.1, 0.5, 0.9, 1.0 - 1e-6, 1.0, 1.0 + 1e-6, 1.1, 2.0, 3.0] {
             let pair = block_on_floor(&shapes, end * share, moduli);
             let expected = closed_form(end * share, moduli);
-            let found = pair.wrench().on_a.force;
-            let error = (found - vector![0.0, 0.0, expected]).amax() / expected;
-            assert!(error <= SAME, "{moduli:?} at {share}: {found:?} {expected}");
+            let force = pair.wrench().on_a.force;
+            let error = (force - vector![0.0, 0.0, expected]).amax() / expected;
+            assert!(error <= SAME, "{moduli:?} at {share}: {force:?} {expected}");
             assert_pressures(&pair, soft);
         }
     }
@@ -89,16 +89,16 @@ const MODULI: [[f64; 2]; 2] = [[2.0, 2.0], [2.0, 3.0]];
 fn skins_give_one_wrench_whatever_the_search_and_the_order() {
     for moduli in MODULI {
         for_generic_pairs(moduli, |pair| {
-            let found = pair.wrench().on_a.to_vector();
+            let wrench = pair.wrench().on_a.to_vector();
             let exchanged = ContactPair::new(pair.b().body().unwrap(), *pair.a())
                 .wrench()
                 .on_b;
             let culled = pair
                 .with_search(Search::Culling(Culling::default()))
                 .wrench();
-            for other in [exchanged, culled.on_a] {
-                let error = (found - other.to_vector()).amax();
-                assert!(error <= SAME * found.amax(), "{error:e} of {found:?}");
+            for repeated in [exchanged, culled.on_a] {
+                let error = (wrench - repeated.to_vector()).amax();
+                assert!(error <= SAME * wrench.amax(), "{error:e} of {wrench:?}");
             }
         });
     }

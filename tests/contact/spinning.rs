@@ -127,7 +127,7 @@ fn integrated(pair: &ContactPair, law: [f64; 3], motion: &Twist) -> Wrench {
 const SIZE: [f64; 3] = [0.2, 0.2, 0.04];
 
 /// Returns the pose of the brick, rotated and beside the floor's middle.
-fn place() -> Pose {
+fn brick_pose() -> Pose {
     Pose::from_rotation_vector(&vector![0.0, 0.0, 0.3], vector![0.3, 0.2, 0.2198])
 }
 
@@ -143,7 +143,7 @@ fn floor() -> Shape {
 fn a_brick_that_spins_about_its_own_middle_is_not_pushed_sideways() {
     let floor = floor();
     for brick in bricks().map(Shape::new) {
-        let pair = pair((&brick, place(), 5e4), (&floor, Pose::identity(), 1e7));
+        let pair = pair((&brick, brick_pose(), 5e4), (&floor, Pose::identity(), 1e7));
         let law = SurfaceLaw::new(0.0, FRICTION, 1e-3).unwrap();
         let spin = Twist {
             angular: vector![0.0, 0.0, 10.0],
@@ -159,7 +159,7 @@ fn a_brick_that_spins_about_its_own_middle_is_not_pushed_sideways() {
 /// Returns the motion (about the world's origin) of a brick that spins (rad/s) about a vertical axis at this distance (m) from its middle.
 fn spin_about(spin: f64, aside: f64, tilt: f64) -> Twist {
     let angular = vector![0.0, tilt, spin];
-    let axis = place().translation() + vector![0.6 * aside, -0.8 * aside, 0.0];
+    let axis = brick_pose().translation() + vector![0.6 * aside, -0.8 * aside, 0.0];
     Twist {
         angular,
         linear: -angular.cross(&axis),
@@ -170,21 +170,24 @@ fn spin_about(spin: f64, aside: f64, tilt: f64) -> Twist {
 /// the brick's edge.
 fn integral_error(brick: &Shape, law: [f64; 3], motion: &Twist) -> f64 {
     let floor = floor();
-    let pair = pair((brick, place(), 5e4), (&floor, Pose::identity(), 1e7));
-    let origin = *place().translation();
+    let pair = pair((brick, brick_pose(), 5e4), (&floor, Pose::identity(), 1e7));
+    let origin = *brick_pose().translation();
     let at_origin = Twist {
         linear: motion.linear + motion.angular.cross(&origin),
         ..*motion
     };
     let [dissipation, friction, slip_tolerance] = law;
     let surface_law = SurfaceLaw::new(dissipation, friction, slip_tolerance).unwrap();
-    let found = pair
+    let actual = pair
         .moving(surface_law, [at_origin, Twist::zero()])
         .wrench()
         .on_a;
     let expected = integrated(&pair, law, motion).about(&origin);
     let scale = pair.wrench().on_a.force.norm() * friction.max(1.0);
-    let [force, torque] = [found.force - expected.force, found.torque - expected.torque];
+    let [force, torque] = [
+        actual.force - expected.force,
+        actual.torque - expected.torque,
+    ];
     (force.norm() / scale).max(torque.norm() / (0.5 * SIZE[0] * scale))
 }
 

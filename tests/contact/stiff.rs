@@ -29,8 +29,8 @@ fn contact_with_an_ever_stiffer_ball_tends_to_that_with_a_rigid_one() {
     assert!(limit.norm() > 0.1);
     for exponent in 9..=17 {
         let (on_stiff, exchanged) = force(10_f64.powi(exponent));
-        for found in [on_stiff, exchanged] {
-            let error = (found - limit).norm() / limit.norm();
+        for wrench in [on_stiff, exchanged] {
+            let error = (wrench - limit).norm() / limit.norm();
             assert!(error <= RIGID, "1e{exponent}: {error:e}");
         }
     }

@@ -65,12 +65,12 @@ fn forces_and_moments_balance() {
 #[test]
 fn exchanging_the_bodies_exchanges_the_wrenches() {
     for_random_pairs(500, 12, |pair| {
-        let (found, exchanged) = (
+        let (wrench, exchanged) = (
             pair.wrench(),
             ContactPair::new(pair.b().body().unwrap(), *pair.a()).wrench(),
         );
-        let error = (found.on_a.to_vector() - exchanged.on_b.to_vector()).amax();
-        assert!(error <= SAME * found.on_a.to_vector().amax(), "{error:e}");
+        let error = (wrench.on_a.to_vector() - exchanged.on_b.to_vector()).amax();
+        assert!(error <= SAME * wrench.on_a.to_vector().amax(), "{error:e}");
     });
 }
 
@@ -99,8 +99,8 @@ fn moving_the_world_turns_the_wrench_with_it() {
 fn the_stiffness_is_symmetric_up_to_half_the_torque() {
     for_random_pairs(300, 14, |pair| {
         for (wrench, jacobian) in both_ways(pair) {
-            for (torque, place) in [(wrench.on_a.torque, 0), (wrench.on_b.torque, 6)] {
-                let stiffness = jacobian.fixed_view::<6, 6>(place, place).into_owned();
+            for (torque, first) in [(wrench.on_a.torque, 0), (wrench.on_b.torque, 6)] {
+                let stiffness = jacobian.fixed_view::<6, 6>(first, first).into_owned();
                 let asymmetry = (stiffness - stiffness.transpose()) / 2.0;
                 let block = |i, j| -> Matrix3<f64> { asymmetry.fixed_view::<3, 3>(i, j).into() };
                 let scale = SYMMETRY * stiffness.amax();
@@ -203,8 +203,8 @@ fn a_soft_body_within_a_hard_one_has_sunk_through_and_bodies_in_contact_or_apart
                 modulus,
             );
             for pair in [pair(ball, hard), pair(hard, ball)] {
-                let found = pair.has_sunk_through();
-                assert_eq!(found, has_sunk, "{x}, {radius} m, {modulus} Pa");
+                let has_sunk_through = pair.has_sunk_through();
+                assert_eq!(has_sunk_through, has_sunk, "{x}, {radius} m, {modulus} Pa");
             }
         }
     }

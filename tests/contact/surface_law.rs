@@ -44,9 +44,9 @@ fn twists(spin: Vector3<f64>, velocity: Vector3<f64>) -> [Twist; 2] {
     let common = Twist::from_vector(&Vector6::from(COMMON));
     let turn = stage();
     let (spin, velocity) = (turn.rotation() * spin, turn.rotation() * velocity);
-    let [a, b] = places().map(|place| {
-        let from_middle = place.translation() - turn.translation();
-        (from_middle, common.angular.cross(place.translation()))
+    let [a, b] = places().map(|pose| {
+        let from_middle = pose.translation() - turn.translation();
+        (from_middle, common.angular.cross(pose.translation()))
     });
     [
         Twist {
@@ -68,18 +68,18 @@ fn on_stage(wrench: &ContactWrench) -> Wrench {
 }
 
 fn wrench(pair: &ContactPair, law: &SurfaceLaw, twists: [Twist; 2]) -> Wrench {
-    let found = pair.moving(*law, twists).wrench();
+    let wrench = pair.moving(*law, twists).wrench();
     // Newton's third law, about one point.
-    let [a, b] = places().map(|place| *place.translation());
-    let reaction = found.on_b.about(&(a - b));
-    let sum = (found.on_a.to_vector() + reaction.to_vector()).amax();
+    let [a, b] = places().map(|pose| *pose.translation());
+    let reaction = wrench.on_b.about(&(a - b));
+    let sum = (wrench.on_a.to_vector() + reaction.to_vector()).amax();
     assert!(sum <= EXACT * normal_force(), "{sum:e}");
-    on_stage(&found)
+    on_stage(&wrench)
 }
 
-fn assert_near(found: &Vector3<f64>, expected: &Vector3<f64>, scale: f64) {
-    let error = (found - expected).amax();
-    assert!(error <= EXACT * scale, "{found:?} {expected:?} {error:e}");
+fn assert_near(actual: &Vector3<f64>, expected: &Vector3<f64>, scale: f64) {
+    let error = (actual - expected).amax();
+    assert!(error <= EXACT * scale, "{actual:?} {expected:?} {error:e}");
 }
 
 /// Velocities (m/s) of A relative to B: along and against the normal, tangential, and combined.
@@ -105,9 +105,9 @@ fn bodies_that_slide_have_the_force_of_the_law_at_one_velocity() {
     let shape = octahedron(0);
     let pair = stacked(&shape, [MODULUS; 2]);
     for velocity in VELOCITIES.map(Vector3::from) {
-        let found = wrench(&pair, &law(LAW), twists(Vector3::zeros(), velocity));
-        assert_near(&found.force, &sliding_force(LAW, velocity), normal_force());
-        assert_near(&found.torque, &Vector3::zeros(), normal_force());
+        let wrench = wrench(&pair, &law(LAW), twists(Vector3::zeros(), velocity));
+        assert_near(&wrench.force, &sliding_force(LAW, velocity), normal_force());
+        assert_near(&wrench.torque, &Vector3::zeros(), normal_force());
     }
 }
 
@@ -116,12 +116,12 @@ fn skin_that_is_let_go_faster_than_it_recovers_does_not_pull() {
     let shape = octahedron(0);
     let pair = stacked(&shape, [MODULUS; 2]);
     for speed in [1.0 / LAW[0], 1.01 / LAW[0], 100.0] {
-        let found = wrench(
+        let wrench = wrench(
             &pair,
             &law(LAW),
             twists(Vector3::zeros(), vector![0.3, 0.1, speed]),
         );
-        assert_near(&found.force, &Vector3::zeros(), normal_force());
+        assert_near(&wrench.force, &Vector3::zeros(), normal_force());
     }
 }
 
@@ -135,11 +135,11 @@ fn slow_friction_of_a_spin_about_an_axis_beside_has_the_slip_of_the_middle() {
         // Velocity of the middle if A rotates about a vertical axis through this point.
         let velocity = vector![spin * axis[1], -spin * axis[0], 0.0];
         let moved = twists(vector![0.0, 0.0, spin], velocity);
-        let found = wrench(&pair, &law([0.0, friction, VISCOUS]), moved);
+        let wrench = wrench(&pair, &law([0.0, friction, VISCOUS]), moved);
         let scale = friction * normal_force() / VISCOUS;
-        let across = vector![found.force.x, found.force.y, 0.0];
+        let across = vector![wrench.force.x, wrench.force.y, 0.0];
         assert_near(&across, &(velocity * -scale), scale);
-        assert!((found.force.z / normal_force() - 1.0).abs() <= EXACT);
+        assert!((wrench.force.z / normal_force() - 1.0).abs() <= EXACT);
     }
 }
 
@@ -162,8 +162,8 @@ fn spinning_and_rolling_friction_are_their_integrals() {
         );
         let turn = twists(vector![0.0, 0.0, spin], Vector3::zeros());
         let turned = wrench(&pair, &law([0.0, friction, VISCOUS]), turn);
-        for (found, expected) in [(rolled.torque.x, rolling), (turned.torque.z, spinning)] {
-            let error = (found / expected - 1.0).abs();
+        for (actual, expected) in [(rolled.torque.x, rolling), (turned.torque.z, spinning)] {
+            let error = (actual / expected - 1.0).abs();
             assert!(error <= EXACT, "{times}: {error:e}");
         }
     }
@@ -180,8 +180,8 @@ fn a_spin_on_the_spot_has_coulombs_torque() {
     let angles = 0.5 * (1.0 + (1.0 + root).ln() / root);
     let expected = -0.3 * 4.0 * MODULUS * OVERLAP.powi(4) / 12.0 * angles;
     let turn = twists(vector![0.0, 0.0, 5.0], Vector3::zeros());
-    let found = wrench(&pair, &law([0.0, 0.3, 1e-9]), turn).torque.z;
-    let error = (found / expected - 1.0).abs();
+    let actual = wrench(&pair, &law([0.0, 0.3, 1e-9]), turn).torque.z;
+    let error = (actual / expected - 1.0).abs();
     assert!(error <= COULOMB, "{error:e}");
 }
 
@@ -224,9 +224,9 @@ fn sliding_slopes(
 /// Returns the wrench with derivatives, from the linearized contact or through the whole pipeline.
 fn differentiated(velocity: Vector3<f64>, is_linearized: bool) -> ContactWrench<Dual> {
     let shape = octahedron(0);
-    let [a, b] = places().map(|place| {
+    let [a, b] = places().map(|pose| {
         let modulus = Dual::from_re(MODULUS);
-        ContactBody::new(&shape, Pose::lifted(&place), modulus).unwrap()
+        ContactBody::new(&shape, Pose::lifted(&pose), modulus).unwrap()
     });
     let pair = ContactPair::new(a, b);
     let number = |k| variable(LAW[k - 3], SVector::ith(k, 1.0));
@@ -253,18 +253,18 @@ fn derivatives_by_velocity_and_law_are_the_closed_ones() {
     for velocity in VELOCITIES.map(Vector3::from) {
         let slopes = sliding_slopes(LAW, velocity);
         for is_linearized in [false, true] {
-            let found = differentiated(velocity, is_linearized);
+            let wrench = differentiated(velocity, is_linearized);
             for (number, slope) in slopes.iter().enumerate() {
                 let part = |vector: &Vector3<Dual>| vector.map(|x| derivatives(x)[number]);
                 let to_stage = stage().rotation().transpose();
                 // Slow slips are divided by the slip tolerance.
                 let scale = normal_force() / LAW[2];
-                let force = to_stage * part(&found.on_a.force);
+                let force = to_stage * part(&wrench.on_a.force);
                 assert_near(&force, slope, scale);
                 // The force acts at the middle of the contact, which is as far below A's origin as above B's. The force on B is opposite,
                 // so both torques are equal.
                 let arm = Vector3::z() * -HEIGHT;
-                for torque in [&found.on_a.torque, &found.on_b.torque] {
+                for torque in [&wrench.on_a.torque, &wrench.on_b.torque] {
                     assert_near(&(to_stage * part(torque)), &arm.cross(slope), scale);
                 }
             }
@@ -275,8 +275,8 @@ fn derivatives_by_velocity_and_law_are_the_closed_ones() {
 #[test]
 fn parting_faster_than_the_skin_recovers_has_no_derivatives() {
     for is_linearized in [false, true] {
-        let found = differentiated(vector![0.3, 0.1, 3.0], is_linearized);
-        for number in found.on_a.force.iter().chain(&found.on_a.torque) {
+        let wrench = differentiated(vector![0.3, 0.1, 3.0], is_linearized);
+        for number in wrench.on_a.force.iter().chain(&wrench.on_a.torque) {
             assert!(derivatives(*number).amax() <= 0.0);
         }
     }
@@ -329,8 +329,8 @@ fn friction_depends_on_slip_over_slip_tolerance_alone_however_small_or_large() {
     for ratio in [0.0, 1e-20, 0.7, 1e20] {
         let expected = sliding(1.0, ratio).to_vector();
         for slip_tolerance in [1e-100, 1e-50, 1e50, 1e100] {
-            let found = sliding(slip_tolerance, ratio).to_vector();
-            assert!((found - expected).amax() <= EXACT * expected.amax());
+            let actual = sliding(slip_tolerance, ratio).to_vector();
+            assert!((actual - expected).amax() <= EXACT * expected.amax());
         }
     }
 }
@@ -366,8 +366,8 @@ fn friction_does_not_depend_on_where_a_polygon_begins() {
                 linear: vector![0.02, 0.1, -0.05] * sign,
             });
             let force = pair.moving(law, twists).wrench().on_a.force;
-            let other = exchanged.moving(law, [twists[1], twists[0]]).wrench();
-            let error = (force - other.on_b.force).norm();
+            let exchanged_wrench = exchanged.moving(law, [twists[1], twists[0]]).wrench();
+            let error = (force - exchanged_wrench.on_b.force).norm();
             assert!(force.norm() > 0.0);
             assert!(error <= SAME * force.norm(), "{error:e} {:e}", force.norm());
         }

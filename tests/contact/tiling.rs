@@ -59,29 +59,29 @@ impl Sums {
         }
     }
 
-    fn assert_same(&self, other: &Self, what: &str) {
+    fn assert_same(&self, other: &Self, label: &str) {
         let arm = self.load * self.reach;
         let [area, force, torque] = [
             (self.area - other.area).abs(),
             (self.force - other.force).norm(),
             (self.torque - other.torque).norm(),
         ];
-        assert_small(area, self.area, &format!("area of {what}"));
-        assert_small(force, self.load, &format!("force of {what}"));
-        assert_small(torque, arm, &format!("torque of {what}"));
-        self.assert_same_energy(other, what);
+        assert_small(area, self.area, &format!("area of {label}"));
+        assert_small(force, self.load, &format!("force of {label}"));
+        assert_small(torque, arm, &format!("torque of {label}"));
+        self.assert_same_energy(other, label);
     }
 
-    fn assert_same_energy(&self, other: &Self, what: &str) {
+    fn assert_same_energy(&self, other: &Self, label: &str) {
         let error = (self.energy - other.energy).abs();
-        assert_small(error, self.energy, &format!("energy of {what}"));
+        assert_small(error, self.energy, &format!("energy of {label}"));
     }
 }
 
-fn assert_small(error: f64, scale: f64, what: &str) {
+fn assert_small(error: f64, scale: f64, label: &str) {
     assert!(
         error <= SAME * scale + SPECK,
-        "{what}: {error:e} of {scale:e}"
+        "{label}: {error:e} of {scale:e}"
     );
 }
 
@@ -116,15 +116,15 @@ fn for_pairs(count: u64, pose: impl Fn(&mut Random) -> Pose) -> Seen {
         seen.touching += usize::from(sums.area > 0.0);
         check_exchange(&here, &sums, number, &mut seen);
         for division in Division::ALL {
-            let other = [0, 1].map(|body| {
+            let shapes = [0, 1].map(|body| {
                 // One of the meshes may remain undivided.
                 let division = [division, division, Division::Whole][random.below(3)];
                 let divided = divided(fields[body], division, random);
                 Shape::new(shuffled(&divided, random))
             });
-            let there = posed(&other, pose, modulus);
-            let what = format!("pair {number}, {division:?}");
-            sums.assert_same(&Sums::of(&there), &what);
+            let there = posed(&shapes, pose, modulus);
+            let label = format!("pair {number}, {division:?}");
+            sums.assert_same(&Sums::of(&there), &label);
             check_exchange(&there, &sums, number, &mut seen);
         }
     }
@@ -187,12 +187,12 @@ fn cube_pressed_into_a_box_has_the_closed_form_however_they_are_divided() {
             });
             let pair = posed(&shapes, pose, modulus);
             let sums = Sums::of(&pair);
-            let found = [sums.area, sums.force.z, sums.energy];
-            for (found, expected) in found.iter().zip(expected) {
-                let error = (found - expected).abs();
+            let sum_values = [sums.area, sums.force.z, sums.energy];
+            for (actual, expected) in sum_values.iter().zip(expected) {
+                let error = (actual - expected).abs();
                 assert!(
                     error <= EXACT * expected,
-                    "{modulus}, {number}: {found} not {expected}"
+                    "{modulus}, {number}: {actual} not {expected}"
                 );
             }
             in_faces += polygons_in_faces(&pair).len();

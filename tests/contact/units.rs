@@ -191,8 +191,8 @@ fn assert_same(pair: &ContactPair, other: &ContactPair, units: Units) {
         let (pair, other) = (pair.with_search(search), other.with_search(search));
         assert_eq!(pair.work_count(), other.work_count());
         let expected = everything(&pair, UNITS_OF_THE_SCENE);
-        let found = everything(&other, units);
-        assert!(bits(&expected) == bits(&found), "{units:?} {search:?}");
+        let actual = everything(&other, units);
+        assert!(bits(&expected) == bits(&actual), "{units:?} {search:?}");
     }
 }
 
@@ -211,11 +211,11 @@ fn aligned_pairs_have_the_same_bits_in_all_units() {
     for _ in 0..30 {
         let [a, b] = [0, 1].map(|_| &shapes[random.below(shapes.len())]);
         let moduli = [0, 1].map(|_| [1.0, 1.0, 2.0, 3.7][random.below(4)]);
-        let place = aligned_pose(&mut random);
+        let pose = aligned_pose(&mut random);
         // The start is far from the world's origin and rotated, so that coincidences are rounded.
         let start = Pose::from_rotation_vector(&random.rotation_vector(), random.vector());
         for first in [Pose::identity(), start] {
-            assert_same_in_all_units(&pair((a, first * place, moduli[0]), (b, first, moduli[1])));
+            assert_same_in_all_units(&pair((a, first * pose, moduli[0]), (b, first, moduli[1])));
         }
     }
 }

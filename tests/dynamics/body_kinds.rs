@@ -236,8 +236,8 @@ fn a_path_is_taken_out_of_a_world_and_put_back_with_the_same_bits() {
     let still = world.clone().with_path("driven", None).unwrap();
     assert_same(&ends(&still).bodies[1], &still_at(-0.2));
     let moving = still.with_path("driven", Some(path.clone())).unwrap();
-    for (found, expected) in ends(&moving).bodies.iter().zip(ends(&world).bodies) {
-        assert_same(found, &expected);
+    for (actual, expected) in ends(&moving).bodies.iter().zip(ends(&world).bodies) {
+        assert_same(actual, &expected);
     }
     assert_eq!(
         world.clone().with_path("ball", Some(path)).unwrap_err(),

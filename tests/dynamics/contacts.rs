@@ -18,10 +18,10 @@ fn pile() -> World {
         .with_dissipation(0.2)
         .with_friction(0.5);
     let shape = Arc::new(Shape::new(shapes::icosphere(0.1, 2).unwrap()));
-    let ball = |name, place| {
+    let ball = |name, position| {
         Body::dynamic(name, Arc::clone(&shape), skin, Mass::Total(MASS))
             .unwrap()
-            .with_pose(Pose::from_translation(place))
+            .with_pose(Pose::from_translation(position))
     };
     let floor = Shape::new(shapes::cuboid([2.0, 2.0, 0.2]).unwrap());
     World::new(vec![

@@ -73,10 +73,10 @@ fn derivatives_flow_through_forces_of_the_users_own() {
     let (position, velocity) = (0, 12);
     // In the scheme, each kick leaves a fraction q of the velocity, and each step moves by the mean velocity.
     let q = 1.0 - time_step / RELAXATION;
-    let left = q.powi(i32::try_from(steps).unwrap());
-    let way = time_step * (1.0 + q) / 2.0 * (1.0 - left) / (1.0 - q);
-    assert!((jacobian[(velocity, 0)] - left).abs() < ROUND_OFF);
-    assert!((jacobian[(position, 0)] - way).abs() < ROUND_OFF);
+    let kept_share = q.powi(i32::try_from(steps).unwrap());
+    let distance = time_step * (1.0 + q) / 2.0 * (1.0 - kept_share) / (1.0 - q);
+    assert!((jacobian[(velocity, 0)] - kept_share).abs() < ROUND_OFF);
+    assert!((jacobian[(position, 0)] - distance).abs() < ROUND_OFF);
     // In the exact motion, v = v₀ exp(−c t/m), with derivatives with respect to the mass m and gravity g.
     let decayed = (-1.0 / RELAXATION).exp();
     let by_mass = speed * DRAG * decayed;

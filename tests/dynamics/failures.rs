@@ -251,7 +251,7 @@ fn a_batch_that_is_ended_keeps_what_was_finished_and_begins_no_more() {
     assert!(
         ended
             .into_iter()
-            .all(|it| it.unwrap().states().len() == 101)
+            .all(|result| result.unwrap().states().len() == 101)
     );
     for interrupted in stopped.into_iter().map(Result::unwrap_err) {
         assert!(is_stopped(&interrupted.error));
@@ -264,7 +264,7 @@ fn a_batch_that_is_ended_keeps_what_was_finished_and_begins_no_more() {
     });
     let errors = values.into_iter().filter_map(Result::err);
     let count =
-        errors.filter(|it| matches!(it, GradientError::Rollout(error) if is_stopped(error)));
+        errors.filter(|error| matches!(error, GradientError::Rollout(error) if is_stopped(error)));
     assert!(count.count() > COUNT - ENOUGH - threads);
 }
 

@@ -46,14 +46,14 @@ fn everything() -> World<f64, (Spring, Drag, Thruster)> {
         .with_dissipation(0.3);
     let brick = Arc::new(Shape::new(shapes::cuboid([0.2, 0.2, 0.1]).unwrap()));
     let floor = Shape::new(shapes::cuboid([2.0, 2.0, 0.2]).unwrap());
-    let place = |x: f64| Pose::from_translation(vector![x, 0.02, 0.1495]);
+    let pose_at = |x: f64| Pose::from_translation(vector![x, 0.02, 0.1495]);
     let body = |name, x| {
         let body = Body::dynamic(name, Arc::clone(&brick), skin, Mass::Total(1.0));
-        body.unwrap().with_pose(place(x))
+        body.unwrap().with_pose(pose_at(x))
     };
-    let left = body("left", -0.3).with_velocity(vector![0.4, 0.1, 0.0]);
+    let left_body = body("left", -0.3).with_velocity(vector![0.4, 0.1, 0.0]);
     let bodies = vec![
-        left,
+        left_body,
         body("right", 0.3),
         Body::fixed("floor", floor, skin).unwrap(),
     ];
@@ -130,8 +130,8 @@ fn drag_takes_the_same_part_of_the_velocity_in_each_step() {
         linear: 0.4.into(),
         angular: 0.0.into(),
     };
-    let left = cube("left", 2.0, Vector3::zeros()).with_velocity(vector![3.0, 0.0, 0.0]);
-    let world = World::new(vec![left]).unwrap().with_forces(drag).unwrap();
+    let cube = cube("left", 2.0, Vector3::zeros()).with_velocity(vector![3.0, 0.0, 0.0]);
+    let world = World::new(vec![cube]).unwrap().with_forces(drag).unwrap();
     let end = world.rollout(&Plan::new(1e-2, 100).unwrap()).run().unwrap();
     let expected = 3.0 * (1.0 - 1e-2 * 0.4 / 2.0_f64).powi(100);
     assert!((end.last().bodies[0].velocity().x - expected).abs() < 1e-13);
@@ -235,9 +235,9 @@ fn controls_give_the_momentum_of_their_intervals() {
             let mut expected = 0.0;
             for (step, pair) in trajectory.states().windows(2).enumerate() {
                 expected += 0.1 * [1.0, -3.0, 7.0].get(step / steps_each).unwrap_or(&0.0);
-                let found = pair[1].bodies[0].velocity().x;
+                let actual = pair[1].bodies[0].velocity().x;
                 assert!(
-                    (found - expected).abs() < 1e-14,
+                    (actual - expected).abs() < 1e-14,
                     "{integrator:?}, step {step}"
                 );
             }
@@ -274,25 +274,25 @@ fn controls_act_by_their_mean_where_steps_and_intervals_do_not_fit() {
         for steps in 1..5 {
             let plan = Plan::new(STEP, steps).unwrap().with_integrator(integrator);
             let experiment = Experiment::new(&world, &plan);
-            let found = experiment.jacobian(&by, &FirstSpeed).unwrap();
+            let gradient = experiment.jacobian(&by, &FirstSpeed).unwrap();
             let mut momentum = 0.0;
             for (interval, force) in forces.iter().enumerate() {
                 let until = STEP * steps as f64;
                 let time = (until - INTERVAL * interval as f64).clamp(0.0, INTERVAL);
                 momentum += force * time;
-                let derivative = found.jacobian[(0, 6 * interval + 3)];
+                let derivative = gradient.jacobian[(0, 6 * interval + 3)];
                 let error = (derivative - time).abs();
                 assert!(
                     error < 1e-12,
                     "{integrator:?} {steps} {interval}: {error:e}"
                 );
             }
-            let error = (found.value[0] - momentum).abs();
+            let error = (gradient.value[0] - momentum).abs();
             assert!(error < 1e-12, "{integrator:?} {steps}: {error:e}");
             let (_, back) = experiment
                 .gradient_with_mode(Mode::Reverse, &by, &FirstSpeed)
                 .unwrap();
-            let error = (back - found.jacobian.row(0).transpose()).amax();
+            let error = (back - gradient.jacobian.row(0).transpose()).amax();
             assert!(error < 1e-12, "{integrator:?} {steps}: {error:e}");
         }
     }
@@ -359,23 +359,35 @@ fn linearized_rollouts_are_those_of_differences() {
     let control = Parameter::control("right", 0);
     for steps in [1, 8] {
         let plan = Plan::new(5e-4, steps).unwrap();
-        let found = Experiment::new(&world, &plan)
+        let linearization = Experiment::new(&world, &plan)
             .linearize(std::slice::from_ref(&control))
             .unwrap();
         let rollout = world.rollout(&plan).run().unwrap();
         // A rollout in dual numbers has the same real parts, but for rounding.
-        assert_eq!(found.end.time.to_bits(), rollout.last().time.to_bits());
-        assert!(world.difference(&found.end, rollout.last()).unwrap().amax() < 1e-12);
+        assert_eq!(
+            linearization.end.time.to_bits(),
+            rollout.last().time.to_bits()
+        );
+        assert!(
+            world
+                .difference(&linearization.end, rollout.last())
+                .unwrap()
+                .amax()
+                < 1e-12
+        );
         let expected = differences(&world, &plan, &control);
-        let (size, count) = (found.by_state.nrows(), found.by_parameters.ncols());
+        let (size, count) = (
+            linearization.by_state.nrows(),
+            linearization.by_parameters.ncols(),
+        );
         assert_eq!((size, count), (24, 6));
-        let error = |own: &DMatrix<f64>, columns: std::ops::Range<usize>| {
+        let error = |slopes: &DMatrix<f64>, columns: std::ops::Range<usize>| {
             let expected = expected.columns_range(columns);
-            (own - expected).amax() / expected.amax()
+            (slopes - expected).amax() / expected.amax()
         };
         let errors = [
-            error(&found.by_state, 0..size),
-            error(&found.by_parameters, size..size + count),
+            error(&linearization.by_state, 0..size),
+            error(&linearization.by_parameters, size..size + count),
         ];
         println!("{steps} steps: {errors:?}");
         assert!(errors.iter().all(|error| *error < 1e-9), "{errors:?}");
@@ -392,10 +404,10 @@ fn a_world_that_starts_from_a_state_goes_on_as_its_rollout_does() {
         .with_initial_state(&whole.states()[7])
         .unwrap();
     let rest = rest.rollout(&plan.with_steps(5)).run().unwrap();
-    let [expected, found] = [&whole, &rest].map(|trajectory| trajectory.last().bodies.clone());
-    for (expected, found) in expected.iter().zip(&found) {
-        assert_eq!(expected.pose.rotation(), found.pose.rotation());
-        assert_eq!(expected.twist.to_vector(), found.twist.to_vector());
+    let [expected, actual] = [&whole, &rest].map(|trajectory| trajectory.last().bodies.clone());
+    for (expected, actual) in expected.iter().zip(&actual) {
+        assert_eq!(expected.pose.rotation(), actual.pose.rotation());
+        assert_eq!(expected.twist.to_vector(), actual.twist.to_vector());
     }
     let next = world.step(&whole.states()[7], &plan).unwrap();
     assert_eq!(
@@ -417,14 +429,14 @@ fn bodies_that_forces_do_not_move_are_where_they_belong_from_the_first_kick_on()
         let expected = world.step(&start, &plan).unwrap();
         let rollout = world.rollout(&plan).with_state(astray.clone()).unwrap();
         let moved = world.clone().with_initial_state(&astray).unwrap();
-        let found = [
+        let states = [
             world.step(&astray, &plan).unwrap(),
             rollout.run().unwrap().last().clone(),
             moved.rollout(&plan).run().unwrap().last().clone(),
         ];
-        for state in found {
-            for (expected, found) in expected.bodies.iter().zip(&state.bodies) {
-                assert_eq!(expected.twist.to_vector(), found.twist.to_vector());
+        for state in states {
+            for (expected, actual) in expected.bodies.iter().zip(&state.bodies) {
+                assert_eq!(expected.twist.to_vector(), actual.twist.to_vector());
             }
         }
     }
@@ -438,8 +450,8 @@ fn displacements_take_one_state_to_the_other() {
         .map(|number| 0.3 * f64::sin(f64::from(number)))
         .collect();
     let moved = world.integrate(&start, &change).unwrap();
-    let found = world.difference(&start, &moved).unwrap();
-    assert!((found - DVector::from_vec(change)).amax() < 1e-15);
+    let difference = world.difference(&start, &moved).unwrap();
+    assert!((difference - DVector::from_vec(change)).amax() < 1e-15);
 }
 
 /// Returns a world with a floor and no dynamic body.
@@ -480,12 +492,12 @@ fn what_cannot_act_is_refused() {
             ..
         }
     ));
-    let own = Spring {
+    let self_spring = Spring {
         bodies: ["left", "left"].map(str::to_owned),
         ..spring([[0.0; 3]; 2])
     };
     assert!(matches!(
-        two().with_forces(own).unwrap_err(),
+        two().with_forces(self_spring).unwrap_err(),
         WorldError::SameBody(_)
     ));
     assert!(matches!(

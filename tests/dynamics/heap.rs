@@ -50,10 +50,10 @@ impl Heap {
         let shape = Arc::new(Shape::new(shapes::icosphere(RADIUS, 1).unwrap()));
         let ball = |index: usize| {
             let cell = [1, 2, 3].map(|power| index / self.across.pow(power - 1) % self.across);
-            let place = Vector3::from(cell.map(|count| SPACING * (count as f64 + 0.5)));
+            let position = Vector3::from(cell.map(|count| SPACING * (count as f64 + 0.5)));
             let middle = vector![self.width() / 2.0, self.width() / 2.0, 0.0];
-            let place = place - middle + random.vector() * OFF_PLACE;
-            let pose = Pose::from_rotation_vector(&random.rotation_vector(), place);
+            let position = position - middle + random.vector() * OFF_PLACE;
+            let pose = Pose::from_rotation_vector(&random.rotation_vector(), position);
             let (name, mass) = (format!("ball {index}"), Mass::Total(MASS));
             let ball = Body::dynamic(&name, Arc::clone(&shape), Self::skin(), mass);
             ball.unwrap().with_pose(pose)
@@ -64,10 +64,10 @@ impl Heap {
     /// Returns a floor and four walls, open at the top. The floor's top is z = 0.
     fn container(&self) -> [Body; 5] {
         let (outer, off) = (self.width() + 2.0 * WALL, self.width() / 2.0 + WALL / 2.0);
-        let side = |name, lengths: [f64; 3], place| {
+        let side = |name, lengths: [f64; 3], position| {
             let slab = Shape::new(shapes::cuboid(lengths).unwrap());
             let side = Body::fixed(name, slab, Self::skin()).unwrap();
-            side.with_pose(Pose::from_translation(place))
+            side.with_pose(Pose::from_translation(position))
         };
         let (along_x, along_y) = ([outer, WALL, HEIGHT], [WALL, outer, HEIGHT]);
         let middle = HEIGHT / 2.0;

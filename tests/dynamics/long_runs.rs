@@ -90,11 +90,11 @@ fn decades(world: &World, time_step: f64, steps: usize) -> Vec<Decade> {
     let limit = world.largest_stable_step(&world.initial_state()).unwrap();
     assert!(limit.is_none_or(|limit| time_step < 0.6 * limit));
     let mut rollout = world.rollout(&Plan::new(time_step, steps).unwrap());
-    let (mut decades, mut taken) = (Vec::new(), 0);
+    let (mut decades, mut start) = (Vec::new(), 0);
     for power in 3..=steps.ilog10() {
         let end = 10_usize.pow(power);
-        let decade = Decade::of(&mut rollout, world, taken..end);
-        taken = end;
+        let decade = Decade::of(&mut rollout, world, start..end);
+        start = end;
         println!(
             "10^{power} steps: energy {:?} J, rotation {:.1e}, position {:?} m, memory {:?} kB",
             decade.energy,
@@ -189,11 +189,11 @@ fn assert_creeps_as_its_friction_law_says(decades: &[Decade]) {
         (pair[1].position() - pair[0].position()) / time
     };
     let creeps: Vec<Vector3<f64>> = decades.windows(2).skip(RESTING - 1).map(creep).collect();
-    for found in &creeps {
-        println!("creep {:?} m/s, closed form {by_hand:e}", found.as_slice());
-        assert!((found.x / by_hand - 1.0).abs() <= BEVEL);
-        assert!((found - creeps[0]).amax() <= STEADY * by_hand);
-        assert!(found.y.abs().max(found.z.abs()) <= STEADY * by_hand);
+    for creep in &creeps {
+        println!("creep {:?} m/s, closed form {by_hand:e}", creep.as_slice());
+        assert!((creep.x / by_hand - 1.0).abs() <= BEVEL);
+        assert!((creep - creeps[0]).amax() <= STEADY * by_hand);
+        assert!(creep.y.abs().max(creep.z.abs()) <= STEADY * by_hand);
     }
     // The energy decreases monotonically.
     let energies: Vec<[f64; 2]> = decades.iter().map(|decade| decade.energy).collect();

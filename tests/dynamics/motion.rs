@@ -309,7 +309,10 @@ fn a_block_slides_down_an_incline_with_the_acceleration_that_friction_leaves() {
         panic!("three states are recorded")
     };
     let speed = |state: &State| state.bodies[0].twist.linear.x;
-    let found = (speed(end) - speed(middle)) / (end.time - middle.time);
+    let actual = (speed(end) - speed(middle)) / (end.time - middle.time);
     let expected = GRAVITY * (tilt.sin() - friction * tilt.cos());
-    assert!((found / expected - 1.0).abs() < TABLE, "{found} {expected}");
+    assert!(
+        (actual / expected - 1.0).abs() < TABLE,
+        "{actual} {expected}"
+    );
 }

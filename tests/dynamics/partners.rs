@@ -75,9 +75,11 @@ fn a_cube_comes_to_rest_where_its_weight_is_carried() {
         let end = world.rollout(&plan).run().unwrap();
         let state = end.last();
         let depth = 0.1 - state.bodies[1].position().z;
-        let own = below.map_or(depth, |k| k * depth / (kappa + k));
+        let indentation = below.map_or(depth, |k| k * depth / (kappa + k));
         let a: f64 = 0.2;
-        let force = kappa * (a * a * own - 2.0 * a * own * own + 4.0 * own.powi(3) / 3.0);
+        let force = kappa
+            * (a * a * indentation - 2.0 * a * indentation * indentation
+                + 4.0 * indentation.powi(3) / 3.0);
         assert_relative_eq!(force, 2.0 * 9.81, max_relative = AT_REST);
         assert!(world.fully_submerged(state).unwrap().is_empty());
         let contacts = world.contacts(state).unwrap();
@@ -188,23 +190,26 @@ fn a_rigid_tool_pushes_a_soft_block() {
 fn what_no_body_can_be_is_refused() {
     let hard = Material::rigid();
     let body = |material, shape: BodyShape| Body::fixed("it", shape, material).map(|_| ());
-    let it = || "it".to_owned();
+    let name = || "it".to_owned();
     let soft_wall = HalfSpace::layer(0.1).unwrap();
-    assert_eq!(body(hard, cube().into()), Err(WorldError::NoModulus(it())));
+    assert_eq!(
+        body(hard, cube().into()),
+        Err(WorldError::NoModulus(name()))
+    );
     assert_eq!(
         body(hard, soft_wall.into()),
-        Err(WorldError::NoModulus(it()))
+        Err(WorldError::NoModulus(name()))
     );
-    let refused = Err(WorldError::RigidWithModulus(it()));
+    let refused = Err(WorldError::RigidWithModulus(name()));
     assert_eq!(body(skin(), HalfSpace::rigid().into()), refused);
     let falling = Body::dynamic("it", HalfSpace::rigid(), hard, Mass::Total(1.0));
-    assert_eq!(falling.map(|_| ()), Err(WorldError::Unbounded(it())));
+    assert_eq!(falling.map(|_| ()), Err(WorldError::Unbounded(name())));
     let steep = Material::elastic(1e152);
     let thin = HalfSpace::layer(1e-3).unwrap();
     assert_eq!(
         body(steep, thin.into()),
         Err(WorldError::Steep {
-            body: it(),
+            body: name(),
             slope: 1e152 * (1.0 / 1e-3)
         })
     );
@@ -426,7 +431,7 @@ fn a_body_without_friction_of_its_own_takes_that_of_its_partner() {
         (rough, hard.with_friction(0.0), 0.0),
         (rough, hard.with_friction(0.6), 0.48),
     ] {
-        let found = material.combined_with(&other, 1e-3).friction();
-        assert_relative_eq!(found, expected, max_relative = f64::EPSILON);
+        let actual = material.combined_with(&other, 1e-3).friction();
+        assert_relative_eq!(actual, expected, max_relative = f64::EPSILON);
     }
 }

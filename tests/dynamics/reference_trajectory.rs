@@ -21,7 +21,7 @@ fn vector_at(row: &Row, first: usize) -> Vector3<f64> {
 
 fn world(scene: &Scene) -> World {
     let start = &scene.rows[0];
-    let [w, i, j, k] = [0, 1, 2, 3].map(|place| start.x[place]);
+    let [w, i, j, k] = [0, 1, 2, 3].map(|index| start.x[index]);
     let turn = UnitQuaternion::from_quaternion(Quaternion::new(w, i, j, k));
     let rotation = turn.to_rotation_matrix().into_inner();
     let pose = Pose::new(rotation, vector_at(start, 4)).unwrap();

@@ -44,10 +44,10 @@ fn a_material_out_of_range_is_refused_with_the_body_the_quantity_and_the_value()
     }
 }
 
-fn assert_mass_refused(mass: Mass, found: &str) {
+fn assert_mass_refused(mass: Mass, message: &str) {
     let error = Body::dynamic("cube", ball_shape(), SKIN, mass).unwrap_err();
     assert!(matches!(error, WorldError::Mass { .. }), "{error}");
-    assert_names(&error, found);
+    assert_names(&error, message);
 }
 
 #[test]
@@ -57,11 +57,11 @@ fn a_mass_or_density_that_is_not_positive_and_finite_is_refused() {
         assert_mass_refused(Mass::Density(value), &of_body("density"));
         assert_mass_refused(Mass::Total(value), &of_body("mass"));
         let mass = value;
-        let given = MassProperties {
+        let properties = MassProperties {
             mass,
             ..asymmetric()
         };
-        assert_mass_refused(Mass::Properties(given), &of_body("mass"));
+        assert_mass_refused(Mass::Properties(properties), &of_body("mass"));
     }
 }
 
@@ -76,13 +76,13 @@ fn with_inertia(inertia: Matrix3<f64>) -> Mass {
 fn an_inertia_that_is_not_positive_definite_and_finite_is_refused() {
     let moments = |smallest: f64| Matrix3::from_diagonal(&vector![0.1, smallest, 0.1]);
     for value in [0.0, -0.1] {
-        let found =
+        let message =
             format!("the smallest principal moment of inertia of body \"cube\" is {value}, but");
-        assert_mass_refused(with_inertia(moments(value)), &found);
+        assert_mass_refused(with_inertia(moments(value)), &message);
     }
     for value in NOT_FINITE {
-        let found = format!("the inertia of body \"cube\" is {value}, but");
-        assert_mass_refused(with_inertia(moments(value)), &found);
+        let message = format!("the inertia of body \"cube\" is {value}, but");
+        assert_mass_refused(with_inertia(moments(value)), &message);
     }
 }
 
@@ -134,11 +134,12 @@ fn an_inertia_that_no_solid_has_is_refused() {
 #[test]
 fn a_center_of_mass_that_is_not_finite_is_refused() {
     for value in NOT_FINITE {
-        let given = MassProperties {
+        let properties = MassProperties {
             center_of_mass: vector![0.0, value, 0.0],
             ..asymmetric()
         };
-        let error = Body::dynamic("cube", ball_shape(), SKIN, Mass::Properties(given)).unwrap_err();
+        let error =
+            Body::dynamic("cube", ball_shape(), SKIN, Mass::Properties(properties)).unwrap_err();
         assert!(matches!(error, WorldError::CenterOfMass { .. }), "{error}");
         assert_names(
             &error,
@@ -179,8 +180,8 @@ fn a_velocity_or_a_spin_that_is_not_finite_is_refused() {
         ] {
             let error = World::new(vec![body]).unwrap_err();
             assert!(matches!(error, WorldError::Velocity { .. }));
-            let found = format!("the {quantity} of body \"comet\" has the component {value}");
-            assert_names(&error, &found);
+            let message = format!("the {quantity} of body \"comet\" has the component {value}");
+            assert_names(&error, &message);
         }
     }
 }
@@ -309,13 +310,14 @@ fn settings_of_the_world_out_of_range_are_refused() {
     for value in NOT_POSITIVE {
         let step = Plan::new(value, 0).unwrap_err();
         assert!(matches!(step, WorldError::Setting { .. }));
-        let found = format!("the time step is {value}, but must be positive and finite");
-        assert_names(&step, &found);
+        let message = format!("the time step is {value}, but must be positive and finite");
+        assert_names(&step, &message);
     }
     for value in NOT_POSITIVE.into_iter().chain([0.9e-100, 1.1e100]) {
         let slip = world().with_slip_tolerance(value).unwrap_err();
         assert!(matches!(slip, WorldError::Setting { .. }));
-        let found = format!("the slip tolerance is {value}, but must be from 1e-100 to 1e100 m/s");
-        assert_names(&slip, &found);
+        let message =
+            format!("the slip tolerance is {value}, but must be from 1e-100 to 1e100 m/s");
+        assert_names(&slip, &message);
     }
 }

@@ -59,9 +59,12 @@ pub fn down() -> Vector3<f64> {
 }
 
 /// Asserts that an error's message starts with the expected text.
-pub fn assert_names(error: &WorldError, found: &str) {
+pub fn assert_names(error: &WorldError, beginning: &str) {
     let message = error.to_string();
-    assert!(message.starts_with(found), "{message:?}, not {found:?}");
+    assert!(
+        message.starts_with(beginning),
+        "{message:?}, not {beginning:?}"
+    );
 }
 
 pub fn still_at(x: f64) -> BodyState {

@@ -59,8 +59,8 @@ fn a_flag_that_is_set_after_the_rollout_stops_the_sweep_back() {
     let vjp = experiment.vjp(&[Parameter::Gravity]).unwrap();
     flag.store(true, Ordering::Relaxed);
     let by_states = vec![vec![StateGradient::zero()]; vjp.trajectory().states().len()];
-    let found = vjp.pull_back(by_states);
-    assert_eq!(found, Err(GradientError::Rollout(RolloutError::Stopped)));
+    let result = vjp.pull_back(by_states);
+    assert_eq!(result, Err(GradientError::Rollout(RolloutError::Stopped)));
 }
 
 #[test]
@@ -182,7 +182,7 @@ fn a_flag_stops_steps_that_the_sweep_back_repeats() {
     let vjp = experiment.vjp(&[Parameter::Gravity]).unwrap();
     calls.is_armed.store(true, Ordering::Relaxed);
     let by_states = vec![vec![StateGradient::zero(); 2]; vjp.trajectory().states().len()];
-    let found = vjp.pull_back(by_states);
-    assert_eq!(found, Err(GradientError::Rollout(RolloutError::Stopped)));
+    let result = vjp.pull_back(by_states);
+    assert_eq!(result, Err(GradientError::Rollout(RolloutError::Stopped)));
     assert!(calls.count() <= CALLS_OF_A_STEP, "{}", calls.count());
 }

@@ -16,8 +16,8 @@ use std::sync::Arc;
 fn balls(count: usize) -> World {
     let shape = Arc::new(Shape::new(shapes::icosphere(0.1, 1).unwrap()));
     let law = [0.1, 0.3];
-    let ball = |place: usize| {
-        let (name, along) = (place.to_string(), place as f64);
+    let ball = |index: usize| {
+        let (name, along) = (index.to_string(), index as f64);
         let body = Body::dynamic(&name, Arc::clone(&shape), skin(1e5, law), Mass::Total(1.0));
         let at = vector![0.5 * along, 0.0, 0.09 + 3e-4 * along];
         let start = Pose::from_rotation_vector(&(Vector3::x() * 0.3), at);

@@ -64,28 +64,28 @@ fn jacobian(world: &World, plan: &Plan, by: &[Parameter]) -> DMatrix<f64> {
 /// side. A change of 1e-3 is wide enough, because outcomes at tight tolerances have noise of up to 1e-6.
 fn check((label, world, plan): (&str, &World, &Plan), by: &Parameter, change: f64) {
     let by = std::slice::from_ref(by);
-    let found = jacobian(world, plan, by).rows(0, 3).into_owned();
+    let actual = jacobian(world, plan, by).rows(0, 3).into_owned();
     let outcome = FinalState::of_body(world, "body").unwrap();
     let motion = Experiment::new(world, &plan.with_accuracy(tight()));
-    let column = |place: usize| {
+    let column = |index: usize| {
         let end = |times: f64| {
-            let mut changes = vec![0.0; found.ncols()];
-            changes[place] = times * change;
+            let mut changes = vec![0.0; actual.ncols()];
+            changes[index] = times * change;
             let end = motion.value_perturbed(by, &changes, &outcome).unwrap();
             DVector::from_vec(end).rows(0, 3).into_owned()
         };
         // This difference is of fourth order.
         ((end(1.0) - end(-1.0)) * 8.0 - (end(2.0) - end(-2.0))) / (12.0 * change)
     };
-    for place in 0..found.ncols() {
-        let expected = column(place);
-        let off = (found.column(place) - &expected).amax() / expected.amax();
+    for index in 0..actual.ncols() {
+        let expected = column(index);
+        let off = (actual.column(index) - &expected).amax() / expected.amax();
         println!(
-            "{label}, {:?} {place}: off by {off:.1e} of {:.3}",
+            "{label}, {:?} {index}: off by {off:.1e} of {:.3}",
             by[0],
             expected.amax()
         );
-        assert!(off < OFF, "{label}, {:?} {place}: off by {off}", by[0]);
+        assert!(off < OFF, "{label}, {:?} {index}: off by {off}", by[0]);
     }
 }
 
@@ -122,8 +122,8 @@ fn an_elastic_bounce_has_the_derivative_minus_one() {
             .with_pose(at(0.0, 0.0, 0.4 + rise))
             .with_velocity(vector![0.0, 0.0, -5.0]);
         let world = World::new(vec![body, rigid_floor(0.0)]).unwrap();
-        let found = jacobian(&world, &plan(40), &[Parameter::initial_position("body")]);
-        assert!((found[(2, 2)] + 1.0).abs() < 0.04, "{}", found[(2, 2)]);
+        let slopes = jacobian(&world, &plan(40), &[Parameter::initial_position("body")]);
+        assert!((slopes[(2, 2)] + 1.0).abs() < 0.04, "{}", slopes[(2, 2)]);
         check(
             (&format!("bounce {phase}"), &world, &plan(40)),
             &Parameter::initial_position("body"),
@@ -139,7 +139,7 @@ fn a_flat_fall_has_the_derivatives_of_the_closed_form() {
         let body = cuboid([0.1; 3], Material::elastic(1e9)).with_pose(at(0.0, 0.0, 0.15 + rise));
         let world = falling(vec![body, rigid_floor(0.0)]);
         let by = [Parameter::initial_position("body")];
-        let found = jacobian(&world, &plan(60), &by)[(2, 2)];
+        let actual = jacobian(&world, &plan(60), &by)[(2, 2)];
         // A fall from h takes √(2h/g). The contact takes half a period of the linear spring, which does not depend on h. Then z = v t − g
         // t²/2, with v = √(2gh) and t the time left after fall and contact.
         let (gravity, height) = (9.81_f64, 0.1 + rise);
@@ -148,13 +148,13 @@ fn a_flat_fall_has_the_derivatives_of_the_closed_form() {
             (2.0 * gravity * height).sqrt(),
         );
         let stiffness = 0.1 * 0.1 * 1e9 / 0.05;
-        let left = 0.3 - fall - std::f64::consts::PI / f64::sqrt(stiffness);
+        let remaining = 0.3 - fall - std::f64::consts::PI / f64::sqrt(stiffness);
         let [by_fall, by_speed] = [1.0 / speed, gravity / speed];
-        let expected = by_speed * left - (speed - gravity * left) * by_fall;
-        println!("flat from {rise}: {found} instead of {expected}");
+        let expected = by_speed * remaining - (speed - gravity * remaining) * by_fall;
+        println!("flat from {rise}: {actual} instead of {expected}");
         assert!(
-            (found / expected - 1.0).abs() < OFF,
-            "{found} for {expected}"
+            (actual / expected - 1.0).abs() < OFF,
+            "{actual} for {expected}"
         );
     }
 }
@@ -163,10 +163,10 @@ fn a_flat_fall_has_the_derivatives_of_the_closed_form() {
 fn two_balls_exchange_their_velocities() {
     let shape = || Shape::new(shapes::icosphere(0.1, 1).unwrap());
     let skin = Material::elastic(1e9);
-    let left = Body::dynamic("left", shape(), skin, Mass::Total(1.0)).unwrap();
+    let left_body = Body::dynamic("left", shape(), skin, Mass::Total(1.0)).unwrap();
     let right = Body::dynamic("body", shape(), skin, Mass::Total(1.0)).unwrap();
     let world = World::new(vec![
-        left.with_velocity(vector![1.0, 0.0, 0.0]),
+        left_body.with_velocity(vector![1.0, 0.0, 0.0]),
         right.with_pose(at(0.52, 0.0, 0.0)),
     ])
     .unwrap();
@@ -176,12 +176,12 @@ fn two_balls_exchange_their_velocities() {
         Parameter::initial_velocity("left"),
         Parameter::initial_velocity("body"),
     ];
-    let found = jacobian(&world, &plan(200), &by);
+    let slopes = jacobian(&world, &plan(200), &by);
     // Bodies of equal mass exchange their velocities.
-    for (place, expected) in [1.0, 0.0, 1.0, 0.0].into_iter().enumerate() {
-        let found = found[(0, 3 * place)];
-        println!("exchange {place}: {found}");
-        assert!((found - expected).abs() < OFF, "{place}: {found}");
+    for (index, expected) in [1.0, 0.0, 1.0, 0.0].into_iter().enumerate() {
+        let actual = slopes[(0, 3 * index)];
+        println!("exchange {index}: {actual}");
+        assert!((actual - expected).abs() < OFF, "{index}: {actual}");
     }
 }
 
@@ -199,10 +199,10 @@ fn an_impact_with_dissipation_has_the_derivative_of_the_closed_form() {
         let world = World::new(vec![body, rigid_floor(0.0)]).unwrap();
         let by = [Parameter::initial_velocity("body")];
         let outcome = FinalState::of_body(&world, "body").unwrap();
-        let found = Experiment::new(&world, &plan(30))
+        let outcome = Experiment::new(&world, &plan(30))
             .jacobian(&by, &outcome)
             .unwrap();
-        let (rows, value) = (found.jacobian, found.value);
+        let (rows, value) = (outcome.jacobian, outcome.value);
         let velocity = 14; // along z, after position and rotation
         println!(
             "Hunt and Crossley {phase}: {} instead of {after}, {} instead of {slope}",
@@ -229,17 +229,17 @@ fn a_slide_to_a_stop_has_the_derivatives_of_the_textbook() {
         Parameter::initial_velocity("body"),
         Parameter::friction("body"),
     ];
-    let found = jacobian(&world, &plan(100), &by);
+    let slopes = jacobian(&world, &plan(100), &by);
     let by_speed = 1.0 / (0.5 * 9.81);
     // The coefficient of the pair depends on those of both bodies. If these are equal, its derivative with respect to one of them is 1/2.
     let by_friction = -0.5 / (2.0 * 0.25 * 9.81);
     println!(
         "slide: {} {}",
-        found[(0, 0)] / by_speed,
-        found[(0, 3)] / by_friction
+        slopes[(0, 0)] / by_speed,
+        slopes[(0, 3)] / by_friction
     );
-    assert!((found[(0, 0)] / by_speed - 1.0).abs() < OFF);
-    assert!((found[(0, 3)] / by_friction - 1.0).abs() < OFF);
+    assert!((slopes[(0, 0)] / by_speed - 1.0).abs() < OFF);
+    assert!((slopes[(0, 3)] / by_friction - 1.0).abs() < OFF);
 }
 
 /// A small, fast ball passes neither through a thin plate nor through a half-space.
@@ -279,7 +279,7 @@ fn fast_balls_do_not_pass_through_thin_bodies() {
 #[test]
 fn a_bounce_on_a_train_has_the_derivatives_of_one_at_rest() {
     let skin = Material::elastic(1e7);
-    let found = [0.0, 10.0, 30.0, 100.0].map(|speed| {
+    let heights_and_slopes = [0.0, 10.0, 30.0, 100.0].map(|speed| {
         let body = ball(0.05, skin)
             .with_pose(at(0.013, 0.017, 0.153))
             .with_velocity(vector![speed, 0.0, 0.0]);
@@ -295,18 +295,18 @@ fn a_bounce_on_a_train_has_the_derivatives_of_one_at_rest() {
         let world = falling(vec![body, floor]);
         let by = [Parameter::initial_velocity("body")];
         let outcome = FinalState::of_body(&world, "body").unwrap();
-        let found = Experiment::new(&world, &plan(50))
+        let outcome = Experiment::new(&world, &plan(50))
             .jacobian(&by, &outcome)
             .unwrap();
-        [found.value[2], found.jacobian[(2, 2)]]
+        [outcome.value[2], outcome.jacobian[(2, 2)]]
     });
-    println!("on a train: {found:?}");
-    let [[height, slope], ..] = found;
-    for [other_height, other_slope] in found {
+    println!("on a train: {heights_and_slopes:?}");
+    let [[height, slope], ..] = heights_and_slopes;
+    for [other_height, other_slope] in heights_and_slopes {
         assert!((other_height - height).abs() < 1e-3 * height);
         assert!(
             (other_slope - slope).abs() < 0.01 * slope.abs(),
-            "{found:?}"
+            "{heights_and_slopes:?}"
         );
     }
 }

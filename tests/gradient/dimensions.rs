@@ -56,17 +56,17 @@ fn value(world: &World) -> f64 {
     experiment.value(&TimeIntegral(Motion)).unwrap()[0]
 }
 
-fn compare(found: f64, value: impl Fn(f64) -> f64, what: &str) {
-    compare_slope((found, DIFFERENCES), value, what);
+fn compare(slope: f64, value: impl Fn(f64) -> f64, label: &str) {
+    compare_slope((slope, DIFFERENCES), value, label);
 }
 
 /// Returns all variants of `HoldFixed`, each with a mass: that of the given shape.
 fn masses(field: &PressureField) -> [(HoldFixed, Mass); 3] {
-    let own = field.mesh().mass_properties(250.0).unwrap();
+    let properties = field.mesh().mass_properties(250.0).unwrap();
     [
         (HoldFixed::Density, Mass::Density(250.0)),
-        (HoldFixed::Mass, Mass::Total(own.mass)),
-        (HoldFixed::MassProperties, Mass::Properties(own)),
+        (HoldFixed::Mass, Mass::Total(properties.mass)),
+        (HoldFixed::MassProperties, Mass::Properties(properties)),
     ]
 }
 
@@ -77,9 +77,9 @@ fn a_ball_that_bounces_by_its_radius() {
     for (keeping, mass) in masses(&ball(0.1)) {
         let of = |radius: f64| world(ball(radius), mass, vector![0.3, 0.2, 0.1], 0.12);
         let by_shape = gradient(&of(0.1)).by_shape("body", keeping).unwrap();
-        let found = by_shape.along(&rates).unwrap();
+        let slope = by_shape.along(&rates).unwrap();
         compare(
-            found,
+            slope,
             |change| value(&of(0.1 + change)),
             &format!("{keeping:?}"),
         );
@@ -115,8 +115,8 @@ fn a_box_by_its_edges() {
                         edges[axis] += change;
                         value(&of(edges))
                     };
-                    let found = by_shape.along(rates).unwrap();
-                    compare(found, value, &format!("{name} {axis} {keeping:?} {height}"));
+                    let slope = by_shape.along(rates).unwrap();
+                    compare(slope, value, &format!("{name} {axis} {keeping:?} {height}"));
                 }
             }
         }
@@ -148,8 +148,8 @@ fn a_body_by_the_mesh_below_its_field_of_distances() {
         let by_mesh = distances.pullback(&by_shape.by_vertices, &by_shape.by_extents);
         let by_mesh = by_mesh.unwrap().by_vertices;
         let pairs = by_mesh.iter().zip(&velocities);
-        let found = pairs.map(|(by, velocity)| by.dot(velocity)).sum();
+        let slope = pairs.map(|(by, velocity)| by.dot(velocity)).sum();
         let value = |time: f64| value(&of(made(&moved_mesh(&mesh, &velocities, time)).0));
-        compare(found, value, &format!("{depth:?}"));
+        compare(slope, value, &format!("{depth:?}"));
     }
 }

@@ -32,9 +32,9 @@ impl Force for Rig {
             force: Vector3::from_element(lift(0.0)),
         };
         wrenches.add(0, &brake);
-        for place in 0..THRUSTS {
-            let angle = place as f64;
-            let thrust = number(&format!("thrust {place}"));
+        for index in 0..THRUSTS {
+            let angle = index as f64;
+            let thrust = number(&format!("thrust {index}"));
             let along = vector![angle.cos(), angle.sin(), 0.2].map(|x| thrust * x);
             wrenches.apply_force_at_com(0, &(along * state.position().x));
         }
@@ -42,7 +42,7 @@ impl Force for Rig {
 }
 
 fn numbers() -> Vec<(String, f64)> {
-    let thrusts = (0..THRUSTS).map(|place| (format!("thrust {place}"), 0.1 + 0.01 * place as f64));
+    let thrusts = (0..THRUSTS).map(|index| (format!("thrust {index}"), 0.1 + 0.01 * index as f64));
     let others = [("stiffness", 30.0), ("brake", 2e-3)];
     let others = others.map(|(name, value)| (name.to_owned(), value));
     others.into_iter().chain(thrusts).collect()
@@ -121,19 +121,19 @@ fn assert_derivatives_agree<F: Force>(world: &World<f64, F>) {
             .with_integrator(integrator)
             .with_solver_tolerance(1e-13)
             .unwrap();
-        let found = compare(world, &plan, &by, &mixed);
+        let gradient = compare(world, &plan, &by, &mixed);
         let experiment = Experiment::new(world, &plan);
-        for (place, (_, own)) in numbers.iter().enumerate() {
-            let parameter = &by[place];
+        for (index, (_, number)) in numbers.iter().enumerate() {
+            let parameter = &by[index];
             let value = |change: f64| {
                 let after =
                     experiment.value_perturbed(slice::from_ref(parameter), &[change], &mixed);
                 after.unwrap()[0]
             };
             let error = |part: f64| {
-                let step = part * own;
+                let step = part * number;
                 let difference = (value(step) - value(-step)) / (2.0 * step);
-                (difference - found[place]).abs() / found[place].abs()
+                (difference - gradient[index]).abs() / gradient[index].abs()
             };
             let least = [1e-3, 1e-4, 1e-5, 1e-6]
                 .map(error)
@@ -199,10 +199,10 @@ fn springs_and_drags_by_name_equal_those_by_value() {
     };
     let constant = sliding().with_forces((spring, drag)).unwrap();
     let plan = Plan::new(5e-4, 100).unwrap();
-    let found = sprung().rollout(&plan).run().unwrap();
+    let actual = sprung().rollout(&plan).run().unwrap();
     let expected = constant.rollout(&plan).run().unwrap();
     let text = |trajectory: Trajectory| format!("{:?}", trajectory.states());
-    assert_eq!(text(found), text(expected));
+    assert_eq!(text(actual), text(expected));
 }
 
 /// The last value of a name counts, and a value can be changed like any other parameter.

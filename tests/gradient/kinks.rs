@@ -22,20 +22,20 @@ impl Outcome for Height {
 /// Returns the kinks of a rollout, with bodies, number of steps, first and last step. Checks that a gradient finds the same kinks.
 fn kinks(world: &World, plan: &Plan) -> Vec<(Kink, Vec<usize>, usize, [usize; 2])> {
     let experiment = Experiment::new(world, plan);
-    let found = experiment.kinks().unwrap();
+    let kinks = experiment.kinks().unwrap();
     let gradient = experiment.full_gradient(&Height).unwrap();
-    assert_eq!(gradient.kinks(), found);
+    assert_eq!(gradient.kinks(), kinks);
     let parts = |met: KinkSummary| (met.kink, met.bodies, met.count, met.steps);
-    found.into_iter().map(parts).collect()
+    kinks.into_iter().map(parts).collect()
 }
 
 fn cuboid(edges: [f64; 3]) -> Shape {
     Shape::new(shapes::cuboid(edges).unwrap())
 }
 
-fn at(shape: Shape, skin: Material, place: Vector3<f64>) -> Body {
+fn at(shape: Shape, skin: Material, position: Vector3<f64>) -> Body {
     let body = Body::dynamic("body", shape, skin, Mass::Total(1.0)).unwrap();
-    body.with_pose(Pose::from_translation(place))
+    body.with_pose(Pose::from_translation(position))
 }
 
 fn steps(count: usize) -> Plan {
@@ -81,9 +81,9 @@ fn clamped_pressure() {
 fn equal_fields() {
     let skin = Material::elastic(1e5);
     let edges = [0.2, 0.15, 0.1];
-    let beside = |place| {
+    let beside = |position| {
         let block = Body::fixed("block", cuboid(edges), skin).unwrap();
-        let body = at(cuboid(edges), skin, place);
+        let body = at(cuboid(edges), skin, position);
         let world = World::new(vec![body, block]).unwrap();
         let all = kinks(&world, &steps(5));
         all.into_iter()
@@ -136,9 +136,9 @@ fn unresolved_steps() {
         for number in 0..count {
             let shape = Shape::new(shapes::icosphere(0.1, 2).unwrap());
             // Neighbors overlap slightly, so all balls are one island.
-            let place = vector![0.1995 * number as f64, 0.0, height];
+            let position = vector![0.1995 * number as f64, 0.0, height];
             let ball = Body::dynamic(&format!("ball {number}"), shape, skin, Mass::Total(1.0));
-            let ball = ball.unwrap().with_pose(Pose::from_translation(place));
+            let ball = ball.unwrap().with_pose(Pose::from_translation(position));
             bodies.push(ball.with_velocity(vector![0.0, 0.0, speed]));
         }
         World::new(bodies).unwrap()
@@ -177,7 +177,7 @@ fn the_first_touch_of_parallel_faces_is_a_kink() {
             -0.1,
         ),
     ];
-    for (floor, material, place) in floors {
+    for (floor, material, height) in floors {
         for (dissipation, friction) in [(0.0, 0.0), (1.0, 0.0), (0.0, 0.5), (1.0, 0.5)] {
             for speed in [0.0, -0.1, 0.1] {
                 let skin = skin.with_dissipation(dissipation).with_friction(friction);
@@ -186,7 +186,7 @@ fn the_first_touch_of_parallel_faces_is_a_kink() {
                 let floor = Body::fixed("floor", floor.clone(), material.with_friction(friction));
                 let floor = floor
                     .unwrap()
-                    .with_pose(Pose::from_translation(vector![0.0, 0.0, place]));
+                    .with_pose(Pose::from_translation(vector![0.0, 0.0, height]));
                 let world = World::new(vec![brick, floor]).unwrap();
                 // The first kick of this integrator acts at the initial state.
                 let plan = steps(1).with_integrator(Integrator::SymplecticEuler);
@@ -194,7 +194,7 @@ fn the_first_touch_of_parallel_faces_is_a_kink() {
                 assert_eq!(
                     all,
                     [(Kink::Flush, vec![0, 1], 1, [1, 1])],
-                    "{place} {dissipation} {friction} {speed}"
+                    "{height} {dissipation} {friction} {speed}"
                 );
                 let world = lifted(&world, 1e-6);
                 assert_eq!(kinks(&world, &plan), []);

@@ -86,7 +86,7 @@ fn experiment(world: &LosingWorld) -> Experiment {
     Experiment::new(world, &plan())
 }
 
-fn place(world: &LosingWorld) -> FinalPosition {
+fn final_position(world: &LosingWorld) -> FinalPosition {
     FinalPosition::of_body(world, "ball").unwrap()
 }
 
@@ -112,7 +112,7 @@ fn a_derivative_that_a_force_loses_is_refused_with_the_first_step_that_lacks_it(
         for every in [1, 2, STEPS] {
             let world = world(drag());
             let experiment = Experiment::new(&world, &plan().recording_every(every));
-            let error = experiment.jacobian(&[mass(), velocity()], &place(&world));
+            let error = experiment.jacobian(&[mass(), velocity()], &final_position(&world));
             let (step, time, number, _) = lost_in_state(error.unwrap_err());
             assert_eq!((step, number.as_str()), (expected, "Mass(\"ball\")"));
             assert!((time - expected as f64 * TIME_STEP).abs() <= 0.0);
@@ -124,16 +124,16 @@ fn a_derivative_that_a_force_loses_is_refused_with_the_first_step_that_lacks_it(
 fn an_overflow_is_named_after_the_number_it_is_by_and_the_other_columns_are_kept() {
     let world = world(Lost::Overflow);
     let error = experiment(&world)
-        .jacobian(&[mass(), velocity()], &place(&world))
+        .jacobian(&[mass(), velocity()], &final_position(&world))
         .unwrap_err();
     assert!(error.to_string().starts_with(
         "step 2 (t = 0.25 s) took body \"ball\" to a state whose derivative with respect to InitialVelocity(\"ball\") y is not finite"
     ), "{error}");
-    let (.., found) = lost_in_state(error);
-    assert_eq!(found.value.as_slice(), [0.0; 3]);
-    assert_eq!(found.jacobian.column(1).as_slice(), [1.0, 0.0, 0.0]);
-    assert!(!found.jacobian[(1, 2)].is_finite());
-    assert_eq!(found.jacobian.column(3).as_slice(), [0.0, 0.0, 1.0]);
+    let (.., jacobian) = lost_in_state(error);
+    assert_eq!(jacobian.value.as_slice(), [0.0; 3]);
+    assert_eq!(jacobian.jacobian.column(1).as_slice(), [1.0, 0.0, 0.0]);
+    assert!(!jacobian.jacobian[(1, 2)].is_finite());
+    assert_eq!(jacobian.jacobian.column(3).as_slice(), [0.0, 0.0, 1.0]);
 }
 
 #[test]
@@ -141,10 +141,10 @@ fn a_derivative_that_is_lost_in_the_second_pass_of_many_parameters_is_refused() 
     let mut parameters = vec![mass(); 96];
     parameters.push(velocity());
     let world = world(Lost::Overflow);
-    let error = experiment(&world).jacobian(&parameters, &place(&world));
-    let (step, _, number, found) = lost_in_state(error.unwrap_err());
+    let error = experiment(&world).jacobian(&parameters, &final_position(&world));
+    let (step, _, number, outcome_jacobian) = lost_in_state(error.unwrap_err());
     assert_eq!((step, number.as_str()), (2, "InitialVelocity(\"ball\") y"));
-    assert_eq!(found.jacobian.ncols(), 96 + 3);
+    assert_eq!(outcome_jacobian.jacobian.ncols(), 96 + 3);
 }
 
 #[test]
@@ -176,7 +176,11 @@ fn a_lost_derivative_that_the_outcome_does_not_see_is_no_error() {
 fn the_last_state_is_seen_whatever_is_recorded() {
     let late = world(Lost::Drag { from: 0.75 });
     let experiment = Experiment::new(&late, &plan().recording_every(6));
-    assert!(experiment.jacobian(&[velocity()], &place(&late)).is_err());
+    assert!(
+        experiment
+            .jacobian(&[velocity()], &final_position(&late))
+            .is_err()
+    );
 }
 
 /// A function of the first body's final state.
@@ -232,10 +236,13 @@ fn a_derivative_that_the_outcome_itself_loses_is_refused_with_its_row() {
 fn derivatives_that_are_zero_or_huge_are_no_errors() {
     let world = world(Lost::Nowhere);
     let by = [mass(), velocity()];
-    let found = experiment(&world).jacobian(&by, &Reading::Huge).unwrap();
+    let outcome_jacobian = experiment(&world).jacobian(&by, &Reading::Huge).unwrap();
     let expected = [0.0, 0.0, 1e307, 0.0];
-    assert_eq!(found.jacobian.row(1).transpose().as_slice(), expected);
-    assert_eq!(found.jacobian.column(0).as_slice(), [0.0, 0.0]);
+    assert_eq!(
+        outcome_jacobian.jacobian.row(1).transpose().as_slice(),
+        expected
+    );
+    assert_eq!(outcome_jacobian.jacobian.column(0).as_slice(), [0.0, 0.0]);
 }
 
 #[test]
@@ -271,7 +278,7 @@ fn a_sample_without_a_derivative_is_an_error_among_the_others() {
     });
     let jacobians = batch.map(&samples, |job, sample| {
         job.experiment(drag.perturbed(&[velocity()], sample)?)
-            .jacobian(&[velocity()], &place(&drag))
+            .jacobian(&[velocity()], &final_position(&drag))
     });
     assert!(slopes[0].is_ok() && slopes[2].is_ok());
     assert!(jacobians[0].is_ok() && jacobians[2].is_ok());
@@ -309,22 +316,25 @@ fn both() -> [Parameter; 2] {
 
 /// Returns the experiment and the position of the first body after 50 steps of a millisecond.
 fn slide(world: &World) -> (Experiment, FinalPosition) {
-    let place = FinalPosition::of_body(world, "ball").unwrap();
-    (Experiment::new(world, &Plan::new(1e-3, 50).unwrap()), place)
+    let outcome = FinalPosition::of_body(world, "ball").unwrap();
+    (
+        Experiment::new(world, &Plan::new(1e-3, 50).unwrap()),
+        outcome,
+    )
 }
 
 #[test]
 fn two_bodies_without_friction_have_no_derivative_by_the_friction_of_both() {
     let world = sliding(0.0, 0.0);
-    let (experiment, place) = slide(&world);
+    let (experiment, outcome) = slide(&world);
     let expected = GradientError::NoFriction {
         bodies: ["ball".into(), "floor".into()],
     };
     let [ball, floor] = both();
     for by in [both().to_vec(), vec![floor, velocity(), ball.clone(), ball]] {
-        let jacobian = experiment.jacobian(&by, &place);
+        let jacobian = experiment.jacobian(&by, &outcome);
         let gradient = experiment.gradient(&by, &Reading::X);
-        let check = experiment.difference_check(&by, &place);
+        let check = experiment.difference_check(&by, &outcome);
         assert_eq!(jacobian.unwrap_err(), expected);
         assert_eq!(gradient.unwrap_err(), expected);
         assert_eq!(check.unwrap_err(), expected);
@@ -336,22 +346,22 @@ fn two_bodies_without_friction_have_no_derivative_by_the_friction_of_both() {
     // Along (1, 1) the slope differs from that of each parameter alone.
     let x = |change: [f64; 2]| {
         experiment
-            .value_perturbed(&both(), &change, &place)
+            .value_perturbed(&both(), &change, &outcome)
             .unwrap()[0]
     };
-    let [still, one, other, both] = [[0.0; 2], [1e-3, 0.0], [0.0, 1e-3], [1e-3; 2]].map(x);
-    assert!((one - still).abs() <= 0.0 && (other - still).abs() <= 0.0);
+    let [still, by_first, by_second, both] = [[0.0; 2], [1e-3, 0.0], [0.0, 1e-3], [1e-3; 2]].map(x);
+    assert!((by_first - still).abs() <= 0.0 && (by_second - still).abs() <= 0.0);
     assert!(still - both > 1e-6, "{:e}", still - both);
 }
 
 #[test]
 fn the_derivative_by_one_friction_of_a_pair_that_has_none_is_zero() {
     let world = sliding(0.0, 0.0);
-    let (experiment, place) = slide(&world);
+    let (experiment, outcome) = slide(&world);
     for by in both().map(|friction| [friction]) {
-        let found = experiment.jacobian(&by, &place).unwrap();
-        assert!(found.jacobian.amax() <= 0.0);
-        let check = experiment.difference_check(&by, &place).unwrap();
+        let slopes = experiment.jacobian(&by, &outcome).unwrap();
+        assert!(slopes.jacobian.amax() <= 0.0);
+        let check = experiment.difference_check(&by, &outcome).unwrap();
         assert!(check.best() <= 0.0);
     }
 }
@@ -359,24 +369,24 @@ fn the_derivative_by_one_friction_of_a_pair_that_has_none_is_zero() {
 #[test]
 fn where_one_of_two_bodies_has_friction_there_are_derivatives_by_both() {
     for world in [sliding(0.3, 0.0), sliding(0.0, 0.3)] {
-        let (experiment, place) = slide(&world);
-        let check = experiment.difference_check(&both(), &place).unwrap();
+        let (experiment, outcome) = slide(&world);
+        let check = experiment.difference_check(&both(), &outcome).unwrap();
         assert!(check.best() <= RUBBING, "{check}");
-        let found = experiment.jacobian(&both(), &place).unwrap();
-        assert!(found.jacobian.amax() > 1e-3);
+        let slopes = experiment.jacobian(&both(), &outcome).unwrap();
+        assert!(slopes.jacobian.amax() > 1e-3);
     }
 }
 
 #[test]
 fn bodies_without_friction_that_cannot_touch_have_derivatives_by_the_friction_of_both() {
     let fixed = sliding(0.2, 0.0);
-    let (experiment, place) = slide(&fixed);
+    let (experiment, outcome) = slide(&fixed);
     let walls = ["floor", "wall"].map(friction);
-    assert!(experiment.jacobian(&walls, &place).is_ok());
+    assert!(experiment.jacobian(&walls, &outcome).is_ok());
     let ignoring = sliding(0.0, 0.0).with_ignored("floor", "ball").unwrap();
-    let (experiment, place) = slide(&ignoring);
-    let found = experiment.jacobian(&both(), &place).unwrap();
-    assert!(found.jacobian.amax() <= 0.0);
+    let (experiment, outcome) = slide(&ignoring);
+    let slopes = experiment.jacobian(&both(), &outcome).unwrap();
+    assert!(slopes.jacobian.amax() <= 0.0);
 }
 
 /// An outcome that does not depend on the trajectory.
@@ -391,7 +401,7 @@ impl Outcome for Constants {
 fn assert_not_finite(error: &GradientError, row: usize, value: f64) {
     let text = format!("number {row} of the outcome, counted from 0, is {value}");
     assert!(
-        matches!(error, GradientError::OutcomeNotFinite { row: found, .. } if *found == row),
+        matches!(error, GradientError::OutcomeNotFinite { row: failing_row, .. } if *failing_row == row),
         "{error}"
     );
     assert!(error.to_string().starts_with(&text), "{error}");
@@ -476,9 +486,9 @@ fn a_covector_that_is_not_finite_is_an_error_that_names_its_body() {
                 };
                 (0..vjp.trajectory().states().len()).map(bodies).collect()
             };
-            let found = vjp.pull_back(by_states);
+            let result = vjp.pull_back(by_states);
             let body = "ball".into();
-            assert_eq!(found, Err(GradientError::BackwardNotFinite { step, body }));
+            assert_eq!(result, Err(GradientError::BackwardNotFinite { step, body }));
         }
     }
 }
@@ -498,28 +508,28 @@ fn a_body_without_its_own_friction_has_no_derivative_by_friction() {
             .with_pose(pose);
         World::new(bodies).unwrap()
     };
-    let (borrowed, given) = (with(None), with(Some(0.3)));
-    let (experiment, place) = slide(&borrowed);
+    let (borrowed, stated) = (with(None), with(Some(0.3)));
+    let (experiment, outcome) = slide(&borrowed);
     let body = "floor".into();
     assert_eq!(
         experiment
-            .jacobian(&[friction("floor")], &place)
+            .jacobian(&[friction("floor")], &outcome)
             .unwrap_err(),
         GradientError::NoOwnFriction { body }
     );
     // The pair has the friction of the ball, as if the floor had an equal coefficient that changed with that of the ball.
-    let by_ball = experiment.jacobian(&[friction("ball")], &place).unwrap();
+    let by_ball = experiment.jacobian(&[friction("ball")], &outcome).unwrap();
     let swept = experiment
         .gradient_with_mode(Mode::Reverse, &[friction("ball")], &Reading::X)
         .unwrap();
-    let by_both = slide(&given).0.jacobian(&both(), &place).unwrap();
+    let by_both = slide(&stated).0.jacobian(&both(), &outcome).unwrap();
     assert_eq!(by_ball.value, by_both.value);
     let sum = by_both.jacobian.column_sum();
     assert!((by_ball.jacobian.column(0) - &sum).amax() <= RUBBING * sum.amax());
     assert!((swept.1[0] - sum[0]).abs() <= RUBBING * sum[0].abs());
     assert!(
         experiment
-            .difference_check(&[friction("ball")], &place)
+            .difference_check(&[friction("ball")], &outcome)
             .unwrap()
             .best()
             <= RUBBING

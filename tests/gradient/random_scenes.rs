@@ -116,10 +116,11 @@ fn work(scene: &Scene, plan: &Plan) -> Work {
 }
 
 /// Returns the largest error of a column, relative to its largest entry, and the index of the column.
-fn largest_error(found: &DMatrix<f64>, expected: &DMatrix<f64>) -> (f64, usize) {
-    let columns = found.column_iter().zip(expected.column_iter());
-    let errors = columns
-        .map(|(found, expected)| (found - expected).amax() / expected.amax().max(SMALLEST_COLUMN));
+fn largest_error(actual: &DMatrix<f64>, expected: &DMatrix<f64>) -> (f64, usize) {
+    let columns = actual.column_iter().zip(expected.column_iter());
+    let errors = columns.map(|(actual, expected)| {
+        (actual - expected).amax() / expected.amax().max(SMALLEST_COLUMN)
+    });
     let by_error = |a: &(f64, usize), b: &(f64, usize)| a.0.total_cmp(&b.0);
     let errors = errors.zip(0..);
     errors.max_by(by_error).unwrap()
@@ -129,7 +130,7 @@ fn largest_error(found: &DMatrix<f64>, expected: &DMatrix<f64>) -> (f64, usize) 
 fn parameter_of(scene: &Scene, column: usize) -> String {
     let mut names = parameters(scene).into_iter().flat_map(|(by, _)| {
         let count = by.dimension();
-        (0..count).map(move |place| format!("{by:?} {place}"))
+        (0..count).map(move |index| format!("{by:?} {index}"))
     });
     names.nth(column).unwrap()
 }
@@ -147,10 +148,10 @@ struct Comparison {
 fn compared(number: usize) -> Comparison {
     let scene = scene(number as u64);
     let default = plan(TIME_STEP, Accuracy::default());
-    let found = jacobian(&scene, &default);
+    let actual = jacobian(&scene, &default);
     let expected = jacobian(&scene, &plan(REFERENCE_STEP, tight()));
     let looser = jacobian(&scene, &plan(REFERENCE_STEP, looser_reference()));
-    let (error, column) = largest_error(&found, &expected);
+    let (error, column) = largest_error(&actual, &expected);
     let (spread, _) = largest_error(&looser, &expected);
     let ends_off = ends(&scene, &default) - ends(&scene, &plan(REFERENCE_STEP, looser_reference()));
     let work = work(&scene, &default);
@@ -158,7 +159,7 @@ fn compared(number: usize) -> Comparison {
         "{number}: {:.2} % by {} ({:.1e} m for {:.1e} m), references {:.2} %, ends off by {:.0e} m, substeps {}, missed {}; {}",
         100.0 * error,
         parameter_of(&scene, column),
-        found.column(column).amax(),
+        actual.column(column).amax(),
         expected.column(column).amax(),
         100.0 * spread,
         ends_off.amax(),
@@ -228,9 +229,9 @@ fn derivatives_of_twelve_scenes() {
         |errors: &mut Vec<f64>, _, places| {
             for number in &SHORT[places] {
                 let scene = scene(*number);
-                let found = jacobian(&scene, &plan(TIME_STEP, Accuracy::default()));
+                let actual = jacobian(&scene, &plan(TIME_STEP, Accuracy::default()));
                 let expected = jacobian(&scene, &plan(REFERENCE_STEP, looser_reference()));
-                let (error, column) = largest_error(&found, &expected);
+                let (error, column) = largest_error(&actual, &expected);
                 let by = parameter_of(&scene, column);
                 println!("{number}: {:.2} % by {by}; {}", 100.0 * error, scene.label);
                 errors.push(error);
@@ -268,14 +269,14 @@ fn derivatives_of_all_scenes() {
 fn differences(
     scene: &Scene,
     (by, change): &(Parameter, f64),
-    place: usize,
+    index: usize,
     share: f64,
 ) -> DVector<f64> {
     let outcome = FinalPositions(scene.dynamic_count);
     let motion = Experiment::new(&scene.world, &plan(REFERENCE_STEP, tight()));
     let end = |times: f64| {
         let mut changes = vec![0.0; by.dimension()];
-        changes[place] = times * share * change;
+        changes[index] = times * share * change;
         let by = std::slice::from_ref(by);
         DVector::from_vec(motion.value_perturbed(by, &changes, &outcome).unwrap())
     };
@@ -292,19 +293,19 @@ fn references_are_slopes_of_values() {
         let expected = jacobian(&scene, &plan(REFERENCE_STEP, tight()));
         let mut column = 0;
         for parameter in parameters(&scene) {
-            let place = parameter.0.dimension() - 1;
-            let column_expected = expected.column(column + place);
+            let last = parameter.0.dimension() - 1;
+            let column_expected = expected.column(column + last);
             let scale = column_expected.amax().max(SMALLEST_COLUMN);
             let [narrow, wide] = [1e-3, 1e-2].map(|share| {
-                let found = differences(&scene, &parameter, place, share);
-                (found - column_expected).amax() / scale
+                let actual = differences(&scene, &parameter, last, share);
+                (actual - column_expected).amax() / scale
             });
             println!(
-                "{number}, {:?} {place}: off by {narrow:.1e} or {wide:.1e} of {scale:.1e} m",
+                "{number}, {:?} {last}: off by {narrow:.1e} or {wide:.1e} of {scale:.1e} m",
                 parameter.0
             );
             assert!(narrow.min(wide) < DIFFERENCES_OFF);
-            column += place + 1;
+            column += last + 1;
         }
     }
 }

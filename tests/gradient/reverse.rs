@@ -29,9 +29,9 @@ impl Outcome for Mixed {
     fn of<T: Scalar>(&self, trajectory: &Trajectory<T>) -> Vec<T> {
         let mut sum = lift::<T>(0.0);
         let states = trajectory.states().iter().rev().step_by(self.every);
-        for (place, state) in states.enumerate() {
+        for (index, state) in states.enumerate() {
             for (factor, number) in (1..).zip(numbers(state)) {
-                let factor = (f64::from(factor) * 0.7 + place as f64).sin();
+                let factor = (f64::from(factor) * 0.7 + index as f64).sin();
                 sum += number * number * (0.5 * factor) + number * factor;
             }
         }
@@ -65,12 +65,13 @@ pub fn compare<F: Force>(
     let mut row = 0;
     for parameter in parameters {
         let count = parameter.dimension();
-        let [expected, found] = [&forward, &reverse].map(|it| it.rows(row, count).into_owned());
-        let error = (&found - &expected).amax() / expected.amax();
+        let [expected, actual] =
+            [&forward, &reverse].map(|gradient| gradient.rows(row, count).into_owned());
+        let error = (&actual - &expected).amax() / expected.amax();
         assert!(expected.amax() > 0.0, "{parameter} has no effect");
         assert!(
             error <= SAME,
-            "{parameter}: {error:e}, {found} for {expected}"
+            "{parameter}: {error:e}, {actual} for {expected}"
         );
         row += count;
     }
@@ -359,20 +360,20 @@ pub fn round_bodies() -> [(World, Vec<Parameter>); 2] {
 fn by_states(mixed: Mixed, trajectory: &Trajectory) -> Vec<Vec<StateGradient>> {
     let states = trajectory.states();
     let bodies = states[0].bodies.len();
-    let mut found = vec![vec![StateGradient::zero(); bodies]; states.len()];
-    let looked_at = found.iter_mut().zip(states).rev().step_by(mixed.every);
-    for (place, (found, state)) in looked_at.enumerate() {
+    let mut covectors = vec![vec![StateGradient::zero(); bodies]; states.len()];
+    let looked_at = covectors.iter_mut().zip(states).rev().step_by(mixed.every);
+    for (index, (covectors_of_state, state)) in looked_at.enumerate() {
         let by = |(number, value): (usize, f64)| {
-            (value + 1.0) * ((number + 1) as f64 * 0.7 + place as f64).sin()
+            (value + 1.0) * ((number + 1) as f64 * 0.7 + index as f64).sin()
         };
         let by_numbers: Vec<f64> = numbers(state).into_iter().enumerate().map(by).collect();
-        let bodies = found.iter_mut().zip(&state.bodies);
-        for ((found, body), by) in bodies.zip(by_numbers.chunks(18)) {
+        let bodies = covectors_of_state.iter_mut().zip(&state.bodies);
+        for ((covector, body), by) in bodies.zip(by_numbers.chunks(18)) {
             let by_twist = Twist {
                 linear: Vector3::from_column_slice(&by[12..15]),
                 angular: Vector3::from_column_slice(&by[15..18]),
             };
-            *found = StateGradient::from_entries(
+            *covector = StateGradient::from_entries(
                 body.pose.rotation(),
                 &Matrix3::from_column_slice(&by[3..12]),
                 Vector3::from_column_slice(&by[..3]),
@@ -380,7 +381,7 @@ fn by_states(mixed: Mixed, trajectory: &Trajectory) -> Vec<Vec<StateGradient>> {
             );
         }
     }
-    found
+    covectors
 }
 
 #[test]
@@ -393,10 +394,10 @@ fn derivatives_by_states_that_are_given_are_those_of_the_outcome() {
         let (_, expected) = experiment.gradient(&parameters, &mixed).unwrap();
         let vjp = experiment.vjp(&parameters).unwrap();
         let cotangents = by_states(mixed, vjp.trajectory());
-        let found = vjp.clone().pull_back(cotangents.clone()).unwrap();
-        assert!((&found - &expected).amax() <= SAME * expected.amax());
+        let actual = vjp.clone().pull_back(cotangents.clone()).unwrap();
+        assert!((&actual - &expected).amax() <= SAME * expected.amax());
         // A second product of the same rollout has the same bits.
-        assert_eq!(vjp.pull_back(cotangents), Ok(found));
+        assert_eq!(vjp.pull_back(cotangents), Ok(actual));
     }
 }
 
@@ -405,20 +406,20 @@ fn worlds_of_a_batch_have_the_bits_of_each() {
     let worlds = [0.1, 0.4].map(|friction| world([0.5, friction]));
     let (plan, parameters) = (plan().recording_every(100), by_bodies(true));
     // The second world has another stride.
-    let mixed = |place: usize| Mixed { every: place + 1 };
+    let mixed = |index: usize| Mixed { every: index + 1 };
     let items: Vec<_> = worlds.iter().enumerate().collect();
-    let found = Batch::new(&plan).map(&items, |job, &(place, world)| {
+    let gradients = Batch::new(&plan).map(&items, |job, &(index, world)| {
         let vjp = job.experiment(world).vjp(&parameters)?;
-        let cotangents = by_states(mixed(place), vjp.trajectory());
+        let cotangents = by_states(mixed(index), vjp.trajectory());
         vjp.pull_back(cotangents)
     });
-    assert_eq!(found.len(), 2);
-    for (place, (world, found)) in worlds.iter().zip(found).enumerate() {
+    assert_eq!(gradients.len(), 2);
+    for (index, (world, actual)) in worlds.iter().zip(gradients).enumerate() {
         let experiment = Experiment::new(world, &plan);
         let vjp = experiment.vjp(&parameters).unwrap();
-        let cotangents = by_states(mixed(place), vjp.trajectory());
+        let cotangents = by_states(mixed(index), vjp.trajectory());
         let expected = vjp.pull_back(cotangents);
-        assert_eq!(found.unwrap(), expected.unwrap());
+        assert_eq!(actual.unwrap(), expected.unwrap());
     }
 }
 
@@ -432,7 +433,7 @@ fn derivatives_by_states_that_do_not_fit_are_refused() {
     };
     let zero = StateGradient::zero();
     let expected = "expected derivatives with respect to 3 recorded states of 5 bodies each, but got derivatives with respect to ";
-    for (given, message) in [
+    for (by_states, message) in [
         (vec![], "no state"),
         (vec![vec![zero; 5]; 2], "2 states of 5"),
         (
@@ -440,7 +441,10 @@ fn derivatives_by_states_that_do_not_fit_are_refused() {
             "3 states, of 5 and of 4",
         ),
     ] {
-        assert_eq!(refusal(given).to_string(), format!("{expected}{message}"));
+        assert_eq!(
+            refusal(by_states).to_string(),
+            format!("{expected}{message}")
+        );
     }
     let mut lost = vec![vec![zero; 5]; 3];
     lost[1][0].spin.x = f64::NAN;

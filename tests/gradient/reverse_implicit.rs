@@ -163,8 +163,8 @@ fn islands_that_merge_and_steps_that_are_divided() {
 #[test]
 fn a_chain_of_twenty() {
     let shape = Arc::new(Shape::new(shapes::icosphere(0.1, 1).unwrap()));
-    let ball = |place: usize| {
-        let (name, count) = (place.to_string(), place as f64);
+    let ball = |index: usize| {
+        let (name, count) = (index.to_string(), index as f64);
         let shape = Arc::clone(&shape);
         let body = Body::dynamic(&name, shape, skin(1e5, [0.2, 0.3]), Mass::Total(1.0)).unwrap();
         let turned = Vector3::z() * (0.3 * count);

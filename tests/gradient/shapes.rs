@@ -79,22 +79,24 @@ fn a_ball_by_its_size_equals_an_independent_program() {
     let experiment = Experiment::new(&world, &Plan::new(1e-3, 200).unwrap().recording_every(200));
     let largest = |numbers: &[f64]| numbers.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
     for number in 0..18 {
-        let found = experiment.full_gradient(&Number(number)).unwrap();
-        let by_vertices = found
+        let full_gradient = experiment.full_gradient(&Number(number)).unwrap();
+        let by_vertices = full_gradient
             .by_shape("ball", HoldFixed::Density)
             .unwrap()
             .by_vertices;
         let by_scale = along(&by_vertices, &vertices);
-        let by_modulus = found.by(&Parameter::modulus("ball")).unwrap()[0];
-        let by_height = found.by(&Parameter::initial_position("ball")).unwrap()[2];
-        for (found, expected) in [
-            (found.value, &case.end),
+        let by_modulus = full_gradient.by(&Parameter::modulus("ball")).unwrap()[0];
+        let by_height = full_gradient
+            .by(&Parameter::initial_position("ball"))
+            .unwrap()[2];
+        for (actual, expected) in [
+            (full_gradient.value, &case.end),
             (by_scale, &case.by_scale),
             (by_modulus, &case.by_modulus),
             (by_height, &case.by_start_z),
         ] {
-            let error = (found - expected[number]).abs() / largest(expected);
-            assert!(error <= SAME, "{number}: {found} for {}", expected[number]);
+            let error = (actual - expected[number]).abs() / largest(expected);
+            assert!(error <= SAME, "{number}: {actual} for {}", expected[number]);
         }
     }
 }
@@ -154,8 +156,8 @@ fn velocities(field: &PressureField) -> Vec<Vector3<f64>> {
     (0..count).map(velocity).collect()
 }
 
-fn compare(found: f64, value: impl Fn(f64) -> f64, what: &str) {
-    compare_slope((found, DIFFERENCES), value, what);
+fn compare(slope: f64, value: impl Fn(f64) -> f64, label: &str) {
+    compare_slope((slope, DIFFERENCES), value, label);
 }
 
 /// Returns the directional derivative along velocities of the vertices.
@@ -190,12 +192,12 @@ fn vertices_of_bodies_through_contact_and_mass_equal_differences() {
                 (HoldFixed::Mass, Mass::Total(mass.mass)),
                 (HoldFixed::MassProperties, Mass::Properties(mass)),
             ] {
-                let other = moved(&block, &vec![Vector3::zeros(); 9], 0.0);
-                let world = thrown(shape(0.0), other, mass, law);
-                let found = Experiment::new(&world, &plan)
+                let block = moved(&block, &vec![Vector3::zeros(); 9], 0.0);
+                let world = thrown(shape(0.0), block, mass, law);
+                let gradient = Experiment::new(&world, &plan)
                     .full_gradient(&Squares)
                     .unwrap();
-                let by_vertices = found.by_shape("body", keeping).unwrap().by_vertices;
+                let by_vertices = gradient.by_shape("body", keeping).unwrap().by_vertices;
                 let rate = along(&by_vertices, &velocities);
                 compare(
                     rate,
@@ -227,17 +229,17 @@ fn vertices_through_implicit_steps_equal_differences() {
                     let shape = moved(&field, &velocities, time);
                     thrown(shape, moved(&block, &still, 0.0), Mass::Density(300.0), law)
                 };
-                let found = Experiment::new(world(0.0), &plan)
+                let gradient = Experiment::new(world(0.0), &plan)
                     .full_gradient(&Squares)
                     .unwrap();
-                let by_vertices = found
+                let by_vertices = gradient
                     .by_shape("body", HoldFixed::Density)
                     .unwrap()
                     .by_vertices;
                 let rate = along(&by_vertices, &velocities);
                 let value = |time: f64| loss(&world(time), &plan);
-                let what = format!("{name} {integrator:?} {law:?}");
-                compare_slope((rate, IMPLICIT_DIFFERENCES), value, &what);
+                let label = format!("{name} {integrator:?} {law:?}");
+                compare_slope((rate, IMPLICIT_DIFFERENCES), value, &label);
             }
         }
     }
@@ -253,10 +255,10 @@ fn both_bodies_of_a_contact_and_their_extents_equal_differences() {
         let (body, block) = (moved(&field, &still, 0.0), moved(&block, &rates, time));
         thrown(body, block, Mass::Density(300.0), [0.4, 0.3])
     };
-    let found = Experiment::new(world(0.0), &plan)
+    let gradient = Experiment::new(world(0.0), &plan)
         .full_gradient(&Squares)
         .unwrap();
-    let by_vertices = found
+    let by_vertices = gradient
         .by_shape("block", HoldFixed::Density)
         .unwrap()
         .by_vertices;
@@ -276,7 +278,7 @@ fn both_bodies_of_a_contact_and_their_extents_equal_differences() {
             [0.4, 0.3],
         )
     };
-    let by_extents = found
+    let by_extents = gradient
         .by_shape("body", HoldFixed::Density)
         .unwrap()
         .by_extents;
@@ -294,25 +296,29 @@ fn a_mass_that_is_not_spread_over_the_shape_is_told() {
     let mass = Mass::Properties(MassProperties::solid_ball(1.0, 0.1));
     let world = thrown(ball(), ball(), mass, [0.0; 2]);
     let experiment = Experiment::new(&world, &Plan::new(5e-4, 3).unwrap());
-    let found = experiment.full_gradient(&Squares).unwrap();
-    found.by_shape("body", HoldFixed::MassProperties).unwrap();
-    let refused = found.by_shape("body", HoldFixed::Density);
+    let gradient = experiment.full_gradient(&Squares).unwrap();
+    gradient
+        .by_shape("body", HoldFixed::MassProperties)
+        .unwrap();
+    let refused = gradient.by_shape("body", HoldFixed::Density);
     assert_eq!(
         refused.unwrap_err(),
         GradientError::NotUniform("body".into())
     );
-    found.by_shape("block", HoldFixed::Density).unwrap();
+    gradient.by_shape("block", HoldFixed::Density).unwrap();
 }
 
 #[test]
 fn forces_that_may_depend_on_a_center_of_mass_are_told() {
     fn by_mass<F: Force>(world: &World<f64, F>) -> Result<ShapeGradient, GradientError> {
         let plan = Plan::new(5e-4, 3).unwrap();
-        let found = Experiment::new(world, &plan)
+        let gradient = Experiment::new(world, &plan)
             .full_gradient(&Squares)
             .unwrap();
-        found.by_shape("body", HoldFixed::MassProperties).unwrap();
-        found.by_shape("body", HoldFixed::Density)
+        gradient
+            .by_shape("body", HoldFixed::MassProperties)
+            .unwrap();
+        gradient.by_shape("body", HoldFixed::Density)
     }
     let ball = || Shape::new(shapes::icosphere(0.1, 1).unwrap());
     let world = thrown(ball(), ball(), Mass::Total(1.0), [0.0; 2]);

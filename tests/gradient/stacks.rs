@@ -92,9 +92,9 @@ impl Stack<'_> {
             let body = dynamic(name, field, skin, 1.0 - 0.15 * number as f64);
             let along = self.stagger * number as f64;
             let height = top + size[2] / 2.0 - PRESSED;
-            let place = self.stage * Pose::from_translation(vector![along, 0.0, height]);
+            let pose = self.stage * Pose::from_translation(vector![along, 0.0, height]);
             let velocity = self.stage.rotation() * Vector3::from(velocity);
-            bodies.push(body.with_pose(place).with_velocity(velocity));
+            bodies.push(body.with_pose(pose).with_velocity(velocity));
             top = height + size[2] / 2.0;
         }
         world(bodies)
@@ -171,8 +171,8 @@ fn error_at_kink(experiment: &Experiment, column: &Column, number: usize) -> f64
         STEPS.map(|step| (beside(step) - beside(-step)) / (2.0 * step * column.scale));
     let neighbors = differences.windows(2).zip(STEPS.windows(2));
     let extrapolated = neighbors.map(|(d, h)| (&d[1] * h[0] - &d[0] * h[1]) / (h[0] - h[1]));
-    let found = experiment.jacobian(&parameters, &Everything).unwrap();
-    let derivative = found.jacobian.column(number);
+    let outcome_jacobian = experiment.jacobian(&parameters, &Everything).unwrap();
+    let derivative = outcome_jacobian.jacobian.column(number);
     let largest = derivative.amax().max(LEAST / column.scale);
     let errors = extrapolated
         .chain(differences.clone())
@@ -182,7 +182,7 @@ fn error_at_kink(experiment: &Experiment, column: &Column, number: usize) -> f64
 
 /// Asserts that all derivatives of a rollout equal finite differences. Returns the number of parameter components for which the step sizes
 /// of [`Experiment::difference_check`] are not enough.
-fn assert_gradients(what: &str, world: &World, steps: usize) -> usize {
+fn assert_gradients(label: &str, world: &World, steps: usize) -> usize {
     let plan = Plan::new(TIME_STEP, steps).unwrap();
     let experiment = Experiment::new(world, &plan.recording_every(steps / 2));
     let columns = all_columns(world);
@@ -206,12 +206,14 @@ fn assert_gradients(what: &str, world: &World, steps: usize) -> usize {
             continue;
         }
         let error = best.min(error_at_kink(&experiment, column, number));
-        assert!(error <= AT_KINKS, "{what}, {name}: {error:e}");
+        assert!(error <= AT_KINKS, "{label}, {name}: {error:e}");
         at_kinks = at_kinks.max(error);
         kinks += 1;
     }
     let count = check.numbers.len();
-    println!("{what}: by {count} numbers, worst {smooth:.1e}; at kinks by {kinks}, {at_kinks:.1e}");
+    println!(
+        "{label}: by {count} numbers, worst {smooth:.1e}; at kinks by {kinks}, {at_kinks:.1e}"
+    );
     kinks
 }
 
@@ -330,8 +332,8 @@ fn cylinder() -> World {
 
 /// Returns a brick that is rotated, away from the floor's middle, and spins about its own middle.
 fn brick(field: PressureField) -> World {
-    let place = vector![0.3, 0.2, 0.02 - PRESSED];
-    let turned = Pose::from_rotation_vector(&vector![0.0, 0.0, 0.3], place);
+    let position = vector![0.3, 0.2, 0.02 - PRESSED];
+    let turned = Pose::from_rotation_vector(&vector![0.0, 0.0, 0.3], position);
     let brick = dynamic("brick", field, SKIN, 1.0).with_pose(turned);
     on_floor(brick.with_angular_velocity(vector![0.0, 0.0, 10.0]))
 }
@@ -345,8 +347,8 @@ fn assert_gradients_of_round_and_spinning(steps: usize) {
         ("brick", brick(whole.unwrap())),
         ("brick of layers", brick(layers.unwrap())),
     ];
-    for (what, world) in worlds {
-        assert_eq!(assert_gradients(what, &world, steps), 0);
+    for (label, world) in worlds {
+        assert_eq!(assert_gradients(label, &world, steps), 0);
     }
 }
 

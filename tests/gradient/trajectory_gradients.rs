@@ -196,10 +196,12 @@ fn jacobians_by_more_than_96_numbers_take_two_rollouts() {
     for (intervals, steps) in [(1, 5), (16, 5), (INTERVALS, 10)] {
         let by = (0..intervals).map(|interval| Parameter::control("ball", interval));
         let by: Vec<_> = by.collect();
-        let taken = Arc::new(AtomicUsize::new(0));
-        let counted = experiment.clone().with_step_counter(Arc::clone(&taken));
+        let step_counter = Arc::new(AtomicUsize::new(0));
+        let counted = experiment
+            .clone()
+            .with_step_counter(Arc::clone(&step_counter));
         counted.jacobian(&by, &outcome).unwrap();
-        assert_eq!(taken.load(Ordering::Relaxed), steps);
+        assert_eq!(step_counter.load(Ordering::Relaxed), steps);
         assert_eq!(experiment.step_count_for(6 * intervals), steps);
     }
 }
@@ -271,10 +273,10 @@ fn differences_by_a_material_are_taken_over_parts_of_its_number() {
             expected > 1e-9,
             "the step is too short for the check: {expected:e}"
         );
-        let found = check.errors[(0, 0)];
+        let actual = check.errors[(0, 0)];
         assert!(
-            (found - expected).abs() <= 1e-2 * expected,
-            "{found:e} {expected:e}"
+            (actual - expected).abs() <= 1e-2 * expected,
+            "{actual:e} {expected:e}"
         );
     }
 }
@@ -351,19 +353,19 @@ fn a_changed_world_is_the_one_that_is_made_of_the_sums() {
     let changed = thrown(0.4, 0.3).perturbed(&parameters, &changes).unwrap();
     let made = thrown(0.4, 0.3);
     for (body, start) in changed.bodies().iter().zip(made.bodies()) {
-        let (found, material) = (body.material(), start.material());
+        let (actual, material) = (body.material(), start.material());
         let pairs = [
-            (found.modulus.unwrap(), material.modulus.unwrap() + modulus),
-            (found.dissipation, material.dissipation + dissipation),
+            (actual.modulus.unwrap(), material.modulus.unwrap() + modulus),
+            (actual.dissipation, material.dissipation + dissipation),
             (
-                found.friction.unwrap(),
+                actual.friction.unwrap(),
                 material.friction.unwrap() + friction,
             ),
         ];
-        for (found, expected) in pairs {
+        for (actual, expected) in pairs {
             assert!(
-                (found - expected).abs() <= REAL_PARTS * expected,
-                "{found} {expected}"
+                (actual - expected).abs() <= REAL_PARTS * expected,
+                "{actual} {expected}"
             );
         }
     }

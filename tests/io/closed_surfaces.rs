@@ -105,9 +105,9 @@ fn a_binary_stl_file_holds_the_surface_in_single_precision() {
     for header in ["", "solid ball", "solid \nfacet", "\u{0}\n\u{e9}"] {
         let read = read_bytes("ball.stl", &binary_stl(&ball, header.as_bytes())).unwrap();
         assert_eq!(read.vertices().len(), ball.vertices().len());
-        for (found, expected) in corners(&read).zip(corners(&ball)) {
-            for (found, expected) in found.iter().zip(expected) {
-                assert_eq!(*found, expected.cast::<f32>().cast::<f64>());
+        for (actual, expected) in corners(&read).zip(corners(&ball)) {
+            for (actual, expected) in actual.iter().zip(expected) {
+                assert_eq!(*actual, expected.cast::<f32>().cast::<f64>());
             }
         }
         assert!((read.volume() / ball.volume() - 1.0).abs() < SINGLE);
@@ -238,7 +238,7 @@ fn stl_files_that_are_wrong_are_refused_where_they_are() {
     let nothing = read_bytes("nothing.stl", b"solid a\nendsolid a\n").unwrap_err();
     let source = SurfaceError::TooFewTriangles { count: 0 };
     assert!(
-        matches!(&nothing, FileError::Surface { source: found, .. } if *found == source),
+        matches!(&nothing, FileError::Surface { source: actual, .. } if *actual == source),
         "{nothing}"
     );
 }
@@ -282,11 +282,11 @@ fn files_that_are_cut_or_have_wrong_bytes_never_panic() {
         ("damaged_ascii.stl", ascii),
         ("damaged.obj", OBJ.as_bytes().to_vec()),
     ] {
-        for place in (0..bytes.len()).step_by(1 + bytes.len() / 200) {
-            let _ = read_bytes(name, &bytes[..place]).map_err(|error| error.to_string());
-            for wrong in [b'0', b'-', b'\n', 0xff, bytes[place] ^ 1] {
+        for offset in (0..bytes.len()).step_by(1 + bytes.len() / 200) {
+            let _ = read_bytes(name, &bytes[..offset]).map_err(|error| error.to_string());
+            for wrong in [b'0', b'-', b'\n', 0xff, bytes[offset] ^ 1] {
                 let mut damaged = bytes.clone();
-                damaged[place] = wrong;
+                damaged[offset] = wrong;
                 if let Ok(surface) = read_bytes(name, &damaged) {
                     assert!(surface.volume() > 0.0);
                 }

@@ -32,8 +32,8 @@ fn vertices(name: &str, bytes: &[u8]) -> Result<Vec<[f64; 3]>, FileError> {
 fn fields_of_the_data_set_are_passed_over() {
     for (name, fields) in [("bracket.vtk", ASCII), ("bracket_binary.vtk", BINARY)] {
         let plain = vertices(&format!("plain_{name}"), &with_fields(name, b"")).unwrap();
-        let found = vertices(&format!("fields_{name}"), &with_fields(name, fields)).unwrap();
-        assert_eq!(found, plain);
+        let read = vertices(&format!("fields_{name}"), &with_fields(name, fields)).unwrap();
+        assert_eq!(read, plain);
     }
 }
 
@@ -43,7 +43,7 @@ fn errors_behind_them_name_their_line() {
     let damaged = text.replace("CELLS", "SMELLS");
     let line = 1 + damaged
         .lines()
-        .position(|it| it.starts_with("SMELLS"))
+        .position(|line| line.starts_with("SMELLS"))
         .unwrap();
     let error = vertices("damaged_behind_fields.vtk", damaged.as_bytes()).unwrap_err();
     let told = error.source().unwrap().to_string();

@@ -21,13 +21,13 @@ fn world() -> World {
     let skin = skin.with_dissipation(0.3);
     let shape = Arc::new(Shape::new(shapes::cuboid([0.2, 0.15, 0.1]).unwrap()));
     let brick = |number: usize| {
-        let place = number as f64;
-        let position = vector![0.5 * place, 0.0, 0.05 + 1e-4 * (place - 5.0)];
-        let start = Pose::from_rotation_vector(&vector![0.0, 0.0, 0.3 * place], position);
+        let count = number as f64;
+        let position = vector![0.5 * count, 0.0, 0.05 + 1e-4 * (count - 5.0)];
+        let start = Pose::from_rotation_vector(&vector![0.0, 0.0, 0.3 * count], position);
         let mass = Mass::Total(1.0);
         let body = Body::dynamic(&format!("brick {number}"), Arc::clone(&shape), skin, mass);
         let body = body.unwrap().with_pose(start);
-        body.with_velocity(vector![0.0, 0.1 * place, 0.0])
+        body.with_velocity(vector![0.0, 0.1 * count, 0.0])
             .with_angular_velocity(vector![0.0, 0.0, 1.0])
     };
     let floor = Body::fixed("floor", HalfSpace::rigid(), Material::rigid()).unwrap();
@@ -68,15 +68,15 @@ fn compare(integrator: Integrator, (time_step, steps): (f64, usize), memories: &
     let plan = Plan::new(time_step, steps).unwrap();
     let plan = plan.with_integrator(integrator).recording_every(steps);
     let experiment = Experiment::new(world(), &plan);
-    let mut found = Vec::new();
+    let mut gradients = Vec::new();
     for &memory in memories {
         let (gradient, most) = swept(&experiment, memory);
         println!("{steps} steps, {integrator:?}: {most} bytes of {memory}");
         assert!(most <= memory + BESIDE, "{most} bytes of {memory}");
         assert!(gradient.amax() > 0.0);
-        found.push(gradient);
+        gradients.push(gradient);
     }
-    assert!(found.windows(2).all(|pair| pair[0] == pair[1]));
+    assert!(gradients.windows(2).all(|pair| pair[0] == pair[1]));
 }
 
 /// All steps take 3.2 MB.

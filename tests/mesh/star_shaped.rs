@@ -52,11 +52,11 @@ fn cube() -> TriangleSurface {
     surface_of(&shapes::cuboid([1.0; 3]).unwrap())
 }
 
-fn assert_relative(found: f64, expected: f64, tolerance: f64) {
-    let error = (found - expected).abs();
+fn assert_relative(actual: f64, expected: f64, tolerance: f64) {
+    let error = (actual - expected).abs();
     assert!(
         error <= tolerance * expected.abs(),
-        "{found:e} is not {expected:e}"
+        "{actual:e} is not {expected:e}"
     );
 }
 
@@ -119,11 +119,11 @@ fn the_surface_of_a_box_is_pressed_as_the_box() {
             let block = ContactBody::new(shape, pose, 1e6).unwrap();
             ContactPair::new(ball.unwrap(), block).wrench().on_a
         };
-        let (found, expected) = (wrench(&ours), wrench(&expected));
+        let (actual, expected) = (wrench(&ours), wrench(&expected));
         let largest = expected.force.amax();
         assert!(largest > 1.0, "no contact at {turn}");
-        assert!((found.force - expected.force).amax() <= SAME_WRENCH * largest);
-        assert!((found.torque - expected.torque).amax() <= SAME_WRENCH * largest);
+        assert!((actual.force - expected.force).amax() <= SAME_WRENCH * largest);
+        assert!((actual.torque - expected.torque).amax() <= SAME_WRENCH * largest);
     }
 }
 

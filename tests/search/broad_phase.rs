@@ -55,7 +55,7 @@ impl Scene {
     /// Returns the pairs (of A, of B) that the trees do not exclude, found as in `contact::ContactPair`. Panics if a pair is found twice.
     fn candidates(&self) -> BTreeSet<(usize, usize)> {
         let (tree_a, tree_b) = (RStarTree::new(&self.field_a), RStarTree::new(&self.field_b));
-        let mut found = BTreeSet::new();
+        let mut pairs = BTreeSet::new();
         tree_b.visit_near(
             &self.field_a.mesh().aabb(),
             &self.pose_ab,
@@ -63,25 +63,25 @@ impl Scene {
             |b| {
                 let query = self.posed_b[b].aabb().inflated(self.margin());
                 tree_a.visit_overlapping(&query, |a| {
-                    assert!(found.insert((a, b)), "{a}, {b} found twice");
+                    assert!(pairs.insert((a, b)), "{a}, {b} found twice");
                 });
             },
         );
-        found
+        pairs
     }
 
     /// Returns the pairs that share a point, by a search over all pairs.
     fn intersecting(&self) -> BTreeSet<(usize, usize)> {
         let tets_a = self.field_a.tets().iter().map(|tet| tet.tetrahedron);
-        let mut found = BTreeSet::new();
+        let mut pairs = BTreeSet::new();
         for (a, tet_a) in tets_a.enumerate() {
             for (b, tet_b) in self.posed_b.iter().enumerate() {
                 if share_a_point(&tet_a, tet_b, TOUCH * self.reach) {
-                    found.insert((a, b));
+                    pairs.insert((a, b));
                 }
             }
         }
-        found
+        pairs
     }
 }
 

@@ -29,19 +29,19 @@ fn touching(pair: &ContactPair) -> Vec<[usize; 2]> {
     touching
 }
 
-/// Returns the largest area (m²) of a polygon of `one` that is not in `other`.
-fn largest_lonely(one: &ContactPair, other: &[[usize; 2]]) -> f64 {
-    let polygons = one.surface().polygons.into_iter();
-    let lonely = polygons.filter(|polygon| other.binary_search(&polygon.tets).is_err());
+/// Returns the largest area (m²) of a polygon of `pair` that is not in `known_tets`.
+fn largest_lonely(pair: &ContactPair, known_tets: &[[usize; 2]]) -> f64 {
+    let polygons = pair.surface().polygons.into_iter();
+    let lonely = polygons.filter(|polygon| known_tets.binary_search(&polygon.tets).is_err());
     lonely.map(|polygon| polygon.area).fold(0.0, f64::max)
 }
 
 impl Tally {
     pub fn compare(&mut self, pair: &ContactPair) {
         let everywhere = pair.with_search(Search::Culling(Culling::default()));
-        let (found, expected) = (touching(pair), touching(&everywhere));
-        if found != expected {
-            let lonely = largest_lonely(pair, &expected).max(largest_lonely(&everywhere, &found));
+        let (actual, expected) = (touching(pair), touching(&everywhere));
+        if actual != expected {
+            let lonely = largest_lonely(pair, &expected).max(largest_lonely(&everywhere, &actual));
             assert!(
                 lonely <= SLIVER,
                 "{lonely:e}: {:?} {:?}",

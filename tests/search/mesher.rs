@@ -201,10 +201,10 @@ fn a_shape_says_where_its_extent_is_zero_inside() {
     let around_edge = [ring.as_slice(), &APEXES].concat();
     let tets = vec![[0, 1, 3, 4], [1, 2, 3, 4], [2, 0, 3, 4]];
     let mesh = TetMesh::new(vertices(&around_edge), tets).unwrap();
-    let found = reason(mesh, vec![0.0; 5]);
-    assert_eq!(found, NotFollowed::ZeroTetrahedron { tet: 0 });
+    let zero_tet = reason(mesh, vec![0.0; 5]);
+    assert_eq!(zero_tet, NotFollowed::ZeroTetrahedron { tet: 0 });
     assert_eq!(
-        found.to_string(),
+        zero_tet.to_string(),
         "tetrahedron 0 has extent 0 at all corners"
     );
     // A ball with its center at 0, then a ball with a tetrahedron at 0.
@@ -234,8 +234,11 @@ fn a_shape_says_where_its_extent_is_zero_inside() {
     );
     let two = TetMesh::new(vertices(&around_edge), vec![[0, 1, 2, 3], [0, 1, 2, 4]]).unwrap();
     let extents = [[0.0; 5].as_slice(), &[1.0; 2]].concat();
-    let found = reason(split_at_centroids(&two), extents);
-    assert!(matches!(found, NotFollowed::ZeroFace { .. }), "{found}");
+    let zero_face = reason(split_at_centroids(&two), extents);
+    assert!(
+        matches!(zero_face, NotFollowed::ZeroFace { .. }),
+        "{zero_face}"
+    );
 }
 
 /// Returns the mesh with each tetrahedron divided into four.

@@ -64,8 +64,8 @@ fn world(kit: &Kit, random: &mut Random) -> Result<World<f64, Vec<Spring>>, Worl
             0 => Mass::Total(10_f64.powf(random.between(-3.0, 3.0))),
             _ => Mass::Properties(properties(random)),
         };
-        let place = vector![0.0, 0.0, 0.1] + random.vector() * 0.06;
-        let pose = Pose::from_rotation_vector(&random.rotation_vector(), place);
+        let position = vector![0.0, 0.0, 0.1] + random.vector() * 0.06;
+        let pose = Pose::from_rotation_vector(&random.rotation_vector(), position);
         let body = Body::dynamic(name, shape, skin, mass)?.with_pose(pose);
         let body = body.with_velocity(random.vector());
         bodies.push(body.with_angular_velocity(random.vector() * 3.0));
@@ -152,11 +152,11 @@ fn assert_loaded_as_saved(count: usize) {
             let again: World<f64, Vec<Spring>> =
                 serde_json::from_str(&text).unwrap_or_else(|error| panic!("{error}: {text}"));
             assert_eq!(saved(&again), text);
-            let [expected, found] = [&world, &again].map(|world| {
+            let [expected, actual] = [&world, &again].map(|world| {
                 let recorded = world.rollout(&plan).run();
                 recorded.unwrap_or_else(|interrupted| interrupted.trajectory)
             });
-            assert_eq!(trajectory_bits(&expected), trajectory_bits(&found));
+            assert_eq!(trajectory_bits(&expected), trajectory_bits(&actual));
         }
         loaded += 1;
     }

@@ -153,8 +153,8 @@ fn list(numbers: [f64; 3]) -> Value {
 }
 
 /// Returns a state with the bad number at a place.
-fn state_value(place: &str, bad: f64) -> Value {
-    let at = |name: &str, good: f64| if name == place { bad } else { good };
+fn state_value(field: &str, bad: f64) -> Value {
+    let at = |name: &str, good: f64| if name == field { bad } else { good };
     let rotation = vec![
         list([1.0, at("rotation", 0.0), 0.0]),
         list([0.0, 1.0, 0.0]),
@@ -185,7 +185,7 @@ fn numbers_that_are_not_finite_are_refused_in_any_format() {
         (f64::INFINITY, "inf"),
         (f64::NEG_INFINITY, "-inf"),
     ] {
-        for (place, expected) in [
+        for (field, expected) in [
             ("rotation", format!("{pose} {name}")),
             ("translation", format!("{pose} {name}")),
             ("angular", format!("{} {name}", twist("angular"))),
@@ -195,7 +195,7 @@ fn numbers_that_are_not_finite_are_refused_in_any_format() {
                 format!("the time of a state is {name} s, but must be finite"),
             ),
         ] {
-            let error = State::deserialize(state_value(place, bad)).unwrap_err();
+            let error = State::deserialize(state_value(field, bad)).unwrap_err();
             assert_eq!(error.to_string(), expected);
         }
         let skin = Value::Fields(vec![

@@ -162,8 +162,8 @@ fn surfaces_keep_their_bits_and_are_checked() {
     let again: TriangleSurface = serde_json::from_str(&text).unwrap();
     assert_eq!(saved(&again), text);
     assert_eq!(again.triangles(), surface.triangles());
-    for (found, expected) in again.vertices().iter().zip(surface.vertices()) {
-        assert_eq!(found.map(f64::to_bits), expected.map(f64::to_bits));
+    for (actual, expected) in again.vertices().iter().zip(surface.vertices()) {
+        assert_eq!(actual.map(f64::to_bits), expected.map(f64::to_bits));
     }
     let open = r#"{"vertices":[],"triangles":[]}"#;
     let refused = serde_json::from_str::<TriangleSurface>(open).unwrap_err();
@@ -179,7 +179,10 @@ fn topologies_and_difference_checks_come_back() {
     let plan = Plan::new(TIME_STEP, 40).unwrap();
     let fall = Plan::new(TIME_STEP, 2000).unwrap().recording_every(20);
     let fall = world.rollout(&fall).run().unwrap();
-    let topologies = fall.states().iter().map(|it| world.topology(it).unwrap());
+    let topologies = fall
+        .states()
+        .iter()
+        .map(|state| world.topology(state).unwrap());
     let topology = topologies
         .max_by_key(ContactTopology::polygon_count)
         .unwrap();

@@ -62,9 +62,12 @@ fn loaded_worlds_have_the_same_rollouts_and_gradients_bit_for_bit() {
     let checked = plan.without_stability_check();
     assert_eq!(reloaded(&checked), checked);
     assert_eq!(saved(&loaded), saved(&world));
-    let [expected, found] = [&world, &loaded].map(|it| it.rollout(&loaded_plan).run());
+    let [expected, actual] = [&world, &loaded].map(|world| world.rollout(&loaded_plan).run());
     let expected = expected.unwrap();
-    assert_eq!(trajectory_bits(&expected), trajectory_bits(&found.unwrap()));
+    assert_eq!(
+        trajectory_bits(&expected),
+        trajectory_bits(&actual.unwrap())
+    );
     // Shared shapes are shared after loading, too.
     let shapes = loaded.bodies();
     assert!(Arc::ptr_eq(
@@ -83,10 +86,11 @@ fn loaded_worlds_have_the_same_rollouts_and_gradients_bit_for_bit() {
     assert_eq!(reloaded(&jacobian[0]), jacobian[0]);
     // The same holds from the middle of a rollout.
     let middle = world.with_initial_state(&expected.states()[3]).unwrap();
-    let [one, other] = [&middle, &reloaded(&middle)].map(|it| it.rollout(&plan).run());
+    let [original, loaded_again] =
+        [&middle, &reloaded(&middle)].map(|world| world.rollout(&plan).run());
     assert_eq!(
-        trajectory_bits(&one.unwrap()),
-        trajectory_bits(&other.unwrap())
+        trajectory_bits(&original.unwrap()),
+        trajectory_bits(&loaded_again.unwrap())
     );
 }
 

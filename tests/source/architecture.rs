@@ -61,10 +61,10 @@ const EMPTY_NAMES: [&str; 3] = ["utils", "common", "helpers"];
 fn violations(files: &[(String, String)]) -> Vec<String> {
     let of_file = |(path, text): &(String, String)| {
         let code = code_of(text);
-        let mut found = file_violations(path);
-        found.extend(uphill_imports(path, &code));
-        found.extend(wrong_doors(path, &code));
-        found
+        let mut violations = file_violations(path);
+        violations.extend(uphill_imports(path, &code));
+        violations.extend(wrong_doors(path, &code));
+        violations
             .into_iter()
             .map(|message| format!("{path} {message}"))
             .collect::<Vec<_>>()
@@ -80,8 +80,8 @@ fn circles(files: &[(String, String)]) -> impl Iterator<Item = String> {
     let codes = files
         .iter()
         .map(|(path, text)| (path.clone(), code_of(text)));
-    let found = in_circles(&codes.collect::<Vec<_>>()).into_iter();
-    found.map(|(path, imports)| {
+    let circles = in_circles(&codes.collect::<Vec<_>>()).into_iter();
+    circles.map(|(path, imports)| {
         let imports: Vec<_> = imports.into_iter().collect();
         format!(
             "{path} is in a circle of files: it imports {}",
@@ -91,28 +91,28 @@ fn circles(files: &[(String, String)]) -> impl Iterator<Item = String> {
 }
 
 fn file_violations(path: &str) -> Vec<String> {
-    let mut found = Vec::new();
+    let mut violations = Vec::new();
     let module = module_of(path);
     if module != "lib" && !MODULES.contains(&module) {
-        found.push(format!(
+        violations.push(format!(
             "belongs to {module}, which is not on the list of modules"
         ));
     }
     for name in path.trim_end_matches(".rs").split('/') {
         if EMPTY_NAMES.contains(&name) {
-            found.push(format!("is named {name}"));
+            violations.push(format!("is named {name}"));
         }
     }
-    found
+    violations
 }
 
 fn uphill_imports(path: &str, code: &str) -> Vec<String> {
-    let mut found = Vec::new();
+    let mut violations = Vec::new();
     if code.contains("super::super") {
-        found.push("climbs by super::super".to_owned());
+        violations.push("climbs by super::super".to_owned());
     }
-    let Some(own) = rank(module_of(path)) else {
-        return found;
+    let Some(rank_here) = rank(module_of(path)) else {
+        return violations;
     };
     let mut targets = names_after("crate::", code);
     if is_module_root(path) {
@@ -124,16 +124,16 @@ fn uphill_imports(path: &str, code: &str) -> Vec<String> {
     }
     for target in targets {
         match rank(&target) {
-            None => found.push(format!(
+            None => violations.push(format!(
                 "uses crate::{target}, which is not on the list of modules"
             )),
-            Some(other) if other > own => {
-                found.push(format!("uses {target}, which comes after it"));
+            Some(target_rank) if target_rank > rank_here => {
+                violations.push(format!("uses {target}, which comes after it"));
             }
             Some(_) => {}
         }
     }
-    found
+    violations
 }
 
 fn wrong_doors(path: &str, code: &str) -> Vec<String> {
@@ -201,12 +201,12 @@ fn path_heads(rest: &str) -> Vec<String> {
     };
     let mut depth = 0;
     let mut heads = vec![first_word(group)];
-    for (place, character) in group.char_indices() {
+    for (index, character) in group.char_indices() {
         match character {
             '{' => depth += 1,
             '}' if depth == 0 => break,
             '}' => depth -= 1,
-            ',' if depth == 0 => heads.push(first_word(&group[place + 1..])),
+            ',' if depth == 0 => heads.push(first_word(&group[index + 1..])),
             _ => {}
         }
     }
@@ -258,8 +258,8 @@ fn the_source_keeps_to_its_architecture() {
     for expected in ["lib.rs", "scalar/mod.rs", "mesh/mod.rs", "contact/pair.rs"] {
         assert!(files.iter().any(|(path, _)| path == expected), "{expected}");
     }
-    let found = violations(&files);
-    assert!(found.is_empty(), "{}", found.join("\n"));
+    let violations = violations(&files);
+    assert!(violations.is_empty(), "{}", violations.join("\n"));
 }
 
 fn violations_of(path: &str, text: &str) -> Vec<String> {
@@ -315,11 +315,11 @@ fn uphill_imports_through_super_are_found() {
 
 #[test]
 fn everything_is_downhill_of_io_alone() {
-    for (place, module) in MODULES.iter().enumerate() {
+    for (rank, module) in MODULES.iter().enumerate() {
         let path = format!("{module}/x.rs");
-        for (other, target) in MODULES.iter().enumerate() {
-            let found = violations_of(&path, &format!("use crate::{target}::X;"));
-            assert_eq!(found.is_empty(), other <= place, "{found:?}");
+        for (target_rank, target) in MODULES.iter().enumerate() {
+            let violations = violations_of(&path, &format!("use crate::{target}::X;"));
+            assert_eq!(violations.is_empty(), target_rank <= rank, "{violations:?}");
         }
     }
 }
@@ -394,9 +394,9 @@ fn circles_of_files_are_found() {
         ("mesh/a.rs", "use super::b::B;\n"),
         ("mesh/b.rs", "use super::a::A;\n"),
     ];
-    let found = violations(&files.map(|(path, text)| (path.to_owned(), text.to_owned())));
+    let violations = violations(&files.map(|(path, text)| (path.to_owned(), text.to_owned())));
     assert_eq!(
-        found,
+        violations,
         [
             "mesh/a.rs is in a circle of files: it imports mesh/b.rs",
             "mesh/b.rs is in a circle of files: it imports mesh/a.rs"

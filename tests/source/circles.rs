@@ -20,7 +20,7 @@ pub fn in_circles(files: &[(String, String)]) -> BTreeMap<String, BTreeSet<Strin
         .collect();
     let mut passed_on = BTreeMap::new();
     for ((path, _), uses) in files.iter().zip(&uses) {
-        for Use { target, .. } in uses.iter().filter(|found| found.is_public) {
+        for Use { target, .. } in uses.iter().filter(|import| import.is_public) {
             let name = target.last().cloned();
             let names: Names = module_of(path).into_iter().chain(name).collect();
             passed_on.insert(names, target.clone());
@@ -29,8 +29,9 @@ pub fn in_circles(files: &[(String, String)]) -> BTreeMap<String, BTreeSet<Strin
     let mut graph = BTreeMap::new();
     for ((path, _), uses) in files.iter().zip(&uses) {
         let is_root = path.ends_with("mod.rs");
-        let own = uses.iter().filter(|found| !(is_root && found.is_public));
-        let imported = own.filter_map(|found| file_of(&found.target, &modules, &passed_on));
+        let private_uses = uses.iter().filter(|import| !(is_root && import.is_public));
+        let imported =
+            private_uses.filter_map(|import| file_of(&import.target, &modules, &passed_on));
         let imported: BTreeSet<_> = imported.filter(|file| file != path).collect();
         graph.insert(path.clone(), imported);
     }
@@ -40,13 +41,13 @@ pub fn in_circles(files: &[(String, String)]) -> BTreeMap<String, BTreeSet<Strin
 /// Removes files that import no remaining file, or that no remaining file imports, until none is left to remove.
 fn trimmed(mut graph: BTreeMap<String, BTreeSet<String>>) -> BTreeMap<String, BTreeSet<String>> {
     loop {
-        let left: BTreeSet<_> = graph.keys().cloned().collect();
+        let remaining: BTreeSet<_> = graph.keys().cloned().collect();
         let imported: BTreeSet<_> = graph.values().flatten().cloned().collect();
         graph.retain(|path, imports| {
-            imports.retain(|file| left.contains(file));
+            imports.retain(|file| remaining.contains(file));
             !imports.is_empty() && imported.contains(path)
         });
-        if graph.len() == left.len() {
+        if graph.len() == remaining.len() {
             return graph;
         }
     }
@@ -68,7 +69,7 @@ fn module_of(path: &str) -> Names {
 
 /// Returns all names that a file imports from the crate.
 fn uses_of(module: &Names, code: &str, modules: &BTreeMap<Names, &str>) -> Vec<Use> {
-    let mut found = Vec::new();
+    let mut uses = Vec::new();
     for statement in code.split(';') {
         let lines = statement.lines().map(str::trim).collect::<Vec<_>>();
         let Some(first) = lines.iter().position(|line| {
@@ -79,13 +80,13 @@ fn uses_of(module: &Names, code: &str, modules: &BTreeMap<Names, &str>) -> Vec<U
         let statement = lines[first..].join(" ");
         let (before, tree) = statement.split_once("use ").unwrap_or_default();
         for path in paths_of(tree) {
-            found.extend(absolute(module, &path, modules).map(|target| Use {
+            uses.extend(absolute(module, &path, modules).map(|target| Use {
                 target,
                 is_public: before.starts_with("pub"),
             }));
         }
     }
-    found
+    uses
 }
 
 /// Returns the paths of a `use` without groups: for `a::{b, c::d}`, these are `a::b` and `a::c::d`.
@@ -188,16 +189,16 @@ mod tests {
             "use super::{B, a};",
         ] {
             let b = format!("/// Text.\n{back}\nstruct B;\n");
-            let found = circles_of(&[mesh, above, a, ("mesh/b.rs", &b)]);
-            assert_eq!(found, ["mesh/a.rs", "mesh/b.rs"], "{back}");
+            let circles = circles_of(&[mesh, above, a, ("mesh/b.rs", &b)]);
+            assert_eq!(circles, ["mesh/a.rs", "mesh/b.rs"], "{back}");
         }
-        for other in [
+        for imports in [
             "use std::a::A;",
             "use nalgebra::{A, a};",
             "use super::c::C;",
         ] {
-            let found = circles_of(&[mesh, above, a, ("mesh/b.rs", other), ("mesh/c.rs", "")]);
-            assert_eq!(found, [""; 0], "{other}");
+            let circles = circles_of(&[mesh, above, a, ("mesh/b.rs", imports), ("mesh/c.rs", "")]);
+            assert_eq!(circles, [""; 0], "{imports}");
         }
     }
 

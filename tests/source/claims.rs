@@ -96,7 +96,8 @@ fn every_relative_link_has_a_target() {
             };
             let exists = root().join(&target).exists();
             let has_anchor = anchor.is_empty()
-                || anchors_of(&target).is_none_or(|anchors| anchors.iter().any(|it| it == anchor));
+                || anchors_of(&target)
+                    .is_none_or(|anchors| anchors.iter().any(|heading| heading == anchor));
             if !exists || !has_anchor {
                 missing.push(format!("{}:{line} links to {link}", document.path));
             }

@@ -40,10 +40,11 @@ fn every_bench_names_its_own_command() {
         let path = source.strip_prefix(root()).unwrap().to_str().unwrap();
         let is_own = |document: &&Document| document.path == path;
         let head = comments.iter().find(is_own).unwrap();
-        let own = format!("cargo bench --bench {name}");
+        let command = format!("cargo bench --bench {name}");
         let runs_it = |(_, span): &(usize, String)| {
             let script = fs::read_to_string(source.with_file_name(span));
-            span.contains(&own) || script.is_ok_and(|text| text.contains(&format!("\"{name}\"")))
+            span.contains(&command)
+                || script.is_ok_and(|text| text.contains(&format!("\"{name}\"")))
         };
         assert!(
             head.commands().iter().any(runs_it),

@@ -125,7 +125,7 @@ pub fn comments() -> Vec<Document> {
 
 /// Returns the files with the extension in a folder, and in its subfolders if `is_deep`.
 fn documents(folder: &str, extension: &str, is_deep: bool) -> Vec<Document> {
-    let mut found = Vec::new();
+    let mut collected = Vec::new();
     for entry in fs::read_dir(root().join(folder)).unwrap() {
         let path: PathBuf = entry.unwrap().path();
         let name = path
@@ -138,14 +138,14 @@ fn documents(folder: &str, extension: &str, is_deep: bool) -> Vec<Document> {
             .iter()
             .any(|built| path.ends_with(built));
         if path.is_dir() && is_deep && !is_built {
-            found.extend(documents(&name, extension, is_deep));
-        } else if path.extension().is_some_and(|found| found == extension) {
+            collected.extend(documents(&name, extension, is_deep));
+        } else if path.extension().is_some_and(|actual| actual == extension) {
             let text = fs::read_to_string(&path).unwrap();
-            found.push(Document { path: name, text });
+            collected.push(Document { path: name, text });
         }
     }
-    found.sort_by(|a, b| a.path.cmp(&b.path));
-    found
+    collected.sort_by(|a, b| a.path.cmp(&b.path));
+    collected
 }
 
 #[test]

@@ -126,13 +126,15 @@ impl Repository {
             .iter()
             .position(|word| *word == "--")
             .unwrap_or(words.len());
-        let (own, passed) = words.split_at(split);
-        match own {
-            ["test", ..] if own.contains(&"--doc") => {
-                let mut filters = own.iter().filter(|word| word.starts_with("guide::"));
+        let (cargo_words, passed) = words.split_at(split);
+        match cargo_words {
+            ["test", ..] if cargo_words.contains(&"--doc") => {
+                let mut filters = cargo_words
+                    .iter()
+                    .filter(|word| word.starts_with("guide::"));
                 filters.try_for_each(|filter| self.chapter(filter))
             }
-            ["bench" | "run" | "test", ..] => self.target(own, passed),
+            ["bench" | "run" | "test", ..] => self.target(cargo_words, passed),
             ["fuzz", "run", name, ..] if !name.chars().all(char::is_uppercase) => {
                 let target = format!("fuzz/fuzz_targets/{name}.rs");
                 self.existing(&target).map(|_| ())
@@ -144,10 +146,10 @@ impl Repository {
     }
 
     /// Checks the target that a command names, if it names one, and what the command passes to it after `--`.
-    fn target(&self, own: &[&str], passed: &[&str]) -> Verdict {
+    fn target(&self, cargo_words: &[&str], passed: &[&str]) -> Verdict {
         let value = |option: &str| {
-            let index = own.iter().position(|word| *word == option)?;
-            own.get(index + 1).copied()
+            let index = cargo_words.iter().position(|word| *word == option)?;
+            cargo_words.get(index + 1).copied()
         };
         let kinds = ["bench", "example", "test"].iter();
         let mut named = kinds.filter_map(|kind| Some((*kind, value(&format!("--{kind}"))?)));
@@ -157,10 +159,10 @@ impl Repository {
         let mut of_kind = self.targets.iter().filter(|target| target.kind == kind);
         let target = of_kind.find(|target| target.name == name);
         let target = target.ok_or_else(|| format!("no {kind} is named {name}"))?;
-        self.has_features(target, own, value("--features").unwrap_or_default())?;
+        self.has_features(target, cargo_words, value("--features").unwrap_or_default())?;
         match kind {
             "test" => {
-                let after_name = own.iter().skip_while(|word| **word != name).skip(1);
+                let after_name = cargo_words.iter().skip_while(|word| **word != name).skip(1);
                 are_test_arguments(target, after_name.copied(), passed)
             }
             "bench" => knows_flags(folder_of(target), passed),
@@ -186,9 +188,9 @@ impl Repository {
     }
 
     fn existing(&self, path: &str) -> Result<PathBuf, String> {
-        let found = self.root.join(path);
-        if found.exists() {
-            Ok(found)
+        let full_path = self.root.join(path);
+        if full_path.exists() {
+            Ok(full_path)
         } else {
             Err(format!("{path} does not exist"))
         }
@@ -324,7 +326,8 @@ fn knows_flags(program: &Path, words: &[&str]) -> Verdict {
 
 /// Returns whether a file, or a Rust file in a folder, contains the text.
 fn is_in(path: &Path, text: &str) -> bool {
-    let has = |path: &PathBuf| fs::read_to_string(path).is_ok_and(|found| found.contains(text));
+    let has =
+        |path: &PathBuf| fs::read_to_string(path).is_ok_and(|contents| contents.contains(text));
     if path.is_dir() {
         sources(path).iter().any(has)
     } else {

@@ -52,8 +52,8 @@ fn too_demanding(packages: &[Value], promised: Version) -> Vec<String> {
         let [name, version, rust] = ["name", "version", "rust_version"].map(|key| &package[key]);
         format!("{name} {version} asks for Rust {rust}")
     };
-    let found = packages.iter().filter(asks_for_more);
-    found.map(described).collect()
+    let demanding = packages.iter().filter(asks_for_more);
+    demanding.map(described).collect()
 }
 
 #[test]
@@ -61,8 +61,8 @@ fn no_locked_dependency_asks_for_a_later_rust_than_the_manifest_promises() {
     let (packages, promised) = (packages(), version(env!("CARGO_PKG_RUST_VERSION")));
     // One of the packages is this crate.
     assert!(packages.len() > 100, "{}", packages.len());
-    let found = too_demanding(&packages, promised);
-    assert!(found.is_empty(), "{found:#?}");
+    let demanding = too_demanding(&packages, promised);
+    assert!(demanding.is_empty(), "{demanding:#?}");
 }
 
 #[test]

@@ -149,11 +149,11 @@ fn numbers(number: Dense) -> [f64; N + 1] {
     [number.re, number.eps[0], number.eps[1], number.eps[2]]
 }
 
-fn assert_same(name: &str, found: [f64; N + 1], expected: [f64; N + 1]) {
+fn assert_same(name: &str, actual: [f64; N + 1], expected: [f64; N + 1]) {
     let scale = expected.iter().fold(1.0_f64, |most, x| most.max(x.abs()));
-    for (found, expected) in found.into_iter().zip(expected) {
-        let error = (found - expected).abs() / scale;
-        assert!(error <= SAME_FORMULA, "{name}: {found} for {expected}");
+    for (actual, expected) in actual.into_iter().zip(expected) {
+        let error = (actual - expected).abs() / scale;
+        assert!(error <= SAME_FORMULA, "{name}: {actual} for {expected}");
     }
 }
 
@@ -166,9 +166,9 @@ proptest! {
     fn elementary_functions_are_those_of_num_dual_and_of_f64(share in 0.0..1.0, eps in derivatives()) {
         for Unary { name, range: [low, high], dense, sparse: reference, real } in unary_functions() {
             let x = Dense::new(low + share * (high - low), eps);
-            let found = dense(x);
-            assert_same(name, numbers(found), numbers_of_sparse(reference(sparse(x))));
-            let error = (found.re - real(x.re)).abs();
+            let dual = dense(x);
+            assert_same(name, numbers(dual), numbers_of_sparse(reference(sparse(x))));
+            let error = (dual.re - real(x.re)).abs();
             assert!(error <= SAME_FORMULA, "{name}: {error:e}");
         }
     }
@@ -179,17 +179,17 @@ proptest! {
     ) {
         let (x, y) = (Dense::new(x, eps_x), Dense::new(y, eps_y));
         for Binary { name, dense, sparse: reference, real } in binary_functions() {
-            let found = dense(x, y);
-            assert_same(name, numbers(found), numbers_of_sparse(reference(sparse(x), sparse(y))));
-            assert_eq!(found.re.to_bits(), real(x.re, y.re).to_bits(), "{name}");
+            let dual = dense(x, y);
+            assert_same(name, numbers(dual), numbers_of_sparse(reference(sparse(x), sparse(y))));
+            assert_eq!(dual.re.to_bits(), real(x.re, y.re).to_bits(), "{name}");
         }
     }
 
     #[test]
     fn derivatives_are_differences(share in 0.01..0.99, other in 0.3..2.0) {
-        let assert_near = |name: &str, found: f64, expected: f64| {
-            let error = (found - expected).abs() / expected.abs().max(1.0);
-            assert!(error <= DIFFERENCES, "{name}: {found} for {expected}");
+        let assert_near = |name: &str, actual: f64, expected: f64| {
+            let error = (actual - expected).abs() / expected.abs().max(1.0);
+            assert!(error <= DIFFERENCES, "{name}: {actual} for {expected}");
         };
         for Unary { name, range: [low, high], dense, real, .. } in unary_functions() {
             let (x, step) = (low + share * (high - low), 1e-6 * (high - low));
@@ -200,10 +200,10 @@ proptest! {
             let (x, y, step) = (0.3 + share, other, 1e-6);
             let by_x = (real(x + step, y) - real(x - step, y)) / (2.0 * step);
             let by_y = (real(x, y + step) - real(x, y - step)) / (2.0 * step);
-            let found = dense(Dense::variable(x, 0), Dense::variable(y, 2));
-            assert_near(name, found.eps[0], by_x);
-            assert_near(name, found.eps[2], by_y);
-            assert_eq!(found.eps[1], 0.0, "{name}");
+            let dual = dense(Dense::variable(x, 0), Dense::variable(y, 2));
+            assert_near(name, dual.eps[0], by_x);
+            assert_near(name, dual.eps[2], by_y);
+            assert_eq!(dual.eps[1], 0.0, "{name}");
         }
     }
 
@@ -225,9 +225,9 @@ proptest! {
 #[test]
 fn at_zero_spherical_bessel_functions_are_their_series() {
     let zero = Dense::variable(0.0, 0);
-    let found = [zero.sph_j0(), zero.sph_j1(), zero.sph_j2()];
+    let values = [zero.sph_j0(), zero.sph_j1(), zero.sph_j2()];
     assert_eq!(
-        found.map(|f| (f.re, f.eps[0])),
+        values.map(|f| (f.re, f.eps[0])),
         [(1.0, 0.0), (0.0, 1.0 / 3.0), (0.0, 0.0)]
     );
 }

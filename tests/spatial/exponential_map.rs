@@ -158,8 +158,8 @@ fn derivatives_about_a_fixed_axis_are_powers_of_its_generator() {
             );
             // d/dθ exp(θ S) = S exp(θ S).
             let (s, rotation) = (skew(&axis), Rotation3::new(axis * angle).into_inner());
-            for (found, power) in [(first, s), (second, s * s), (third, s * s * s)] {
-                let error = (found - (power * rotation)[(i, j)]).abs();
+            for (coefficient, power) in [(first, s), (second, s * s), (third, s * s * s)] {
+                let error = (coefficient - (power * rotation)[(i, j)]).abs();
                 assert!(error <= EXACT, "{error:e} at {angle}");
             }
         }

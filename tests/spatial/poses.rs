@@ -90,7 +90,7 @@ fn numbers_that_are_not_finite_are_no_pose() {
     for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
         let mut rotation = Matrix3::identity();
         rotation[(1, 2)] = bad;
-        let is_bad = |found: Result<Pose, PoseError>| matches!(found, Err(PoseError::NotFinite(value)) if value.to_bits() == bad.to_bits());
+        let is_bad = |pose: Result<Pose, PoseError>| matches!(pose, Err(PoseError::NotFinite(value)) if value.to_bits() == bad.to_bits());
         assert!(is_bad(Pose::new(rotation, Vector3::zeros())));
         assert!(is_bad(Pose::new(
             Matrix3::identity(),
@@ -170,12 +170,12 @@ fn poses_of_first_order_have_the_first_derivatives_of_second_order() {
         let second = Matrix3::from_fn(|i, j| Dual2_64::new(entry(i, j).0, entry(i, j).1, 0.0));
         let first = Pose::new(first, Vector3::zeros()).unwrap();
         let second = Pose::new(second, Vector3::zeros()).unwrap();
-        let (found, expected) = (first.rotation(), second.rotation());
-        let error = found.map(|n| n.eps) - expected.map(|n| n.v1);
+        let (rotation, reference_rotation) = (first.rotation(), second.rotation());
+        let error = rotation.map(|n| n.eps) - reference_rotation.map(|n| n.v1);
         assert!(error.amax() <= EXACT, "{:e}", error.amax());
-        let no_turn = real.transpose() * found.map(|n| n.eps);
+        let no_turn = real.transpose() * rotation.map(|n| n.eps);
         assert!((no_turn + no_turn.transpose()).amax() <= EXACT);
-        let error = found.map(|n| n.re) - expected.map(|n| n.re);
+        let error = rotation.map(|n| n.re) - reference_rotation.map(|n| n.re);
         assert!(error.amax() <= ROUND_OFF, "{:e}", error.amax());
     }
 }

@@ -28,12 +28,12 @@ fn expected_derivatives() -> [f64; 4] {
     ]
 }
 
-fn assert_near(found: &[f64], expected: &[f64]) {
-    assert_eq!(found.len(), expected.len());
-    for (found, expected) in found.iter().zip(expected) {
+fn assert_near(actual: &[f64], expected: &[f64]) {
+    assert_eq!(actual.len(), expected.len());
+    for (actual, expected) in actual.iter().zip(expected) {
         assert!(
-            (found - expected).abs() <= ROUND_OFF,
-            "{found} is not {expected}"
+            (actual - expected).abs() <= ROUND_OFF,
+            "{actual} is not {expected}"
         );
     }
 }

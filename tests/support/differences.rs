@@ -50,13 +50,13 @@ pub fn by_motion(matrix: &SMatrix<f64, 6, 14>, pair: &ContactPair) -> SMatrix<f6
 
 /// Asserts that a slope is within a tolerance of the central differences of a value at 0, with the best of three steps. The tolerance is
 /// relative to the slope, or to 1 if the slope is smaller.
-pub fn compare_slope((slope, tolerance): (f64, f64), value: impl Fn(f64) -> f64, what: &str) {
+pub fn compare_slope((slope, tolerance): (f64, f64), value: impl Fn(f64) -> f64, label: &str) {
     let error = |step: f64| {
         let difference = (value(step) - value(-step)) / (2.0 * step);
         (slope - difference).abs() / slope.abs().max(1.0)
     };
     let errors = [1e-5, 1e-6, 1e-7].map(error);
     let least = errors.into_iter().fold(f64::INFINITY, f64::min);
-    println!("{what}: {slope}, off by {least:.1e}");
-    assert!(least <= tolerance, "{what}: {slope}, off by {least:e}");
+    println!("{label}: {slope}, off by {least:.1e}");
+    assert!(least <= tolerance, "{label}: {slope}, off by {least:e}");
 }

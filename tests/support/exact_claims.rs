@@ -43,11 +43,11 @@ pub struct Comparison {
 /// Compares the wrench on A of a pair with the exact wrench.
 pub fn compared(pair: &ContactPair) -> Comparison {
     let measures = Measures::of(pair);
-    let own = measures.evaluation(pair);
+    let evaluation = measures.evaluation(pair);
     let contact = exact::contact(pair);
-    let error = (own.wrench - measures.scaled_vector(&contact.wrench)).norm();
+    let error = (evaluation.wrench - measures.scaled_vector(&contact.wrench)).norm();
     // A coordinate error changes the wrench according to the Jacobian, and moves the lines in which planes meet.
-    let explained = measures.explained(&own, measures.error);
+    let explained = measures.explained(&evaluation, measures.error);
     let blur = measures.force() * (SPECK + measures.blur(measures.error));
     let mut ratio = error / (explained + blur);
     if ratio > 1.0 && has_nearly_coincident_faces(pair, measures.error) {

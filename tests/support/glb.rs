@@ -106,17 +106,17 @@ impl Glb {
 
     /// Returns the placement of a node at a time (s): its own, or that of its animation.
     pub fn placement(&self, node: Index<Node>, time: f32) -> Placement {
-        let own = self.root.get(node).unwrap();
+        let node_data = self.root.get(node).unwrap();
         let translation = self.keys(node, Property::Translation).map_or_else(
-            || own.translation.unwrap_or_default(),
+            || node_data.translation.unwrap_or_default(),
             |keys| keys.at(time, mixed),
         );
         let rotation = self.keys(node, Property::Rotation).map_or_else(
-            || own.rotation.unwrap_or_default().0,
+            || node_data.rotation.unwrap_or_default().0,
             |keys| keys.at(time, turned),
         );
         let scale = self.keys(node, Property::Scale).map_or_else(
-            || own.scale.unwrap_or([1.0; 3]),
+            || node_data.scale.unwrap_or([1.0; 3]),
             |keys| keys.at(time, mixed),
         );
         Placement {
@@ -195,8 +195,9 @@ impl Glb {
         let view = self.root.get(accessor.buffer_view.unwrap()).unwrap();
         let size = kind.size() * together;
         assert!(view.byte_stride.is_none_or(|stride| stride.0 == size));
-        let part = &self.binary[place(view.byte_offset)..][..place(Some(view.byte_length))];
-        &part[place(accessor.byte_offset)..][..size * place(Some(accessor.count))]
+        let part = &self.binary[size_of_field(view.byte_offset)..]
+            [..size_of_field(Some(view.byte_length))];
+        &part[size_of_field(accessor.byte_offset)..][..size * size_of_field(Some(accessor.count))]
     }
 }
 
@@ -260,11 +261,11 @@ fn chunk(bytes: &[u8], kind: [u8; 4]) -> (&[u8], &[u8]) {
     bytes[8..].split_at(length)
 }
 
-fn number(bytes: &[u8], place: usize) -> usize {
-    u32::from_le_bytes(bytes[place..place + 4].try_into().unwrap()) as usize
+fn number(bytes: &[u8], offset: usize) -> usize {
+    u32::from_le_bytes(bytes[offset..offset + 4].try_into().unwrap()) as usize
 }
 
-fn place(number: Option<USize64>) -> usize {
+fn size_of_field(number: Option<USize64>) -> usize {
     usize::try_from(number.unwrap_or_default().0).unwrap()
 }
 

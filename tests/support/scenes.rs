@@ -143,9 +143,9 @@ fn without_unused(
     let mut used: Vec<usize> = tets.iter().flatten().copied().collect();
     used.sort_unstable();
     used.dedup();
-    let place = |vertex: usize| used.binary_search(&vertex).unwrap();
+    let new_index = |vertex: usize| used.binary_search(&vertex).unwrap();
     let kept = used.iter().map(|&vertex| vertices[vertex]).collect();
-    (kept, tets.iter().map(|tet| tet.map(place)).collect())
+    (kept, tets.iter().map(|tet| tet.map(new_index)).collect())
 }
 
 /// Returns a random pair with a large overlap, at generic poses, with moduli within a factor of a hundred.

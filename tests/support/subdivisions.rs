@@ -38,15 +38,15 @@ pub fn divided(field: &PressureField, division: Division, random: &mut Random) -
 pub fn shuffled(field: &PressureField, random: &mut Random) -> PressureField {
     let parts = Parts::of(field);
     let order = permutation(parts.vertices.len(), random);
-    let mut place = vec![0; order.len()];
+    let mut new_index = vec![0; order.len()];
     for (new, &old) in order.iter().enumerate() {
-        place[old] = new;
+        new_index[old] = new;
     }
     let tets = permutation(parts.tets.len(), random)
         .into_iter()
         .map(|tet| {
             let corners = permutation(4, random);
-            [0, 1, 2, 3].map(|k| place[parts.tets[tet][corners[k]]])
+            [0, 1, 2, 3].map(|k| new_index[parts.tets[tet][corners[k]]])
         });
     Parts {
         tets: tets.collect(),

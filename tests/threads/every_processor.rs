@@ -276,21 +276,23 @@ fn grouped(hash: u64) -> String {
 
 /// Asserts that all bits equal the recorded bits. The message has one line for each difference, formatted as in the table.
 fn assert_written_down<N: PartialEq + std::fmt::Debug>(
-    found: impl IntoIterator<Item = (N, Vec<u8>)>,
+    actual: impl IntoIterator<Item = (N, Vec<u8>)>,
     written: &[(N, u64)],
 ) {
-    let found: Vec<_> = found
+    let actual: Vec<_> = actual
         .into_iter()
         .map(|(name, bits)| (name, hash(&bits)))
         .collect();
-    let others = found.iter().filter(|found| !written.contains(found));
-    let others: Vec<_> = others
+    let differences = actual
+        .iter()
+        .filter(|pair_bits| !written.contains(pair_bits));
+    let differences: Vec<_> = differences
         .map(|(name, hash)| format!("({name:?}, {}),", grouped(*hash)))
         .collect();
     assert!(
-        others.is_empty() && found.len() == written.len(),
+        differences.is_empty() && actual.len() == written.len(),
         "Bits differ from the recorded bits. If the change is meant to change bits, copy these lines to the table:\n{}",
-        others.join("\n")
+        differences.join("\n")
     );
 }
 

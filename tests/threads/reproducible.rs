@@ -80,9 +80,9 @@ pub fn rollout_bytes(world: &World, plan: &Plan) -> Vec<u8> {
 
 /// Returns the bytes of the final outcome of a rollout and of its derivatives.
 pub fn jacobian_bytes(world: &World, plan: &Plan, by: &[Parameter], end: &impl Outcome) -> Vec<u8> {
-    let found = Experiment::new(world, plan).jacobian(by, end).unwrap();
-    assert!(found.jacobian.column(0).amax() > 0.0);
-    bytes(found.value.iter().chain(found.jacobian.iter()).copied())
+    let outcome = Experiment::new(world, plan).jacobian(by, end).unwrap();
+    assert!(outcome.jacobian.column(0).amax() > 0.0);
+    bytes(outcome.value.iter().chain(outcome.jacobian.iter()).copied())
 }
 
 /// Returns the 64-bit FNV-1a hash, which never changes, unlike the hash of the standard library.
@@ -93,15 +93,19 @@ pub fn hash(bytes: &[u8]) -> u64 {
 }
 
 /// Asserts that each run gives the same bytes with any number of threads, and prints their hash.
-fn assert_reproducible(what: &str, run: impl Fn() -> Vec<u8> + Sync) {
+fn assert_reproducible(label: &str, run: impl Fn() -> Vec<u8> + Sync) {
     let in_pool = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
         pool.build().unwrap().install(&run)
     };
     let expected = run();
-    println!("{what}: {:016x}, {} bytes", hash(&expected), expected.len());
+    println!(
+        "{label}: {:016x}, {} bytes",
+        hash(&expected),
+        expected.len()
+    );
     for threads in THREADS {
-        assert!(in_pool(threads) == expected, "{what}: {threads} threads");
+        assert!(in_pool(threads) == expected, "{label}: {threads} threads");
     }
 }
 
@@ -145,7 +149,7 @@ fn a_batch_has_the_same_bits_in_every_run() {
         let trajectories = batch.rollouts(&starting_from(&world, &starts));
         let last = trajectories
             .iter()
-            .map(|found| found.as_ref().unwrap().last());
+            .map(|result| result.as_ref().unwrap().last());
         bytes(last.flat_map(numbers))
     });
 }

@@ -46,11 +46,11 @@ fn with_gravity(bodies: Vec<Body>) -> World {
 /// Returns eggs in three layers of nine, pressed into each other and into the floor.
 fn heap() -> World {
     let egg = Arc::new(Shape::new(shapes::ellipsoid([0.1, 0.11, 0.12], 1).unwrap()));
-    let place = |index: u32| {
+    let position = |index: u32| {
         let cell = [index % 3, index / 3 % 3, index / 9].map(f64::from);
         Vector3::from(cell) * 0.19 + vector![0.0, 0.0, 0.09]
     };
-    let eggs = (0..27).map(|index| falling(&format!("egg {index}"), &egg, place(index)));
+    let eggs = (0..27).map(|index| falling(&format!("egg {index}"), &egg, position(index)));
     with_gravity(eggs.chain([floor()]).collect())
 }
 
@@ -77,8 +77,8 @@ fn assert_same_for_any_number_of_threads(bits: impl Fn() -> Vec<u64> + Sync) {
     assert!(!expected.is_empty());
     for threads in THREADS {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
-        let found = pool.build().unwrap().install(&bits);
-        assert!(found == expected, "{threads} threads");
+        let actual = pool.build().unwrap().install(&bits);
+        assert!(actual == expected, "{threads} threads");
     }
 }
 
@@ -233,11 +233,11 @@ fn a_batch_of_worlds_has_the_trajectories_of_the_worlds() {
         drop().perturbed(&parameters, &[change]).unwrap()
     });
     let plan = Plan::new(TIME_STEP, 60).unwrap();
-    let found = Batch::new(&plan).rollouts(&worlds);
-    assert_eq!(found.len(), worlds.len());
-    for (world, found) in worlds.iter().zip(found) {
+    let trajectories = Batch::new(&plan).rollouts(&worlds);
+    assert_eq!(trajectories.len(), worlds.len());
+    for (world, trajectory) in worlds.iter().zip(trajectories) {
         let expected = world.rollout(&plan).run().unwrap();
-        assert!(bits(found.unwrap().last()) == bits(expected.last()));
+        assert!(bits(trajectory.unwrap().last()) == bits(expected.last()));
     }
 }
 
@@ -285,17 +285,17 @@ fn jacobians_of_worlds_are_those_of_each_experiment() {
     let plan = Plan::new(TIME_STEP, 80).unwrap();
     let outcome = FinalState::of_body(&drop(), "ball").unwrap();
     let samples = samples();
-    let changed = samples.iter().map(|it| drop().perturbed(&by(), it));
+    let changed = samples.iter().map(|sample| drop().perturbed(&by(), sample));
     let worlds: Vec<_> = changed.map(Result::unwrap).collect();
-    let found = Batch::new(&plan).map(&worlds, |job, world| {
+    let gradients = Batch::new(&plan).map(&worlds, |job, world| {
         job.experiment(world).jacobian(&by(), &outcome)
     });
     let steps = Arc::new(AtomicUsize::new(0));
-    for (world, found) in worlds.iter().zip(found) {
+    for (world, actual) in worlds.iter().zip(gradients) {
         let experiment =
             Experiment::new(world.clone(), &plan).with_step_counter(Arc::clone(&steps));
         let expected = experiment.jacobian(&by(), &outcome);
-        assert_eq!(found.unwrap(), expected.unwrap());
+        assert_eq!(actual.unwrap(), expected.unwrap());
     }
     assert_eq!(steps.load(Ordering::Relaxed), 80 * worlds.len());
 }

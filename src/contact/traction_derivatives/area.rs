@@ -87,24 +87,24 @@ pub(super) struct Rates<N> {
 }
 
 impl<N: Linear> AreaMoments<N> {
-    /// Computes the moments, from the moments of the slip and the moments `one` of the area. ψ is defined in [`LawOnPlane`], and u and σ in
+    /// Computes the moments from the moments of the slip and the moments `area_moments` of the area. ψ is defined in [`LawOnPlane`], u and σ in
     /// [`Slip`](crate::friction::Slip). If ψ > 0,
     ///
     /// t = p(−μψu₁, −μψu₂, ψ − 1),  ∂t/∂(v₁, v₂) = μpψ(u uᵀ − 1)/σ,  ∂t/∂v₃ = −dp(−μu₁, −μu₂, 1),
     ///
     /// and ∂t/∂d is ∂t/∂v₃ with v₃ in place of d. If the pressure is clamped, t = −p n.
     #[inline(always)]
-    pub fn of(law: &LawOnPlane<N>, slip: &SlipMoments<N>, one: &[N; 10]) -> Self {
+    pub fn of(law: &LawOnPlane<N>, slip: &SlipMoments<N>, area_moments: &[N; 10]) -> Self {
         let (mu, d) = (law.friction, law.dissipation);
         let (pressure, damping) = (&law.load.pressure, &law.load.damping);
         let [u1, u2] = &slip.direction;
         // `p1` and `p2` are ∫ p m u dA, `p3` is ∫ p m dA, and `loaded1` and `loaded2` are ∫ pψ m u dA.
         let (p1, p2) = (up_to_quadratic(pressure, u1), up_to_quadratic(pressure, u2));
-        let p3 = up_to_quadratic(pressure, one);
+        let p3 = up_to_quadratic(pressure, area_moments);
         let (loaded1, loaded2) = (up_to_affine(damping, &p1), up_to_affine(damping, &p2));
         let normal = up_to_affine(&law.excess, &p3);
-        let normal_by_pressure = up_to_quadratic(&law.excess, one);
-        let none = [law.zero; 6];
+        let normal_by_pressure = up_to_quadratic(&law.excess, area_moments);
+        let zeros = [law.zero; 6];
         let [s11, s12, s22] = &slip.by_slip;
         let (t11, t12, t22) = (times(s11, mu), times(s12, mu), times(s22, mu));
         let parting = &law.motion.separating();
@@ -116,8 +116,8 @@ impl<N: Linear> AreaMoments<N> {
                 normal_by_pressure,
             ],
             by_velocity: [
-                [t11, t12, none],
-                [t12, t22, none],
+                [t11, t12, zeros],
+                [t12, t22, zeros],
                 [times(&p1, d * mu), times(&p2, d * mu), times(&p3, -d)],
             ],
             by_dissipation: [
@@ -195,12 +195,12 @@ impl<N: Linear> Rates<N> {
         for column in &mut self.by_twist {
             *column = times(column, still);
         }
-        for own in [
+        for moments in [
             &mut self.wrench,
             &mut self.by_dissipation,
             &mut self.by_friction,
         ] {
-            *own = times(own, still);
+            *moments = times(moments, still);
         }
     }
 

@@ -122,7 +122,7 @@ impl<'e> Edges<'e> {
         }
         let owners = self.owners();
         let length = |edge: &usize| self.length_squared(*edge);
-        let by_length = |one: &usize, other: &usize| length(one).total_cmp(&length(other));
+        let by_length = |a: &usize, b: &usize| length(a).total_cmp(&length(b));
         let longest = (0..owners.len()).max_by(by_length)?;
         let least = SHORTEST_SIDE * SHORTEST_SIDE * length(&longest);
         let ways = || (0..owners.len()).filter(|edge| length(edge) > least);
@@ -159,9 +159,9 @@ impl<'e> Edges<'e> {
         let length = self.length_squared(edge).sqrt();
         let margin = self.source.pair.margin();
         let mut lines = [None; 8];
-        for (place, face) in lines.iter_mut().zip(set_bits(owners)) {
+        for (slot, face) in lines.iter_mut().zip(set_bits(owners)) {
             let line = self.line(face, edge);
-            *place = (margin * line.inverse_sine.abs() <= length).then_some(line);
+            *slot = (margin * line.inverse_sine.abs() <= length).then_some(line);
         }
         lines
     }
@@ -245,16 +245,16 @@ mod tests {
                 angular: Vector3::zeros(),
                 linear: apart,
             };
-            let found = pair.moving(law, [linear, Twist::zero()]).linearized();
+            let moving = pair.moving(law, [linear, Twist::zero()]).linearized();
             let elastic = pair.linearized();
-            assert!(found.kinks.are_clamped);
+            assert!(moving.kinks.are_clamped);
             let errors = [
-                found.by_poses.amax() / elastic.by_poses.amax(),
-                found.by_moduli.amax() / elastic.by_moduli.amax(),
-                found.wrench.on_a.to_vector().amax() / elastic.wrench.on_a.to_vector().amax(),
+                moving.by_poses.amax() / elastic.by_poses.amax(),
+                moving.by_moduli.amax() / elastic.by_moduli.amax(),
+                moving.wrench.on_a.to_vector().amax() / elastic.wrench.on_a.to_vector().amax(),
             ];
             worst = errors.into_iter().fold(worst, f64::max);
-            assert!(found.by_twists.amax() == 0.0 && found.by_law.amax() == 0.0);
+            assert!(moving.by_twists.amax() == 0.0 && moving.by_law.amax() == 0.0);
             checked += 1;
         });
         println!("worst of {checked}: {worst:.1e}");
@@ -324,8 +324,8 @@ mod tests {
                 edges.visit_faces(edge, owners, |by| {
                     let along_normal = by.normal.dot(&n);
                     let sine = (by.normal - n * along_normal).norm();
-                    let own = by.normal * f64::from(u8::from(by.face >= 4));
-                    let speed = (own - by_place * along_normal) * (by.shares[0] / sine);
+                    let own_normal = by.normal * f64::from(u8::from(by.face >= 4));
+                    let speed = (own_normal - by_place * along_normal) * (by.shares[0] / sine);
                     rates += flux(&polygon, edge) * speed.transpose();
                 });
             });
@@ -353,8 +353,9 @@ mod tests {
         let mut worst = [0.0_f64; 2];
         for_pairs(100, |pair| {
             let moved = |axis: usize, step: f64| {
-                let place = pair.b().pose().translation() + Matrix3::identity().column(axis) * step;
-                let pose = pair.b().pose().with_translation(place);
+                let position =
+                    pair.b().pose().translation() + Matrix3::identity().column(axis) * step;
+                let pose = pair.b().pose().with_translation(position);
                 let b = pair.b().with(pose, |modulus| modulus);
                 integrals(&ContactPair::new(*pair.a(), b))
             };
@@ -365,9 +366,9 @@ mod tests {
                 let rate = rates.column(axis);
                 let area = (ahead - behind)[0] / (2.0 * STEP);
                 worst[0] = worst[0].max((rate[0] - area).abs() / rates.row(0).amax());
-                let found = (rate.fixed_rows::<3>(2) - center(&here) * rate[1]) / here[1];
+                let actual = (rate.fixed_rows::<3>(2) - center(&here) * rate[1]) / here[1];
                 let expected = (center(&ahead) - center(&behind)) / (2.0 * STEP);
-                worst[1] = worst[1].max((found - expected).amax());
+                worst[1] = worst[1].max((actual - expected).amax());
             }
         });
         println!(

@@ -127,31 +127,31 @@ impl<'o> Linearizer<'o> {
             return;
         }
         let fields = SlipFields::of(lanes, octet, self.of.law, self.of.motion);
-        for place in set_bits(polygons) {
-            let level = fields.level(place);
+        for index in set_bits(polygons) {
+            let level = fields.level(index);
             if level < LEVELS {
-                self.add_generic(generic, octet, place, level);
+                self.add_generic(generic, octet, index, level);
             } else {
-                self.divide_generic(generic, octet, place);
+                self.divide_generic(generic, octet, index);
             }
         }
     }
 
     /// Adds a generic polygon as one piece.
     #[inline]
-    fn add_generic(&mut self, generic: GenericPairs, octet: &Octet, place: usize, level: usize) {
-        let plane = PolygonFields::at(octet, place);
+    fn add_generic(&mut self, generic: GenericPairs, octet: &Octet, index: usize, level: usize) {
+        let plane = PolygonFields::at(octet, index);
         if self.of.are_responses_kept {
-            let response = PolygonResponse::at(octet, place);
+            let response = PolygonResponse::at(octet, index);
             self.linearized.responses.push(response.with_law());
         }
         let piece = self.pieces.batches[level].add_whole(self.count, &plane);
         self.count += 1;
         let are_edges_moved = self.of.are_edges_moved;
-        let [tet_a, tet_b] = octet.tets()[place];
+        let [tet_a, tet_b] = octet.tets()[index];
         let a = self.of.source.pair.tet_a(tet_a as usize);
         let b = generic.posed_tet(tet_b);
-        octet.visit_edges(place, |slot, corner| {
+        octet.visit_edges(index, |slot, corner| {
             piece.push_corner(corner);
             // Edges on A's boundary contribute nothing, because the pressure is zero there.
             let is_boundary = slot < 4 && a.zero_faces & 1 << slot != 0;
@@ -168,7 +168,7 @@ impl<'o> Linearizer<'o> {
                     (4 + face, &b.faces[face].gradient, b.face_steepness[face])
                 }
             };
-            let end = octet.ends[slot].map(|row| row[place]);
+            let end = octet.ends[slot].map(|row| row[index]);
             let by = EdgeFace {
                 face,
                 normal: inward * -steepness.recip(),
@@ -181,8 +181,8 @@ impl<'o> Linearizer<'o> {
 
     /// Divides a generic polygon on which the pressure is clamped at a corner, or the slip direction varies rapidly.
     #[inline(never)]
-    fn divide_generic(&mut self, generic: GenericPairs, octet: &Octet, place: usize) {
-        self.divide(&generic.cut(octet, place, &self.of.source.pair), false);
+    fn divide_generic(&mut self, generic: GenericPairs, octet: &Octet, index: usize) {
+        self.divide(&generic.cut(octet, index, &self.of.source.pair), false);
     }
 
     #[inline(never)]

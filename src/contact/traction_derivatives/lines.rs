@@ -43,7 +43,7 @@ pub(super) type Lines = [Option<Line>; 8];
 /// Shares an edge among its lines. The motion of the edge is then the mean of both sides of the coincidence.
 ///
 /// Consider a small forward change, in which the faces move outwards at the given speeds relative to the plane, and the opposite backward
-/// change. `ways` has the weights of the two changes. The polygon after each change follows from these rules:
+/// change. `weights` has the weights of the two changes. The polygon after each change follows from these rules:
 ///
 /// - Lines with a positive `inverse_sine` bound the polygon from outside. The polygon ends at the innermost of them.
 /// - Lines with a negative `inverse_sine` bound the polygon from inside. The polygon begins at the outermost of them.
@@ -54,15 +54,15 @@ pub(super) type Lines = [Option<Line>; 8];
 pub(super) fn split_between_owners(
     lines: &Lines,
     speed: impl Fn(&Line) -> f64,
-    ways: [f64; 2],
+    weights: [f64; 2],
     mut add: impl FnMut(&Line, f64),
 ) {
     let owning = || lines.iter().flatten();
     let is_outer = |line: &&Line| line.inverse_sine > 0.0;
     let is_inner = |line: &&Line| line.inverse_sine < 0.0;
-    for (way, weight) in [1.0, -1.0].into_iter().zip(ways) {
-        let speed = |line: &&Line| way * line.inverse_sine * speed(line);
-        let by_speed = |one: &&Line, other: &&Line| speed(one).total_cmp(&speed(other));
+    for (sign, weight) in [1.0, -1.0].into_iter().zip(weights) {
+        let speed = |line: &&Line| sign * line.inverse_sine * speed(line);
+        let by_speed = |a: &&Line, b: &&Line| speed(a).total_cmp(&speed(b));
         let end = owning().filter(is_outer).min_by(by_speed);
         let start = owning().filter(is_inner).max_by(by_speed);
         let ends = end.zip(start);
@@ -107,8 +107,8 @@ mod tests {
     /// Returns the share of each face in an edge, as bits, for faces that move at these speeds.
     fn shares(lines: &[Line], speeds: [f64; 3]) -> [u64; 3] {
         let mut owning = [None; 8];
-        for (place, line) in owning.iter_mut().zip(lines) {
-            *place = Some(*line);
+        for (slot, line) in owning.iter_mut().zip(lines) {
+            *slot = Some(*line);
         }
         let mut shares = [0.0; 3];
         split_between_owners(

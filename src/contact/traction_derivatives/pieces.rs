@@ -299,8 +299,8 @@ impl<'l> Pieces<'l> {
         });
         let edge_of_part = |(edge, face): &(usize, EdgeFace)| {
             let mut edges = part.edges().iter();
-            let place = edges.position(|&of| usize::from(of) == *edge)?;
-            Some((ends(corners, place), *face))
+            let part_edge = edges.position(|&of| usize::from(of) == *edge)?;
+            Some((ends(corners, part_edge), *face))
         };
         let mut edges = polygon.faces.iter().filter_map(edge_of_part).peekable();
         let weights = [polygon.weights.still, polygon.weights.moving].map(Weight::area);

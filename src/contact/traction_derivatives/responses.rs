@@ -23,12 +23,12 @@ pub(super) struct ResponseRows {
 impl ResponseRows {
     /// Allocates memory for responses.
     pub fn boxed() -> Box<Self> {
-        let none = [[[0.0; ROW]; 6]; 3];
+        let zeros = [[[0.0; ROW]; 6]; 3];
         Box::new(Self {
-            speed: none,
-            growth: none,
-            pressure: none,
-            faces: [none; SLOTS],
+            speed: zeros,
+            growth: zeros,
+            pressure: zeros,
+            faces: [zeros; SLOTS],
         })
     }
 

@@ -24,14 +24,13 @@ fn largest<const R: usize, const C: usize>(matrix: &SMatrix<f64, R, C>) -> f64 {
     matrix.iter().fold(0.0, |most, entry| entry.abs().max(most))
 }
 
-/// Asserts that the results of lanes and of single polygons agree to rounding error. The scale is
-/// the larger of the result and its elastic part, because the result is zero if the whole pressure
-/// is clamped.
-fn assert_blocks_agree([lanes, single, elastic]: [&RelativeLinearization; 3], what: &str) {
+/// Compares to within a fraction of the larger of the result and the elastic part, because the result is zero if the whole pressure is
+/// clamped.
+fn assert_blocks_agree([lanes, single, elastic]: [&RelativeLinearization; 3], label: &str) {
     let agree = |difference: f64, scale: f64, of: &str| {
         assert!(
             difference <= ROUND_OFF * scale,
-            "{what}, by {of}: {difference:e} of {scale:e}"
+            "{label}, by {of}: {difference:e} of {scale:e}"
         );
     };
     // Torques and forces in bodies of 1 m have similar magnitudes.
@@ -48,12 +47,12 @@ fn assert_blocks_agree([lanes, single, elastic]: [&RelativeLinearization; 3], wh
     let scale = largest(&single.by_law).max(wrench);
     agree(largest(&(lanes.by_law - single.by_law)), scale, "law");
     for column in 0..2 {
-        let [lanes, single, elastic] =
-            [lanes, single, elastic].map(|it| it.by_moduli.column(column).into_owned());
+        let [lanes, single, elastic] = [lanes, single, elastic]
+            .map(|linearization| linearization.by_moduli.column(column).into_owned());
         let scale = largest(&single).max(largest(&elastic));
         agree(largest(&(lanes - single)), scale, "modulus");
     }
-    assert_eq!(lanes.kinks, single.kinks, "{what}");
+    assert_eq!(lanes.kinks, single.kinks, "{label}");
 }
 
 /// Compares the contribution of each polygon to the derivatives of a number with respect to the shapes, to within a fraction of the largest
@@ -61,7 +60,7 @@ fn assert_blocks_agree([lanes, single, elastic]: [&RelativeLinearization; 3], wh
 fn assert_responses_agree(
     source: &PolygonSource<f64>,
     responses: [&[PolygonResponse]; 2],
-    what: &str,
+    label: &str,
 ) {
     let covector = Vector6::new(0.3, -0.8, 0.5, 0.9, 0.2, -0.6);
     let [lanes, single] = responses.map(|responses| {
@@ -69,11 +68,14 @@ fn assert_responses_agree(
             let cells = source.barycentric(response.tets);
             response.pulled_back(&covector, source.moduli(), &cells)
         };
-        let mut pulled: Vec<_> = responses.iter().map(|it| (it.tets, of_cells(it))).collect();
+        let mut pulled: Vec<_> = responses
+            .iter()
+            .map(|response| (response.tets, of_cells(response)))
+            .collect();
         pulled.sort_by_key(|(tets, _)| *tets);
         pulled
     });
-    assert_eq!(lanes.len(), single.len(), "{what}");
+    assert_eq!(lanes.len(), single.len(), "{label}");
     for body in 0..2 {
         let corners = |(_, cells): &(_, [OfCell; 2])| cells[body].by_corners.map(|by| by.amax());
         let extents = |(_, cells): &(_, [OfCell; 2])| cells[body].by_extents.map(f64::abs);
@@ -81,7 +83,7 @@ fn assert_responses_agree(
         let by_corners = most(&single.iter().map(corners).collect::<Vec<_>>());
         let by_extents = most(&single.iter().map(extents).collect::<Vec<_>>());
         for ((tets, lanes), (others, single)) in lanes.iter().zip(&single) {
-            assert_eq!(tets, others, "{what}");
+            assert_eq!(tets, others, "{label}");
             let (lanes, single) = (&lanes[body], &single[body]);
             for corner in 0..4 {
                 let difference = lanes.by_corners[corner] - single.by_corners[corner];
@@ -89,7 +91,7 @@ fn assert_responses_agree(
                 assert!(
                     difference.amax() <= CLOSE * by_corners
                         && of_extent.abs() <= CLOSE * by_extents,
-                    "{what}, {tets:?}, body {body}: {:e}, {:e}",
+                    "{label}, {tets:?}, body {body}: {:e}, {:e}",
                     difference.amax() / by_corners,
                     of_extent.abs() / by_extents
                 );
@@ -99,7 +101,12 @@ fn assert_responses_agree(
 }
 
 /// Compares both ways of integrating the polygons: in lanes, and one by one. Returns the number of polygons.
-fn assert_ways_agree(pair: &ContactPair, law: &SurfaceLaw, spin: f64, what: &str) -> usize {
+fn assert_integrations_agree(
+    pair: &ContactPair,
+    law: &SurfaceLaw,
+    spin: f64,
+    label: &str,
+) -> usize {
     let surface = pair.source().for_values(pair.search());
     let motion = RelativeMotion {
         angular: Vector3::new(0.3, -0.5, 0.8) * spin,
@@ -116,12 +123,12 @@ fn assert_ways_agree(pair: &ContactPair, law: &SurfaceLaw, spin: f64, what: &str
         surface.integral(&integrand).linearization(moduli).0
     };
     if kept.len() > 20 {
-        let none = SurfaceLaw::new(0.0, 0.0, 1e-3).unwrap();
-        let elastic = values(&none);
-        assert_blocks_agree([&lanes, &single, &elastic], what);
-        assert_responses_agree(source, [&kept, &kept_singly], what);
+        let frictionless = SurfaceLaw::new(0.0, 0.0, 1e-3).unwrap();
+        let elastic = values(&frictionless);
+        assert_blocks_agree([&lanes, &single, &elastic], label);
+        assert_responses_agree(source, [&kept, &kept_singly], label);
     }
-    assert_eq!(values(law).by_motion, lanes.by_motion, "{what}");
+    assert_eq!(values(law).by_motion, lanes.by_motion, "{label}");
     kept.len()
 }
 
@@ -152,8 +159,8 @@ fn polygons_side_by_side_add_what_they_add_one_by_one() {
         {
             let law = SurfaceLaw::new(dissipation, friction, 1e-3).unwrap();
             for spin in SPINS {
-                let what = format!("{number}, law {dissipation} {friction}, spin {spin}");
-                compared += usize::from(assert_ways_agree(&pair, &law, spin, &what) > 20);
+                let label = format!("{number}, law {dissipation} {friction}, spin {spin}");
+                compared += usize::from(assert_integrations_agree(&pair, &law, spin, &label) > 20);
             }
         }
     }

@@ -58,8 +58,8 @@ pub(super) fn negated<N: Linear, const K: usize>(numbers: &[N; K]) -> [N; K] {
 #[inline(always)]
 pub(super) fn plus<N: Linear, const K: usize>(numbers: &[N; K], others: &[N; K]) -> [N; K] {
     let mut sums = *numbers;
-    for (sum, other) in sums.iter_mut().zip(others) {
-        *sum = *sum + *other;
+    for (sum, addend) in sums.iter_mut().zip(others) {
+        *sum = *sum + *addend;
     }
     sums
 }
@@ -67,8 +67,8 @@ pub(super) fn plus<N: Linear, const K: usize>(numbers: &[N; K], others: &[N; K])
 #[inline(always)]
 pub(super) fn minus<N: Linear, const K: usize>(numbers: &[N; K], others: &[N; K]) -> [N; K] {
     let mut differences = *numbers;
-    for (difference, other) in differences.iter_mut().zip(others) {
-        *difference = *difference - *other;
+    for (difference, subtrahend) in differences.iter_mut().zip(others) {
+        *difference = *difference - *subtrahend;
     }
     differences
 }

@@ -108,7 +108,7 @@ impl<T: Scalar> ForceContext<'_, T> {
     pub fn parameter(&self, name: &str) -> Option<T> {
         let mut numbers = self.parameters.iter();
         numbers
-            .find(|(other, _)| other == name)
+            .find(|(candidate, _)| candidate == name)
             .map(|(_, value)| *value)
     }
 

@@ -143,12 +143,12 @@ impl StageEquations<'_> {
         }
         for contact in contacts {
             for (row, &body) in contact.bodies.iter().enumerate() {
-                for (column, &other) in contact.bodies.iter().enumerate() {
-                    if body < count && other < count {
+                for (column, &other_body) in contact.bodies.iter().enumerate() {
+                    if body < count && other_body < count {
                         let slopes = [&contact.by_displacements, &contact.by_velocities];
                         let [by_displacement, by_velocities] =
                             slopes.map(|slopes| block(slopes, row, column));
-                        add(body, other, &by_displacement, &by_velocities);
+                        add(body, other_body, &by_displacement, &by_velocities);
                     }
                 }
             }
@@ -190,7 +190,7 @@ impl StageEquations<'_> {
     pub fn fastest(&self, velocities: &DVector<f64>) -> usize {
         let speed = |index: usize| self.inertias[index].speed(&six_of(velocities, index));
         let indices = 0..self.inertias.len();
-        let fastest = indices.max_by(|&one, &other| speed(one).total_cmp(&speed(other)));
+        let fastest = indices.max_by(|&a, &b| speed(a).total_cmp(&speed(b)));
         self.step.island.dynamic[fastest.unwrap_or_default()]
     }
 }

@@ -166,7 +166,10 @@ impl ImplicitIntegratorState {
             let mut next_solved: Vec<(Island, SolvedStep)> = Vec::new();
             let mut pending: Vec<Island> = Vec::new();
             for island in islands {
-                match solved.iter().position(|(other, _)| *other == island) {
+                match solved
+                    .iter()
+                    .position(|(solved_island, _)| *solved_island == island)
+                {
                     Some(index) => next_solved.push(solved.swap_remove(index)),
                     None => pending.push(island),
                 }

@@ -38,11 +38,11 @@ impl StepContext<'_> {
             islands[island_of_root[root]].dynamic.push(body);
         }
         for &(i, j) in pairs {
-            for (dynamic, other) in [(i, j), (j, i)] {
-                if is_dynamic(dynamic) && !is_dynamic(other) {
+            for (dynamic, neighbor) in [(i, j), (j, i)] {
+                if is_dynamic(dynamic) && !is_dynamic(neighbor) {
                     islands[island_of_root[sets.root(dynamic)]]
                         .neighbors
-                        .push(other);
+                        .push(neighbor);
                 }
             }
         }
@@ -79,8 +79,8 @@ impl Sets {
         member
     }
 
-    fn join(&mut self, one: usize, other: usize) {
-        let (one, other) = (self.root(one), self.root(other));
-        self.0[one.max(other)] = one.min(other);
+    fn join(&mut self, a: usize, b: usize) {
+        let (a, b) = (self.root(a), self.root(b));
+        self.0[a.max(b)] = a.min(b);
     }
 }

@@ -139,9 +139,9 @@ impl SolvedStage<'_> {
             pose.transformed_point(&center.unwrap_or_default())
         };
         let twist = &self.states[index].twist;
-        let relative = |other: usize| {
-            let Twist { angular, linear } = &self.states[other].twist;
-            let carried = linear + angular.cross(&(center(index) - center(other)));
+        let relative = |partner: usize| {
+            let Twist { angular, linear } = &self.states[partner].twist;
+            let carried = linear + angular.cross(&(center(index) - center(partner)));
             inertia.speed(&six(&(twist.angular - angular), &(twist.linear - carried)))
         };
         let contacts = self.root.linearization.contacts.iter();

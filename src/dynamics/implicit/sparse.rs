@@ -94,7 +94,9 @@ impl SymbolicCache {
         matrix: &SparseColMat<usize, f64>,
     ) -> Option<SymbolicLu<usize>> {
         let mut entries = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let known = entries.iter().position(|(other, _)| *other == pattern);
+        let known = entries
+            .iter()
+            .position(|(known_pattern, _)| *known_pattern == pattern);
         let entry = match known {
             Some(index) => entries.remove(index),
             None => (pattern, SymbolicLu::try_new(matrix.symbolic()).ok()?),

@@ -98,9 +98,11 @@ impl<'a> StepContext<'a> {
         sweep: &'s mut Sweep,
     ) -> &'s [(usize, usize)] {
         sweep.overlapping(boxes, |i, j| {
-            let [one, other] = [i, j].map(|participant| island.body(participant));
-            let (a, _) = self.model.ordered_pair(one.min(other), one.max(other))?;
-            Some(if a == one { (i, j) } else { (j, i) })
+            let [first, second] = [i, j].map(|participant| island.body(participant));
+            let (a, _) = self
+                .model
+                .ordered_pair(first.min(second), first.max(second))?;
+            Some(if a == first { (i, j) } else { (j, i) })
         })
     }
 

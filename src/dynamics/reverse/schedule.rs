@@ -59,7 +59,7 @@ mod tests {
         };
         pass(&mut checkpoints, length);
         for step_index in (0..length).rev() {
-            checkpoints.retain(|&other| other <= step_index);
+            checkpoints.retain(|&checkpoint| checkpoint <= step_index);
             assert!(checkpoints.len() <= slots + 2);
             if checkpoints[checkpoints.len() - 1] != step_index {
                 for step in pass(&mut checkpoints, step_index + 1) {

@@ -72,7 +72,7 @@ pub(super) fn stiffest(pairs: &[PairRates]) -> Option<&PairRates> {
         stability_limit(&[pair], bodies.len()).unwrap_or(f64::INFINITY)
     };
     let limits = pairs.iter().map(|pair| (pair, alone(pair)));
-    let shortest = limits.min_by(|(_, one), (_, other)| one.total_cmp(other));
+    let shortest = limits.min_by(|(_, a), (_, b)| a.total_cmp(b));
     shortest.map(|(pair, _)| pair)
 }
 

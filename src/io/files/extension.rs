@@ -12,12 +12,12 @@ pub(super) fn known_extension(
     known: &'static [&'static str],
 ) -> Result<&'static str, FileError> {
     let extension = path.extension().unwrap_or_default();
-    let found = extension.to_string_lossy().to_lowercase();
+    let lowercase = extension.to_string_lossy().to_lowercase();
     let unknown = || FileError::UnknownExtension {
         path: path.into(),
-        found: found.clone(),
+        found: lowercase.clone(),
         expected: known,
     };
-    let matches = |extension: &&&str| **extension == found;
+    let matches = |extension: &&&str| **extension == lowercase;
     known.iter().find(matches).copied().ok_or_else(unknown)
 }

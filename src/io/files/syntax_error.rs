@@ -6,13 +6,13 @@ const EXCERPT_LENGTH: usize = 40;
 
 /// Position, context and cause of a syntax error.
 #[derive(Debug, thiserror::Error)]
-#[error("line {line}, {found:?}: {cause}")]
+#[error("line {line}, {excerpt:?}: {cause}")]
 struct SyntaxError {
     /// Line number, counted from 1. In a binary file, the number of preceding line feeds plus 1.
     line: usize,
     cause: String,
     /// Excerpt of the rest of the line.
-    found: String,
+    excerpt: String,
 }
 
 /// Returns the error of a parser that failed at `rest`, a subslice of the bytes of the file.
@@ -27,7 +27,7 @@ pub(super) fn syntax_error_at(
     let source = SyntaxError {
         line: before.split(|&byte| byte == b'\n').count(),
         cause,
-        found: excerpt(rest.split(|&byte| byte == b'\n').next().unwrap_or(rest)),
+        excerpt: excerpt(rest.split(|&byte| byte == b'\n').next().unwrap_or(rest)),
     };
     FileError::Syntax {
         path: path.into(),

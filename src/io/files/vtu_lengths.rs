@@ -110,8 +110,8 @@ impl<'a> Array<'a> {
 fn check_array(file: &VTKFile, array: &Array) -> Result<(), WrongLength> {
     // vtkio multiplies the last offset by the number of components.
     if array.name == "connectivity" {
-        let found = array.component_count.parse().unwrap_or(usize::MAX);
-        check_limit(found, 1)?;
+        let count = array.component_count.parse().unwrap_or(usize::MAX);
+        check_limit(count, 1)?;
     }
     if array.is_ascii {
         Ok(())
@@ -125,24 +125,24 @@ fn check_array(file: &VTKFile, array: &Array) -> Result<(), WrongLength> {
 
 /// An invalid length.
 enum WrongLength {
-    TooShort { found: usize, expected: usize },
-    TooLong { found: usize, limit: usize },
+    TooShort { length: usize, expected: usize },
+    TooLong { length: usize, limit: usize },
 }
 
 impl WrongLength {
     fn into_error(self, path: &Path, array: &str) -> FileError {
         let (path, part) = (path.into(), format!("data array {array:?}"));
         match self {
-            Self::TooShort { found, expected } => FileError::TooShort {
+            Self::TooShort { length, expected } => FileError::TooShort {
                 path,
                 part,
-                found,
+                found: length,
                 expected,
             },
-            Self::TooLong { found, limit } => FileError::TooLong {
+            Self::TooLong { length, limit } => FileError::TooLong {
                 path,
                 part,
-                found,
+                found: length,
                 limit,
             },
         }
@@ -191,16 +191,16 @@ fn integer_size(file: &VTKFile) -> usize {
     }
 }
 
-fn check_length(found: usize, expected: usize) -> Result<(), WrongLength> {
-    if found < expected {
-        return Err(WrongLength::TooShort { found, expected });
+fn check_length(length: usize, expected: usize) -> Result<(), WrongLength> {
+    if length < expected {
+        return Err(WrongLength::TooShort { length, expected });
     }
     Ok(())
 }
 
-fn check_limit(found: usize, limit: usize) -> Result<(), WrongLength> {
-    if found > limit {
-        return Err(WrongLength::TooLong { found, limit });
+fn check_limit(length: usize, limit: usize) -> Result<(), WrongLength> {
+    if length > limit {
+        return Err(WrongLength::TooLong { length, limit });
     }
     Ok(())
 }

@@ -121,30 +121,30 @@ type Filled<T> = (Vec<Vector3<T>>, Vec<[usize; 4]>, Vec<f64>);
 /// Returns the distinct points, and the index of each point among them.
 fn distinct<T: Scalar>(points: &[Vector3<T>]) -> (Vec<Vector3<T>>, Vec<usize>) {
     let mut known = Vec::new();
-    let mut places = HashMap::new();
-    let place_of = points.iter().map(|point| {
-        *places
+    let mut indices = HashMap::new();
+    let index_of = points.iter().map(|point| {
+        *indices
             .entry(place_key(&real_vector(point)))
             .or_insert_with(|| {
                 known.push(*point);
                 known.len() - 1
             })
     });
-    let place_of = place_of.collect();
-    (known, place_of)
+    let index_of = index_of.collect();
+    (known, index_of)
 }
 
 /// Returns the tetrahedron low[0..=climbed], high[climbed..3].
 fn staircase_step(low: [usize; 3], high: [usize; 3], climbed: usize) -> [usize; 4] {
-    std::array::from_fn(|place| {
-        if place <= climbed {
-            low[place]
+    std::array::from_fn(|corner| {
+        if corner <= climbed {
+            low[corner]
         } else {
-            high[place - 1]
+            high[corner - 1]
         }
     })
 }
 
 fn has_repeats(tet: [usize; 4]) -> bool {
-    (1..4).any(|place| tet[..place].contains(&tet[place]))
+    (1..4).any(|corner| tet[..corner].contains(&tet[corner]))
 }

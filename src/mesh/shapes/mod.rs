@@ -22,7 +22,7 @@ use crate::scalar::DenseDual;
 
 /// Returns the lengths (m) as independent dual variables, in order.
 fn variables<const N: usize>(lengths: [f64; N]) -> [DenseDual<N>; N] {
-    std::array::from_fn(|place| DenseDual::variable(lengths[place], place))
+    std::array::from_fn(|index| DenseDual::variable(lengths[index], index))
 }
 
 /// Returns the lengths (m) if all are positive and finite.

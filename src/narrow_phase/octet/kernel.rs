@@ -22,8 +22,8 @@ impl<'p, P: Fn(u32) -> &'p PosedTet> InLanes for CutOctets<'_, 'p, '_, P> {
         let bodies = Bodies::of(lanes, self.pair);
         for octet in self.octets {
             let a: [_; ROW] =
-                array::from_fn(|place| self.pair.tet_a(octet.tet_or_first(place, 0) as usize));
-            let b: [_; ROW] = array::from_fn(|place| (self.posed)(octet.tet_or_first(place, 1)));
+                array::from_fn(|index| self.pair.tet_a(octet.tet_or_first(index, 0) as usize));
+            let b: [_; ROW] = array::from_fn(|index| (self.posed)(octet.tet_or_first(index, 1)));
             for first in (0..ROW).step_by(L::COUNT) {
                 if first < octet.len {
                     let (a, b) = (&a[first..], &b[first..]);
@@ -40,8 +40,8 @@ impl Octet {
     /// Returns the index of the tetrahedron of A (0) or B (1) of a pair. For a missing pair, returns the index of the first pair, so that
     /// all lanes have valid input.
     #[inline(always)]
-    fn tet_or_first(&self, place: usize, body: usize) -> u32 {
-        self.tets[if place < self.len { place } else { 0 }][body]
+    fn tet_or_first(&self, index: usize, body: usize) -> u32 {
+        self.tets[if index < self.len { index } else { 0 }][body]
     }
 
     /// Processes as many pairs as there are lanes.

@@ -141,25 +141,25 @@ impl Octet {
         clippy::cast_sign_loss,
         reason = "a whole number below 2²¹"
     )]
-    fn bits(&self, place: usize) -> u32 {
-        self.codes[place] as u32
+    fn bits(&self, index: usize) -> u32 {
+        self.codes[index] as u32
     }
 
     /// Returns the slots with an edge, as bits.
-    fn slots(&self, place: usize) -> u8 {
-        self.bits(place).to_le_bytes()[0]
+    fn slots(&self, index: usize) -> u8 {
+        self.bits(index).to_le_bytes()[0]
     }
 
     /// Returns whether a pair must be cut alone, because values are near zero.
     #[inline]
-    pub fn is_special(&self, place: usize) -> bool {
-        self.bits(place) & SPECIAL != 0
+    pub fn is_special(&self, index: usize) -> bool {
+        self.bits(index) & SPECIAL != 0
     }
 
     /// Returns the faces that the polygon of a generic pair reaches: bits 0 to 3 for faces of A, 4 to 7 for faces of B.
     #[inline]
-    pub fn reached_faces(&self, place: usize, tet_b: &PosedTet) -> u8 {
-        let slots = u32::from(self.slots(place));
+    pub fn reached_faces(&self, index: usize, tet_b: &PosedTet) -> u8 {
+        let slots = u32::from(self.slots(index));
         // A missing bound has no edge, and its bit is above the lowest eight.
         let of_b = |bound: usize| (slots >> (4 + bound) & 1) << (4 + tet_b.bounds[bound]);
         let faces = slots & 0xf | of_b(0) | of_b(1) | of_b(2) | of_b(3);
@@ -169,55 +169,55 @@ impl Octet {
     /// Returns the slots with an edge that neither begins nor ends at the origin, as bits. With the origin, these edges form the triangles
     /// of the polygon of a pair.
     #[inline]
-    pub fn opposite_edges(&self, place: usize) -> u8 {
-        (self.bits(place) >> OPPOSITE).to_le_bytes()[0]
+    pub fn opposite_edges(&self, index: usize) -> u8 {
+        (self.bits(index) >> OPPOSITE).to_le_bytes()[0]
     }
 
     /// Returns the number of edges of the polygon of a pair.
     #[inline]
-    pub fn edge_count(&self, place: usize) -> u32 {
-        self.slots(place).count_ones()
+    pub fn edge_count(&self, index: usize) -> u32 {
+        self.slots(index).count_ones()
     }
 
     /// Returns whether a pair has a polygon.
-    pub fn has_polygon(&self, place: usize) -> bool {
-        self.moments[0][place] > 0.0
+    pub fn has_polygon(&self, index: usize) -> bool {
+        self.moments[0][index] > 0.0
     }
 
     /// Returns the pairs with a polygon, as bits.
     #[inline]
     pub fn polygons(&self) -> u8 {
         let mut bits = 0;
-        for place in 0..self.len.min(ROW) {
-            bits |= u8::from(self.has_polygon(place)) << place;
+        for index in 0..self.len.min(ROW) {
+            bits |= u8::from(self.has_polygon(index)) << index;
         }
         bits
     }
 
     /// Returns the polygon of a pair as a cut.
-    pub fn cut(&self, place: usize, pair: &RelativePair, tet_b: &PosedTet) -> Cut {
-        let [a, b] = self.tets[place].map(|tet| tet as usize);
-        let below = self.below(place);
+    pub fn cut(&self, index: usize, pair: &RelativePair, tet_b: &PosedTet) -> Cut {
+        let [a, b] = self.tets[index].map(|tet| tet as usize);
+        let below = self.below(index);
         let topology = CutTopology::generic([pair.tet_a(a), pair.tet_b(b)], pair, tet_b, below);
         Cut {
             tets: [a, b],
-            polygon: self.polygon(place, tet_b),
+            polygon: self.polygon(index, tet_b),
             field_b: tet_b.field,
             topology,
         }
     }
 
     /// Returns the corners of A below the plane, as bits.
-    fn below(&self, place: usize) -> u8 {
-        (self.bits(place) >> BELOW).to_le_bytes()[0] & 0b1111
+    fn below(&self, index: usize) -> u8 {
+        (self.bits(index) >> BELOW).to_le_bytes()[0] & 0b1111
     }
 
     /// Returns the polygon in A's frame. The owner of each edge is the face that contains it, with the bits of [`Cut::polygon`].
-    fn polygon(&self, place: usize, tet_b: &PosedTet) -> ConvexPolygon {
-        let origin = vector_at(&self.origin, place);
-        let [e1, e2, _] = self.axes.each_ref().map(|axis| vector_at(axis, place));
+    fn polygon(&self, index: usize, tet_b: &PosedTet) -> ConvexPolygon {
+        let origin = vector_at(&self.origin, index);
+        let [e1, e2, _] = self.axes.each_ref().map(|axis| vector_at(axis, index));
         let mut polygon = ConvexPolygon::empty();
-        self.visit_edges(place, |slot, [y1, y2]| {
+        self.visit_edges(index, |slot, [y1, y2]| {
             let owner = match slot.checked_sub(4) {
                 None => 1 << slot,
                 Some(bound) => 1 << (4 + tet_b.bounds[bound]),
@@ -234,18 +234,18 @@ impl Octet {
         clippy::cast_sign_loss,
         reason = "the numbers of slots"
     )]
-    pub fn visit_edges(&self, place: usize, mut visit: impl FnMut(usize, [f64; 2])) {
-        let slots = self.slots(place);
-        let below = usize::from(self.below(place));
+    pub fn visit_edges(&self, index: usize, mut visit: impl FnMut(usize, [f64; 2])) {
+        let slots = self.slots(index);
+        let below = usize::from(self.below(index));
         let mut next = [0; SLOTS];
         next[..4].copy_from_slice(&NEXT_FACES[below]);
         // Insert the edge of each bound of B, in clipping order, in place of the part that the bound cut off.
         for bound in 0..4 {
-            let after = self.after[bound][place];
+            let after = self.after[bound][index];
             if after >= 0.0 {
-                let left = after as usize % SLOTS;
-                next[4 + bound] = next[left];
-                next[left] = 4 + bound;
+                let previous = after as usize % SLOTS;
+                next[4 + bound] = next[previous];
+                next[previous] = 4 + bound;
             }
         }
         // The list of slots is circular. It includes faces of A whose edges were removed.
@@ -253,7 +253,7 @@ impl Octet {
         let mut slot = first;
         loop {
             if slots & 1 << slot != 0 {
-                visit(slot, self.corners[slot].map(|row| row[place]));
+                visit(slot, self.corners[slot].map(|row| row[index]));
             }
             slot = next[slot];
             if slot == first {

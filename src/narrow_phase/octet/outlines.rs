@@ -72,8 +72,8 @@ impl<N: Numbers> Outlines<N> {
         let zero = lanes.splat(0.0);
         let mut corners = [[zero; 2]; 4];
         for corner in 0..4 {
-            let place = difference(met.corners_a[corner], planes.origin);
-            corners[corner] = [dot(planes.axes[0], place), dot(planes.axes[1], place)];
+            let offset = difference(met.corners_a[corner], planes.origin);
+            corners[corner] = [dot(planes.axes[0], offset), dot(planes.axes[1], offset)];
         }
         let mut crossings = [[zero; 2]; 6];
         for edge in 0..6 {

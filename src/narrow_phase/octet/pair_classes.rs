@@ -82,8 +82,8 @@ fn excess_at_corners_of_a<L: Lanes>(
     let offset_b = lanes.gathered(|lane| part.b[lane].field.offset);
     let mut at_a = [offset_b; 4];
     for corner in 0..4 {
-        let own = lanes.gathered(|lane| part.a[lane].extents[corner]) * bodies.scale_a;
-        at_a[corner] = own - (dot(gradient_b, corners_a[corner]) + offset_b);
+        let value_a = lanes.gathered(|lane| part.a[lane].extents[corner]) * bodies.scale_a;
+        at_a[corner] = value_a - (dot(gradient_b, corners_a[corner]) + offset_b);
     }
     at_a
 }
@@ -99,9 +99,9 @@ fn excess_at_corners_of_b<L: Lanes>(
     let offset_a = lanes.gathered(|lane| part.a[lane].extent.offset) * bodies.scale_a;
     let mut at_b = [offset_a; 4];
     for corner in 0..4 {
-        let place = gathered(lanes, |lane| &part.b[lane].tetrahedron.corners[corner]);
-        let own = lanes.gathered(|lane| part.b[lane].values[corner]);
-        at_b[corner] = (dot(gradient_a, place) + offset_a) - own;
+        let corner_b = gathered(lanes, |lane| &part.b[lane].tetrahedron.corners[corner]);
+        let value_b = lanes.gathered(|lane| part.b[lane].values[corner]);
+        at_b[corner] = (dot(gradient_a, corner_b) + offset_a) - value_b;
     }
     at_b
 }

@@ -26,16 +26,15 @@ fn pairs_of(pair: &RelativePair) -> Vec<[u32; 2]> {
 }
 
 /// Returns whether two polygons are equal, except that they may begin with different corners.
-fn are_same(one: &ConvexPolygon, other: &ConvexPolygon) -> bool {
-    let count = one.corners().len();
+fn are_same(a: &ConvexPolygon, b: &ConvexPolygon) -> bool {
+    let count = a.corners().len();
     let is_turned = |turn: usize| {
         (0..count).all(|k| {
             let from = (k + turn) % count;
-            (one.corners()[from] - other.corners()[k]).norm() < CLOSE
-                && one.owners()[from] == other.owners()[k]
+            (a.corners()[from] - b.corners()[k]).norm() < CLOSE && a.owners()[from] == b.owners()[k]
         })
     };
-    count == other.corners().len() && (0..count).any(is_turned)
+    count == b.corners().len() && (0..count).any(is_turned)
 }
 
 /// Returns ∫ 1 dA, ∫ x dA and ∫ x xᵀ dA of a polygon, in the first entry, the first column and all entries of three matrices. Splits the
@@ -58,7 +57,7 @@ fn moments_of(cut: &Cut, normal: &Vector3<f64>) -> [Matrix3<f64>; 3] {
 
 /// Asserts that an octet has the plane and the polygon moments of a pair that was cut alone. The tolerance of lengths is [`CLOSE`]. The
 /// tolerance of pressures is [`CLOSE`] times the pressure gradients.
-fn assert_rows_agree(octet: &Octet, place: usize, pair: &RelativePair, cut: &Cut) {
+fn assert_rows_agree(octet: &Octet, index: usize, pair: &RelativePair, cut: &Cut) {
     let [a, b] = [pair.tet_a(cut.tets[0]), pair.tet_b(cut.tets[1])];
     let pressure_a = a.extent.scaled(pair.modulus_a);
     let plane = if pair.shape_b.is_rigid() {
@@ -66,7 +65,7 @@ fn assert_rows_agree(octet: &Octet, place: usize, pair: &RelativePair, cut: &Cut
     } else {
         EquilibriumPlane::between(&pressure_a, &cut.field_b)
     };
-    let at = |rows: &[Row; 3]| vector_at(rows, place);
+    let at = |rows: &[Row; 3]| vector_at(rows, index);
     let [e1, e2, normal] = octet.axes.each_ref().map(at);
     let origin = at(&octet.origin);
     assert!((normal - plane.normal).norm() < CLOSE);
@@ -76,7 +75,7 @@ fn assert_rows_agree(octet: &Octet, place: usize, pair: &RelativePair, cut: &Cut
         assert!((at(slope) - expected).norm() < CLOSE * (1.0 + expected.norm()));
     }
     let [expected_area, expected_first, expected_second] = moments_of(cut, &plane.normal);
-    let [area, y1, y2, y11, y12, y22] = octet.moments.map(|row| row[place]);
+    let [area, y1, y2, y11, y12, y22] = octet.moments.map(|row| row[index]);
     let in_plane = e1 * y1 + e2 * y2;
     let of_pairs = (e1 * e1.transpose()) * y11
         + (e1 * e2.transpose() + e2 * e1.transpose()) * y12
@@ -95,7 +94,7 @@ fn assert_rows_agree(octet: &Octet, place: usize, pair: &RelativePair, cut: &Cut
     assert!((at(&octet.gradient_a) - gradient).norm() < close);
     let pressure = [pressure_a.at(&origin), gradient.dot(&e1), gradient.dot(&e2)];
     for (row, expected) in octet.pressure.iter().zip(pressure) {
-        assert!((row[place] - expected).abs() < close);
+        assert!((row[index] - expected).abs() < close);
     }
 }
 
@@ -114,30 +113,33 @@ fn assert_decided_alike(pair: &RelativePair) -> [usize; 2] {
             posed: |tet: u32| &posed[tet as usize],
             octets: std::slice::from_mut(&mut octet),
         });
-        for (place, [a, b]) in pairs
+        for (index, [a, b]) in pairs
             .iter()
             .map(|tets| tets.map(|tet| tet as usize))
             .enumerate()
         {
-            if octet.is_special(place) {
+            if octet.is_special(index) {
                 special += 1;
                 continue;
             }
             let PairClass::Intersecting(decisions) = pair.classify(pair.tet_a(a), &posed[b], true)
             else {
-                assert!(!octet.has_polygon(place));
-                assert_eq!(octet.reached_faces(place, &posed[b]), 0);
+                assert!(!octet.has_polygon(index));
+                assert_eq!(octet.reached_faces(index, &posed[b]), 0);
                 continue;
             };
             let cut = pair.cut(pair.tet_a(a), &posed[b], decisions);
-            assert_eq!(octet.has_polygon(place), cut.counts());
-            assert_eq!(octet.reached_faces(place, &posed[b]), cut.reached());
+            assert_eq!(octet.has_polygon(index), cut.counts());
+            assert_eq!(octet.reached_faces(index, &posed[b]), cut.reached());
             if cut.counts() {
                 polygons += 1;
-                let own = octet.cut(place, pair, &posed[b]);
-                assert!(are_same(&own.polygon, &cut.polygon), "{own:?} {cut:?}");
-                assert_rows_agree(&octet, place, pair, &cut);
-                assert!(own.weights().are_whole() && cut.weights().are_whole());
+                let octet_cut = octet.cut(index, pair, &posed[b]);
+                assert!(
+                    are_same(&octet_cut.polygon, &cut.polygon),
+                    "{octet_cut:?} {cut:?}"
+                );
+                assert_rows_agree(&octet, index, pair, &cut);
+                assert!(octet_cut.weights().are_whole() && cut.weights().are_whole());
             }
         }
     }

@@ -27,9 +27,12 @@ fn force(a: &Shape, pose: Pose, b: Partner) -> [f64; 4] {
     ]
 }
 
-fn assert_close(name: &str, found: f64, expected: f64) {
-    let error = (found - expected).abs() / expected.abs();
-    assert!(error <= EXACT, "{name}: {found}, not {expected}: {error:e}");
+fn assert_close(name: &str, actual: f64, expected: f64) {
+    let error = (actual - expected).abs() / expected.abs();
+    assert!(
+        error <= EXACT,
+        "{name}: {actual}, not {expected}: {error:e}"
+    );
 }
 
 fn cube() -> Shape {
@@ -68,8 +71,8 @@ fn a_cube_lies_flat_on_a_rigid_plane() {
             (0.07, 12_973.333_333_333_33, 36_000.0),
         ] {
             let pose = at_depth(&Rotation3::identity(), Vector3::z() * (-EDGE / 2.0), depth);
-            let [found, slope, by_modulus, by_nothing] = force(&cube, pose, plane);
-            assert_close(name, found, force_up);
+            let [force, slope, by_modulus, by_nothing] = force(&cube, pose, plane);
+            assert_close(name, force, force_up);
             assert_close(name, slope, stiffness);
             assert_close(name, by_modulus, force_up);
             assert!(by_nothing.abs() <= 0.0);
@@ -82,11 +85,11 @@ fn a_cube_stands_on_its_edge() {
     let (cube, corner) = (cube(), vector![0.0, EDGE / 2.0, EDGE / 2.0]);
     let pose = at_depth(&turned_down(corner), corner, 0.02);
     for_rigid_planes(|name, plane| {
-        let [found, slope, ..] = force(&cube, pose, plane);
+        let [force, slope, ..] = force(&cube, pose, plane);
         let kappa = 2.0 * MODULUS / EDGE;
         let expected = kappa * (EDGE * 0.02_f64.powi(2) / 2.0_f64.sqrt() - 0.02_f64.powi(3) / 3.0);
         assert_close(name, expected, 539.018_758_283);
-        assert_close(name, found, expected);
+        assert_close(name, force, expected);
         let expected = kappa * (2.0_f64.sqrt() * EDGE * 0.02 - 0.02_f64.powi(2));
         assert_close(name, slope, expected);
     });
@@ -97,8 +100,8 @@ fn a_cube_stands_on_its_corner() {
     let (cube, corner) = (cube(), Vector3::repeat(EDGE / 2.0));
     let pose = at_depth(&turned_down(corner), corner, 0.02);
     for_rigid_planes(|name, plane| {
-        let [found, slope, ..] = force(&cube, pose, plane);
-        assert_close(name, found, 40.0);
+        let [force, slope, ..] = force(&cube, pose, plane);
+        assert_close(name, force, 40.0);
         assert_close(name, slope, 6000.0);
     });
 }
@@ -130,9 +133,9 @@ fn a_cube_lies_flat_on_a_soft_layer() {
         ),
     ] {
         let pose = at_depth(&Rotation3::identity(), Vector3::z() * (-EDGE / 2.0), depth);
-        let found = force(&cube, pose, floor);
-        for (found, expected) in found.into_iter().zip(expected) {
-            assert_close("layer", found, expected);
+        let forces = force(&cube, pose, floor);
+        for (actual, expected) in forces.into_iter().zip(expected) {
+            assert_close("layer", actual, expected);
         }
     }
 }

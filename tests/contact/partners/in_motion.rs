@@ -20,8 +20,8 @@ fn the_linearized_contact_is_that_of_the_generic_pipeline() {
         let (moved, law, twists) = scene.changed(&seeds());
         let expected = jacobian_of(&moved.moving(law, twists).pipeline().wrench());
         let carried = jacobian_of(&moved.moving(law, twists).wrench());
-        for found in [scene.linearized(), carried] {
-            worst = worst.max((found - expected).amax() / expected.amax());
+        for actual in [scene.linearized(), carried] {
+            worst = worst.max((actual - expected).amax() / expected.amax());
         }
     });
     println!("worst: {worst:.1e}");

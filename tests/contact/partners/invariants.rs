@@ -98,15 +98,15 @@ fn closed_form_and_dual_numbers_agree() {
     shapes.for_pairs(300, 44, |pair, _| {
         let contact = pair.linearized();
         let (dual_wrench, dual) = dual_wrench_jacobian(pair);
-        for (row, own, others) in [
+        for (row, wrench, expected_wrench) in [
             (0, contact.wrench.on_a, dual_wrench.on_a),
             (6, contact.wrench.on_b, dual_wrench.on_b),
         ] {
             let expected = dual.fixed_rows::<6>(row);
             let error = (contact.jacobian().fixed_rows::<6>(row) - expected).amax();
             worst = worst.max(error / expected.amax());
-            let (own, others) = (own.to_vector(), others.to_vector());
-            assert!((own - others).amax() <= SAME * others.amax());
+            let (wrench, expected_wrench) = (wrench.to_vector(), expected_wrench.to_vector());
+            assert!((wrench - expected_wrench).amax() <= SAME * expected_wrench.amax());
         }
     });
     println!("worst: {worst:.1e}");

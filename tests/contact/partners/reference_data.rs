@@ -20,9 +20,9 @@ fn wrenches_and_jacobians_equal_those_of_an_independent_program() {
         let shapes = case.shapes();
         let pair = case.pair(&shapes);
         let contact = pair.linearized();
-        let mut compare = |what: &str, error: f64, largest: f64| {
+        let mut compare = |name: &str, error: f64, largest: f64| {
             worst = worst.max(error / largest);
-            assert!(error <= EXACT * largest, "{} {what}: {error:e}", case.name);
+            assert!(error <= EXACT * largest, "{} {name}: {error:e}", case.name);
         };
         let expected = Vector6::from(case.wrench_on_compliant);
         let error = (contact.wrench.on_a.to_vector() - expected).amax();
@@ -37,12 +37,12 @@ fn wrenches_and_jacobians_equal_those_of_an_independent_program() {
         {
             compare("area", (pair.surface().area() - case.area).abs(), case.area);
         }
-        for (what, column, expected) in [
+        for (name, column, expected) in [
             ("by own pose", 0, matrix(&case.by_own_pose)),
             ("by other pose", 6, matrix(&case.by_other_pose)),
         ] {
-            let found = contact.by_poses.fixed_view::<6, 6>(0, column);
-            compare(what, (found - expected).amax(), expected.amax());
+            let block = contact.by_poses.fixed_view::<6, 6>(0, column);
+            compare(name, (block - expected).amax(), expected.amax());
         }
         let by_modulus = Vector6::from(case.by_modulus);
         let by_moduli = [0, 1].map(|body| contact.by_moduli.fixed_view::<6, 1>(0, body));

@@ -15,14 +15,15 @@ const ROUNDED: f64 = 1e-12;
 
 /// Returns the error of the wrench on A and of its derivatives with respect to both poses, relative to the limit.
 fn error_against(limit: &ContactPair, pair: &ContactPair) -> f64 {
-    let [(expected, slopes), (found, found_slopes)] = [limit, pair].map(|pair| {
+    let [(expected, slopes), (actual, actual_slopes)] = [limit, pair].map(|pair| {
         let contact = pair.linearized();
         let by_pose = |column| contact.by_poses.fixed_view::<6, 6>(0, column).into_owned();
         (contact.wrench.on_a.to_vector(), [0, 6].map(by_pose))
     });
-    let of_slopes = slopes.iter().zip(found_slopes);
-    let of_slopes = of_slopes.map(|(expected, found)| (found - expected).amax() / expected.amax());
-    let of_wrench = (found - expected).amax() / expected.amax();
+    let of_slopes = slopes.iter().zip(actual_slopes);
+    let of_slopes =
+        of_slopes.map(|(expected, actual)| (actual - expected).amax() / expected.amax());
+    let of_wrench = (actual - expected).amax() / expected.amax();
     of_slopes.fold(of_wrench, f64::max)
 }
 

@@ -12,11 +12,11 @@ const SAME: f64 = 1e-12;
 
 fn assert_same_surface(pair: &ContactPair, culling: Culling) {
     let expected = pair.with_search(Search::Culling(culling));
-    let (found, all) = (
+    let (actual, all) = (
         pair.wrench().on_a.to_vector(),
         expected.wrench().on_a.to_vector(),
     );
-    assert!((found - all).amax() <= SAME * all.amax(), "{found} {all}");
+    assert!((actual - all).amax() <= SAME * all.amax(), "{actual} {all}");
     let area = expected.surface().area();
     assert!((pair.surface().area() - area).abs() <= SAME * area);
 }
@@ -77,8 +77,8 @@ fn a_large_rigid_triangle_costs_what_is_touched() {
     let below = Pose::from_translation(vector![0.0, 0.0, -0.5]);
     let mut random = Random::new(63);
     for _ in 0..50 {
-        let place = vector![random.between(-0.3, 0.3), random.between(-0.3, 0.3), 0.096];
-        let pose = Pose::from_rotation_vector(&random.rotation_vector(), place);
+        let position = vector![random.between(-0.3, 0.3), random.between(-0.3, 0.3), 0.096];
+        let pose = Pose::from_rotation_vector(&random.rotation_vector(), position);
         let a = ContactBody::new(&ball, pose, 1e5).unwrap();
         let pair = ContactPair::new(a, Partner::rigid(&cube, below).unwrap());
         let work = pair.work_count();
@@ -111,8 +111,8 @@ fn a_rigid_body_inside_is_found_from_tetrahedra_without_pressure() {
     let ball = rigid(&Shape::new(shapes::icosphere(0.2, 2).unwrap()));
     let mut random = Random::new(64);
     for _ in 0..50 {
-        let place = vector![random.between(0.3, 0.4), 0.1, 0.05];
-        let pose = Pose::from_rotation_vector(&random.rotation_vector(), place);
+        let position = vector![random.between(0.3, 0.4), 0.1, 0.05];
+        let pose = Pose::from_rotation_vector(&random.rotation_vector(), position);
         let a = ContactBody::new(&half, Pose::identity(), 1e5).unwrap();
         let pair = ContactPair::new(a, Partner::rigid(&ball, pose).unwrap());
         assert!(!pair.surface().is_empty());

@@ -164,9 +164,9 @@ fn assert_generic(range: (usize, usize)) {
             println!("pose {number}: off by {error:.1e}");
         }
     }
-    let left = errors[0].len();
-    println!("{left} of {} poses", range.1);
-    assert!(left * 100 >= 99 * range.1, "{left}");
+    let count = errors[0].len();
+    println!("{count} of {} poses", range.1);
+    assert!(count * 100 >= 99 * range.1, "{count}");
     let [elastic, moving] = errors.map(|errors| ranked(errors.into_iter().map(|e| e.0).collect()));
     println!("median, 99 %, worst: elastic {elastic:?}, in motion {moving:?}");
     assert!(elastic[2] <= ELASTIC);

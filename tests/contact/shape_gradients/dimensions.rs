@@ -29,40 +29,43 @@ fn three(dimensions: &[f64]) -> [f64; 3] {
 
 fn families(scale: f64) -> Vec<Family> {
     let family = |dimensions: &[f64], shape, rates| Family {
-        dimensions: dimensions.iter().map(|it| it * scale).collect(),
+        dimensions: dimensions
+            .iter()
+            .map(|dimension| dimension * scale)
+            .collect(),
         shape,
         rates,
     };
     vec![
         family(
             &[0.7],
-            |it| shapes::icosphere(it[0], 2),
-            |it| shapes::icosphere_rates(it[0], 2).map(|it| vec![it]),
+            |lengths| shapes::icosphere(lengths[0], 2),
+            |lengths| shapes::icosphere_rates(lengths[0], 2).map(|rates| vec![rates]),
         ),
         family(
             &[0.6, 0.8, 0.5],
-            |it| shapes::ellipsoid(three(it), 1),
-            |it| shapes::ellipsoid_rates(three(it), 1).map(Vec::from),
+            |lengths| shapes::ellipsoid(three(lengths), 1),
+            |lengths| shapes::ellipsoid_rates(three(lengths), 1).map(Vec::from),
         ),
         family(
             &[1.0, 1.0, 1.0],
-            |it| shapes::cuboid(three(it)),
-            |it| shapes::cuboid_rates(three(it)).map(Vec::from),
+            |lengths| shapes::cuboid(three(lengths)),
+            |lengths| shapes::cuboid_rates(three(lengths)).map(Vec::from),
         ),
         family(
             &[1.0, 0.7, 1.3],
-            |it| shapes::distance_cuboid(three(it)),
-            |it| shapes::distance_cuboid_rates(three(it)).map(Vec::from),
+            |lengths| shapes::distance_cuboid(three(lengths)),
+            |lengths| shapes::distance_cuboid_rates(three(lengths)).map(Vec::from),
         ),
         family(
             &[0.5, 1.6],
-            |it| shapes::cylinder(it[0], it[1], 7),
-            |it| shapes::cylinder_rates(it[0], it[1], 7).map(Vec::from),
+            |lengths| shapes::cylinder(lengths[0], lengths[1], 7),
+            |lengths| shapes::cylinder_rates(lengths[0], lengths[1], 7).map(Vec::from),
         ),
         family(
             &[0.8, 0.9],
-            |it| shapes::cylinder(it[0], it[1], 8),
-            |it| shapes::cylinder_rates(it[0], it[1], 8).map(Vec::from),
+            |lengths| shapes::cylinder(lengths[0], lengths[1], 8),
+            |lengths| shapes::cylinder_rates(lengths[0], lengths[1], 8).map(Vec::from),
         ),
     ]
 }
@@ -72,11 +75,11 @@ fn weights(random: &mut Random, length: f64) -> SVector<f64, 12> {
     SVector::from_fn(|row, _| random.between(-1.0, 1.0) * if row % 6 < 3 { 1.0 } else { length })
 }
 
-fn compare(found: f64, dimension: f64, value: impl Fn(f64) -> f64) -> f64 {
-    let size = found.abs().max(value(0.0).abs() / dimension);
+fn compare(slope: f64, dimension: f64, value: impl Fn(f64) -> f64) -> f64 {
+    let size = slope.abs().max(value(0.0).abs() / dimension);
     let error = |step: f64| {
         let step = step * dimension;
-        ((value(step) - value(-step)) / (2.0 * step) - found).abs() / size
+        ((value(step) - value(-step)) / (2.0 * step) - slope).abs() / size
     };
     STEPS.map(error).into_iter().fold(f64::INFINITY, f64::min)
 }
@@ -101,7 +104,8 @@ fn wrenches_by_dimensions_equal_differences_at_every_scale() {
             let [a, b] = [0, 1].map(|_| &families[random.below(families.len())]);
             let poses = [Vector3::zeros(), random.direction() * 0.8 * scale]
                 .map(|at| Pose::from_rotation_vector(&random.rotation_vector(), at));
-            let shapes = [a, b].map(|it| Shape::new((it.shape)(&it.dimensions).unwrap()));
+            let shapes =
+                [a, b].map(|family| Shape::new((family.shape)(&family.dimensions).unwrap()));
             let weights = weights(&mut random, scale);
             let bodies = [0, 1].map(|body| {
                 ContactBody::new(&shapes[body], poses[body], [1e5, 3e5][body]).unwrap()
@@ -109,21 +113,26 @@ fn wrenches_by_dimensions_equal_differences_at_every_scale() {
             let gradients = ContactPair::new(bodies[0], bodies[1]).shape_gradients(&weights);
             for (body, family) in [a, b].into_iter().enumerate() {
                 let rates = (family.rates)(&family.dimensions).unwrap();
-                for (place, rates) in rates.iter().enumerate() {
+                for (index, rates) in rates.iter().enumerate() {
                     let value = |change: f64| {
                         let mut dimensions = family.dimensions.clone();
-                        dimensions[place] += change;
+                        dimensions[index] += change;
                         let changed = Shape::new((family.shape)(&dimensions).unwrap());
-                        let [a, b] =
-                            [0, 1].map(|it| if it == body { &changed } else { &shapes[it] });
+                        let [a, b] = [0, 1].map(|index| {
+                            if index == body {
+                                &changed
+                            } else {
+                                &shapes[index]
+                            }
+                        });
                         weights.dot(&wrenches(a, b, &poses))
                     };
-                    let found = gradients[body].along(rates).unwrap();
-                    let error = compare(found, family.dimensions[place], value);
+                    let slope = gradients[body].along(rates).unwrap();
+                    let error = compare(slope, family.dimensions[index], value);
                     worst = worst.max(error);
                     assert!(
                         error <= DIFFERENCES,
-                        "{:?} {place}: {error:e}",
+                        "{:?} {index}: {error:e}",
                         family.dimensions
                     );
                 }
@@ -154,7 +163,7 @@ fn a_rigid_box_by_its_edges() {
         );
         let [_, by_box] = pair.shape_gradients(&weights);
         for (axis, rates) in shapes::cuboid_rates(edges).unwrap().iter().enumerate() {
-            let found = by_box.along(&rates.around(&mesh).unwrap()).unwrap();
+            let slope = by_box.along(&rates.around(&mesh).unwrap()).unwrap();
             let value = |change: f64| {
                 let mut edges = edges;
                 edges[axis] += change;
@@ -162,7 +171,7 @@ fn a_rigid_box_by_its_edges() {
                 let partner = Partner::rigid(&changed, pose).unwrap();
                 weights.dot(&numbers(&ball, partner, &Pose::identity()))
             };
-            let error = compare(found, edges[axis], value);
+            let error = compare(slope, edges[axis], value);
             assert!(error <= DIFFERENCES, "{axis}: {error:e}");
             // The vertex of the core is not a vertex of the surface.
             assert!(by_box.along(rates).is_err());
@@ -184,14 +193,17 @@ fn a_cube_flush_on_a_plane_by_its_size() {
         );
         let [by_cube, _] = pair.shape_gradients(&super::row(5));
         let parts = shapes::cuboid_rates([a; 3]).unwrap();
-        let found: f64 = parts.iter().map(|it| by_cube.along(it).unwrap()).sum();
+        let slope: f64 = parts
+            .iter()
+            .map(|rates| by_cube.along(rates).unwrap())
+            .sum();
         // F/2E = ax − 2x² + 4x³/(3a): ∂/∂a is x − 4x³/(3a²), and ∂/∂x is a − 4x + 4x²/a.
         let by_a = 2.0 * modulus * (x - 4.0 * x.powi(3) / (3.0 * a * a));
         let by_x = 2.0 * modulus * (a - 4.0 * x + 4.0 * x * x / a);
         let expected = by_a + by_x / 2.0;
         assert!(
-            (found - expected).abs() <= SAME * expected,
-            "{found} {expected}"
+            (slope - expected).abs() <= SAME * expected,
+            "{slope} {expected}"
         );
     }
 }
@@ -233,12 +245,12 @@ fn wrenches_by_the_mesh_below_a_field_of_distances_equal_differences() {
             let by_mesh = distances.pullback(&by_shape.by_vertices, &by_shape.by_extents);
             let by_mesh = by_mesh.unwrap().by_vertices;
             let pairs = by_mesh.iter().zip(&velocities);
-            let found = pairs.map(|(by, velocity)| by.dot(velocity)).sum();
+            let slope = pairs.map(|(by, velocity)| by.dot(velocity)).sum();
             let value = |time: f64| {
                 let shape = Shape::new(field(&moved_mesh(&mesh, &velocities, time)).0);
                 weights.dot(&wrenches(&shape, &other, &poses))
             };
-            let error = compare(found, 1.0, value);
+            let error = compare(slope, 1.0, value);
             assert!(error <= DIFFERENCES, "{depth:?}: {error:e}");
         }
     }
@@ -284,10 +296,10 @@ fn the_center_of_a_star_shaped_solid_follows_its_surface() {
         .mass_gradient(1.0, &through_center)
         .unwrap();
     let parts = by_surface.iter().zip(through_center).zip(&velocities);
-    let found = parts
+    let slope = parts
         .map(|((by, through), velocity)| (by + through).dot(velocity))
         .sum();
-    let error = compare(found, 1.0, |time| {
+    let error = compare(slope, 1.0, |time| {
         weights.dot(&wrenches(&shape(time), &other, &poses))
     });
     assert!(error <= DIFFERENCES, "{error:e}");

@@ -116,12 +116,12 @@ fn moving_all_vertices_moves_the_body() {
                 }
                 // Otherwise the velocity of a point would change as the body's origin moves away from the point.
                 twists[moved] = Twist::zero();
-                let found = by_motion_of_vertices(pair, (law.as_ref(), twists), moved);
+                let actual = by_motion_of_vertices(pair, (law.as_ref(), twists), moved);
                 let LinearizedContact { by_poses, .. } = pair
                     .moving(law.unwrap_or_else(elastic), twists)
                     .linearized();
                 let expected = by_poses.fixed_view::<6, 6>(6 * (1 - moved), 6 * moved);
-                note(&mut worst, (found - expected).amax() / expected.amax());
+                note(&mut worst, (actual - expected).amax() / expected.amax());
             }
         }
     });
@@ -177,7 +177,7 @@ fn growing_all_extents_grows_the_modulus() {
                     continue;
                 };
                 let expected = by_moduli.column(body) * modulus;
-                let found = SVector::<f64, 12>::from_fn(|of, _| {
+                let actual = SVector::<f64, 12>::from_fn(|of, _| {
                     let gradients = gradients(pair, law.as_ref(), twists, &row(of));
                     let pairs = gradients[body]
                         .by_extents
@@ -185,7 +185,7 @@ fn growing_all_extents_grows_the_modulus() {
                         .zip(shape.field().extents());
                     pairs.map(|(by_extent, extent)| by_extent * extent).sum()
                 });
-                note(&mut worst, (found - expected).amax() / expected.amax());
+                note(&mut worst, (actual - expected).amax() / expected.amax());
             }
         }
     });
@@ -209,8 +209,8 @@ fn columns_are_those_of_the_products() {
                 .map(Vector3::amax)
                 .fold(0.0, f64::max);
             for (jacobian, expected) in jacobians.iter().zip(&gradient.by_vertices) {
-                let found = jacobian.tr_mul(&covector);
-                note(&mut worst, (found - expected).amax() / largest);
+                let actual = jacobian.tr_mul(&covector);
+                note(&mut worst, (actual - expected).amax() / largest);
             }
         }
         let elastic = pair.vertex_jacobians([&[0], &[]]).unwrap();

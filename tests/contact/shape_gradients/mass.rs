@@ -92,9 +92,9 @@ fn value(gradient: &MassGradient, properties: &MassProperties) -> f64 {
 /// Compares the derivative along velocities with a central difference.
 fn check(by_vertices: &[Vector3<f64>], velocities: &[Vector3<f64>], value: impl Fn(f64) -> f64) {
     let pairs = by_vertices.iter().zip(velocities);
-    let found: f64 = pairs.map(|(by, velocity)| by.dot(velocity)).sum();
+    let slope: f64 = pairs.map(|(by, velocity)| by.dot(velocity)).sum();
     let difference = (value(STEP) - value(-STEP)) / (2.0 * STEP);
-    let error = (found - difference).abs() / (1.0 + found.abs());
+    let error = (slope - difference).abs() / (1.0 + slope.abs());
     assert!(error <= DIFFERENCES, "{error:e}");
 }
 

@@ -8,22 +8,22 @@ use nalgebra::Vector3;
 const EXACT: f64 = 1e-11;
 
 /// Returns the largest difference, relative to the largest entry.
-fn error(found: &[Vector3<f64>], expected: &ByVertices) -> f64 {
-    let largest = found.iter().map(Vector3::amax).fold(0.0, f64::max);
+fn error(gradient: &[Vector3<f64>], expected: &ByVertices) -> f64 {
+    let largest = gradient.iter().map(Vector3::amax).fold(0.0, f64::max);
     assert!(largest > 0.0);
     let differs = |(vertex, expected): (usize, [f64; 3])| {
-        (found[vertex] - Vector3::from(expected)).amax() / largest
+        (gradient[vertex] - Vector3::from(expected)).amax() / largest
     };
     match expected {
         ByVertices::All(rows) => {
-            assert_eq!(rows.len(), found.len());
+            assert_eq!(rows.len(), gradient.len());
             let rows = rows.iter().copied().enumerate();
             rows.map(differs).fold(0.0, f64::max)
         }
         ByVertices::Some { norm, sum, rows } => {
             assert_eq!(rows.len(), 8);
-            let squares: f64 = found.iter().map(Vector3::norm_squared).sum();
-            let total: Vector3<f64> = found.iter().sum();
+            let squares: f64 = gradient.iter().map(Vector3::norm_squared).sum();
+            let total: Vector3<f64> = gradient.iter().sum();
             let rows = rows.iter().copied().map(differs);
             rows.fold(0.0, f64::max)
                 .max((squares.sqrt() - norm).abs() / norm)
@@ -32,9 +32,9 @@ fn error(found: &[Vector3<f64>], expected: &ByVertices) -> f64 {
     }
 }
 
-fn extent_error(found: &[f64], expected: &[(usize, f64)]) -> f64 {
+fn extent_error(extents: &[f64], expected: &[(usize, f64)]) -> f64 {
     let largest = expected.iter().map(|(_, by)| by.abs()).fold(0.0, f64::max);
-    let differs = |&(vertex, by): &(usize, f64)| (found[vertex] - by).abs() / largest;
+    let differs = |&(vertex, by): &(usize, f64)| (extents[vertex] - by).abs() / largest;
     expected.iter().map(differs).fold(0.0, f64::max)
 }
 
@@ -71,8 +71,8 @@ fn on_all_vertices(
 ) -> Vec<Vector3<f64>> {
     let of_vertex = |vertex: &Vector3<f64>| {
         let mut vertices = rigid.surface().vertices().iter();
-        let place = vertices.position(|other| other == vertex);
-        place.map_or(Vector3::zeros(), |place| gradient.by_vertices[place])
+        let index = vertices.position(|candidate| candidate == vertex);
+        index.map_or(Vector3::zeros(), |index| gradient.by_vertices[index])
     };
     mesh.field()
         .mesh()
@@ -92,8 +92,8 @@ fn a_compliant_body_and_a_rigid_one_or_a_half_space() {
         let [by_a, by_b] = pair.shape_gradients(&by_wrenches(&case.covector));
         let mut worst = error(&by_a.by_vertices, &case.vertices_compliant);
         if let Some((mesh, rigid)) = &shapes.rigid {
-            let found = on_all_vertices(rigid, mesh, &by_b);
-            worst = worst.max(error(&found, case.vertices_rigid.as_ref().unwrap()));
+            let gradient = on_all_vertices(rigid, mesh, &by_b);
+            worst = worst.max(error(&gradient, case.vertices_rigid.as_ref().unwrap()));
         } else {
             assert!(by_b.by_vertices.is_empty());
         }

@@ -24,10 +24,10 @@ fn a_cube_flat_on_a_rigid_plane() {
         Partner::rigid_half_space(Pose::identity()).unwrap(),
     );
     let [by_cube, _] = pair.shape_gradients(&row(5));
-    let close = |found: f64, expected: f64| {
+    let close = |actual: f64, expected: f64| {
         assert!(
-            (found - expected).abs() <= EXACT * 1e5,
-            "{found} for {expected}"
+            (actual - expected).abs() <= EXACT * 1e5,
+            "{actual} for {expected}"
         );
     };
     let vertices = cube.field().mesh().vertices();
@@ -42,10 +42,10 @@ fn a_cube_flat_on_a_rigid_plane() {
         close(by_cube.along(&rates).unwrap(), expected);
     }
     let at = |x: [f64; 3]| {
-        let place = vertices
+        let index = vertices
             .iter()
             .position(|v| (v - Vector3::from(x)).amax() < 1e-12);
-        by_cube.by_vertices[place.unwrap()]
+        by_cube.by_vertices[index.unwrap()]
     };
     let corner = at([-0.1, -0.1, -0.1]);
     for (axis, expected) in [-9025.0, -9025.0, -97200.0].into_iter().enumerate() {

@@ -32,20 +32,20 @@ fn check((label, world, plan): (&str, &World, &Plan), body: &str, parameters: &[
     let size = |column: usize| jacobian.column(column).rows(0, 3).norm() * scale(column);
     let largest = (0..count).map(size).fold(0.0, f64::max);
     for column in 0..count {
-        let own = jacobian.column(column).rows(0, 3).into_owned();
+        let column_slope = jacobian.column(column).rows(0, 3).into_owned();
         let best = (4..20).map(|exponent| {
             let step = 10_f64.powf(-0.5 * f64::from(exponent)) * scale(column);
             let at = |sign: f64| {
                 let mut changes = vec![0.0; count];
                 changes[column] = sign * step;
-                let found = experiment.value_perturbed(parameters, &changes, &outcome);
-                found.map(|found| DVector::from_vec(found).rows(0, 3).into_owned())
+                let outcome_value = experiment.value_perturbed(parameters, &changes, &outcome);
+                outcome_value.map(|numbers| DVector::from_vec(numbers).rows(0, 3).into_owned())
             };
             let [Ok(far), Ok(more), Ok(less), Ok(back)] = [2.0, 1.0, -1.0, -2.0].map(at) else {
                 return f64::INFINITY;
             };
             let difference = ((more - less) * 8.0 - (far - back)) / (12.0 * step);
-            (difference - &own).norm() / own.norm()
+            (difference - &column_slope).norm() / column_slope.norm()
         });
         let best = best.fold(f64::INFINITY, f64::min);
         let share = size(column) / largest;

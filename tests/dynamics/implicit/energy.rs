@@ -29,22 +29,22 @@ fn check_gain(seed: u64, count: usize) {
             ..skin
         };
         let world = on_slope(vec![body, ground([3.0, 3.0, 0.4], stiffer)], 0.0, 1e-3);
-        for (place, integrator) in IMPLICIT.into_iter().enumerate() {
+        for (index, integrator) in IMPLICIT.into_iter().enumerate() {
             let mut rollout = rollout(&world, integrator, time_step);
             let before = energy(&world, &rollout);
             let count = steps(0.6, time_step);
             for step in 0..count {
                 rollout.advance().unwrap();
-                work[place] += rollout.step_report().unwrap().work;
+                work[index] += rollout.step_report().unwrap().work;
                 if step % (count / 60).max(1) == 0 {
                     let gain = (energy(&world, &rollout) - before) / (GRAVITY * 0.3);
-                    if gain > worst[place].max(1e-4) {
+                    if gain > worst[index].max(1e-4) {
                         println!(
                             "{integrator:?} {attempt}: E {:.1e} h {time_step:.1e}: gain {gain:.1e}",
                             skin.modulus.unwrap()
                         );
                     }
-                    worst[place] = worst[place].max(gain);
+                    worst[index] = worst[index].max(gain);
                 }
             }
         }

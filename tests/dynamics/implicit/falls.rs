@@ -46,11 +46,11 @@ fn random_fall(numbers: &mut Numbers) -> Fall {
 /// Returns the height (m) of the apex after the first impact, computed from the velocity with which the ball leaves the ground.
 fn rebound(fall: &Fall, integrator: Integrator, time_step: f64) -> (f64, Work, usize) {
     let mut rollout = rollout(&fall.world, integrator, time_step);
-    let (mut work, mut taken, mut has_hit) = (Work::default(), 0, false);
+    let (mut work, mut steps_done, mut has_hit) = (Work::default(), 0, false);
     let mut top = 0.0_f64;
     while rollout.state().time < 0.45 {
         rollout.advance().unwrap();
-        taken += 1;
+        steps_done += 1;
         work += rollout
             .step_report()
             .map(|report| report.work)
@@ -65,7 +65,7 @@ fn rebound(fall: &Fall, integrator: Integrator, time_step: f64) -> (f64, Work, u
             }
         }
     }
-    (top, work, taken)
+    (top, work, steps_done)
 }
 
 /// Largest error, relative to the height of the fall.
@@ -80,11 +80,11 @@ fn check_falls(seed: u64, count: usize) {
         let fall = random_fall(&mut numbers);
         let (expected, _, _) = rebound(&fall, Integrator::Leapfrog, 1e-5);
         for time_step in [1e-3, 3e-3, 1e-2] {
-            let (found, work, taken) = rebound(&fall, Integrator::Sdirk3, time_step);
-            let off = (found - expected) / fall.height;
+            let (rebound_height, work, steps_done) = rebound(&fall, Integrator::Sdirk3, time_step);
+            let off = (rebound_height - expected) / fall.height;
             if off.abs() > 0.01 {
                 println!(
-                    "{} h {time_step}: {found:.4} instead of {expected:.4}, {work:?}",
+                    "{} h {time_step}: {rebound_height:.4} instead of {expected:.4}, {work:?}",
                     fall.label
                 );
             }
@@ -92,7 +92,7 @@ fn check_falls(seed: u64, count: usize) {
             sum += off.abs();
             tries += 1;
             all.0 += work;
-            all.1 += taken;
+            all.1 += steps_done;
         }
     }
     let mean = sum / f64::from(tries);

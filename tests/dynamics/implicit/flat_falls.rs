@@ -22,21 +22,22 @@ fn flat_faces_rebound_by_the_law() {
             for (phase, time_step) in (0..8).map(|phase| (phase, [5e-3, 1e-2][phase % 2])) {
                 let speed = 0.6 + 0.1 * phase as f64;
                 let skin = Material::elastic(modulus).with_dissipation(dissipation);
-                let way = speed * time_step * (1.0 + phase as f64 / 8.0);
-                let body = brick("body", edges, skin).with_pose(at(0.0, 0.0, edges[2] / 2.0 + way));
+                let distance = speed * time_step * (1.0 + phase as f64 / 8.0);
+                let body =
+                    brick("body", edges, skin).with_pose(at(0.0, 0.0, edges[2] / 2.0 + distance));
                 let body = body.with_velocity(vector![0.0, 0.0, -speed]);
                 let floor = Body::fixed("floor", HalfSpace::rigid(), Material::rigid()).unwrap();
                 let world = World::new(vec![body, floor]).unwrap();
                 let plan = Plan::new(time_step, 5).unwrap();
                 let plan = plan.with_integrator(Integrator::Sdirk3);
                 let end = world.rollout(&plan).run().unwrap();
-                let found = end.last().bodies[0].velocity().z / speed;
-                let off = found - rebound(speed, dissipation) / speed;
+                let ratio = end.last().bodies[0].velocity().z / speed;
+                let off = ratio - rebound(speed, dissipation) / speed;
                 worst = worst.max(off.abs());
                 gain = gain.max(if dissipation == 0.0 { off } else { 0.0 });
                 assert!(
                     off.abs() < OFF,
-                    "{edges:?} {modulus:e} {dissipation} {phase}: {found}, off by {off}"
+                    "{edges:?} {modulus:e} {dissipation} {phase}: {ratio}, off by {off}"
                 );
             }
         }

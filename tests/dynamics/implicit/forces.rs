@@ -77,10 +77,10 @@ fn ends<F: Force>(world: &World<f64, F>, integrator: Integrator, time_step: f64)
     rollout.state().bodies.clone()
 }
 
-fn farthest(found: &[BodyState], expected: &[BodyState]) -> f64 {
-    let off = found.iter().zip(expected).map(|(found, expected)| {
-        let position = found.position() - expected.position();
-        position.norm() + (found.pose.rotation() - expected.pose.rotation()).norm() * 0.1
+fn farthest(actual: &[BodyState], expected: &[BodyState]) -> f64 {
+    let off = actual.iter().zip(expected).map(|(actual, expected)| {
+        let position = actual.position() - expected.position();
+        position.norm() + (actual.pose.rotation() - expected.pose.rotation()).norm() * 0.1
     });
     off.fold(0.0, f64::max)
 }
@@ -113,13 +113,13 @@ fn linearized_steps_agree_with_differences() {
         let plan = Plan::new(5e-3, 8).unwrap().with_integrator(integrator);
         // Durations of substeps may jump within the differences.
         let plan = undivided(plan);
-        let found = Experiment::new(&world, &plan).linearize(&control).unwrap();
+        let linearization = Experiment::new(&world, &plan).linearize(&control).unwrap();
         let start = world.initial_state();
         let end = |world: &World<f64, _>| world.rollout(&plan).run().unwrap().last().clone();
         let middle = end(&world);
-        let moved = |place: usize, step: f64| {
+        let moved = |index: usize, step: f64| {
             let mut change = vec![0.0; 24];
-            change[place] = step;
+            change[index] = step;
             let start = world.integrate(&start, &change).unwrap();
             world
                 .difference(
@@ -128,30 +128,30 @@ fn linearized_steps_agree_with_differences() {
                 )
                 .unwrap()
         };
-        let pushed = |place: usize, step: f64| {
+        let pushed = |index: usize, step: f64| {
             let mut change = vec![0.0; 12];
-            change[place] = step;
+            change[index] = step;
             world
                 .difference(&middle, &end(&world.perturbed(&control, &change).unwrap()))
                 .unwrap()
         };
         // The best of several steps counts, because a brick leaves the ground edge by edge.
-        let off = |by: &dyn Fn(usize, f64) -> DVector<f64>, found: &DMatrix<f64>, step: f64| {
-            let column = |place: usize| {
+        let off = |by: &dyn Fn(usize, f64) -> DVector<f64>, jacobian: &DMatrix<f64>, step: f64| {
+            let column = |index: usize| {
                 let best = [1.0, 0.1, 0.01, 1e-3].map(|part| {
                     let step = step * part;
-                    let ends = [2.0, 1.0, -1.0, -2.0].map(|times| by(place, times * step));
+                    let ends = [2.0, 1.0, -1.0, -2.0].map(|times| by(index, times * step));
                     let [far, more, less, back] = ends;
                     let difference = ((more - less) * 8.0 - (far - back)) / (12.0 * step);
-                    (difference - found.column(place)).amax() / found.amax()
+                    (difference - jacobian.column(index)).amax() / jacobian.amax()
                 });
                 best.into_iter().fold(f64::INFINITY, f64::min)
             };
-            (0..found.ncols()).map(column).fold(0.0, f64::max)
+            (0..jacobian.ncols()).map(column).fold(0.0, f64::max)
         };
         let off = [
-            off(&moved, &found.by_state, 1e-5),
-            off(&pushed, &found.by_parameters, 1e-2),
+            off(&moved, &linearization.by_state, 1e-5),
+            off(&pushed, &linearization.by_parameters, 1e-2),
         ];
         println!("{integrator:?}: A and B off by {off:?}");
         assert!(off.iter().all(|&off| off < A_AND_B));

@@ -20,7 +20,7 @@ fn skin(modulus: f64) -> Material {
 /// Diverging solutions would satisfy a tolerance that is relative to them.
 #[test]
 fn fast_hits_by_long_steps_gain_no_speed() {
-    for (place, turn) in (0..24).map(|index| (index, f64::from(index))) {
+    for (index, turn) in (0..24).map(|index| (index, f64::from(index))) {
         let turned = vector![turn.sin(), (2.0 * turn).cos(), (3.0 * turn).sin()] * 2.0;
         let start = Pose::from_rotation_vector(&turned, vector![0.0, 0.0, 0.15]);
         let brick = brick(
@@ -37,7 +37,7 @@ fn fast_hits_by_long_steps_gain_no_speed() {
             for _ in 0..8 {
                 rollout.advance().unwrap();
                 let speed = rollout.state().bodies[0].velocity().norm();
-                assert!(speed < 11.0, "{integrator:?} {place}: {speed} m/s");
+                assert!(speed < 11.0, "{integrator:?} {index}: {speed} m/s");
             }
         }
     }
@@ -57,15 +57,15 @@ fn derivatives_by_the_pose_of_a_fixed_body_agree_with_differences() {
         let plan = Plan::new(1e-3, 30).unwrap().with_integrator(integrator);
         let experiment = Experiment::new(&world, &undivided(plan));
         let outcome = FinalState::of_body(&world, "ball").unwrap();
-        let found = experiment.jacobian(&parameters, &outcome).unwrap().jacobian;
+        let jacobian = experiment.jacobian(&parameters, &outcome).unwrap().jacobian;
         let at = |step: f64| {
             let value = experiment.value_perturbed(&parameters, &[0.0, 0.0, step], &outcome);
             DVector::from_vec(value.unwrap())
         };
         let difference = (at(1e-7) - at(-1e-7)) / 2e-7;
-        let off = (difference - found.column(2)).amax() / found.column(2).amax();
+        let off = (difference - jacobian.column(2)).amax() / jacobian.column(2).amax();
         assert!(
-            found.column(2).amax() > 0.1 && off < DIFFERENCE,
+            jacobian.column(2).amax() > 0.1 && off < DIFFERENCE,
             "{integrator:?}: {off}"
         );
     }

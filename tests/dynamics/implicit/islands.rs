@@ -14,7 +14,7 @@ fn skin() -> Material {
 
 /// Returns bricks at rest side by side, a tenth of a meter apart, and two bricks on top of each other.
 fn apart(count: usize) -> World {
-    let place = |index: usize| {
+    let pose = |index: usize| {
         at(
             0.2 * (index % 6) as f64 - 0.5,
             0.2 * (index / 6) as f64 - 0.5,
@@ -23,7 +23,7 @@ fn apart(count: usize) -> World {
     };
     let name = |index: usize| format!("{index}");
     let mut bodies: Vec<_> = (0..count)
-        .map(|index| brick(&name(index), [0.1; 3], skin()).with_pose(place(index)))
+        .map(|index| brick(&name(index), [0.1; 3], skin()).with_pose(pose(index)))
         .collect();
     bodies.push(brick("above", [0.1; 3], skin()).with_pose(at(-0.5, -0.5, 0.149_98)));
     bodies.push(ground([3.0, 3.0, 0.4], skin()));
@@ -54,11 +54,11 @@ fn an_island_moves_as_it_does_alone() {
     for integrator in IMPLICIT {
         let mut all = rollout(&together, integrator, 5e-3);
         run(&mut all, 5e-3, 0.1);
-        let mut one = rollout(&alone, integrator, 5e-3);
-        run(&mut one, 5e-3, 0.1);
-        let [all, one] = [&all.state().bodies[1], &one.state().bodies[0]];
-        assert_eq!(all.position(), one.position());
-        assert_eq!(all.twist.linear, one.twist.linear);
+        let mut single = rollout(&alone, integrator, 5e-3);
+        run(&mut single, 5e-3, 0.1);
+        let [all, single] = [&all.state().bodies[1], &single.state().bodies[0]];
+        assert_eq!(all.position(), single.position());
+        assert_eq!(all.twist.linear, single.twist.linear);
     }
 }
 
@@ -66,7 +66,7 @@ fn an_island_moves_as_it_does_alone() {
 #[test]
 fn threads_change_no_bit() {
     for world in [apart(20), stack(18, 1e7, 1e-3)] {
-        let found = [1, 2, 3].map(|threads| {
+        let runs = [1, 2, 3].map(|threads| {
             let pool = ThreadPoolBuilder::new()
                 .num_threads(threads)
                 .build()
@@ -77,7 +77,7 @@ fn threads_change_no_bit() {
                 bits(rollout.state())
             })
         });
-        assert!(found[0] == found[1] && found[0] == found[2]);
+        assert!(runs[0] == runs[1] && runs[0] == runs[2]);
     }
 }
 
@@ -95,9 +95,9 @@ fn a_fast_body_meets_another_within_a_step() {
         rollout.state().bodies[1].twist.linear.x
     };
     let expected = state(Integrator::Leapfrog, 1e-5);
-    let found = state(Integrator::Sdirk3, 1e-2);
-    println!("10 m/s against a brick at rest: {found:.4} m/s, explicitly {expected:.4} m/s");
-    assert!((found / expected - 1.0).abs() < 0.02);
+    let actual = state(Integrator::Sdirk3, 1e-2);
+    println!("10 m/s against a brick at rest: {actual:.4} m/s, explicitly {expected:.4} m/s");
+    assert!((actual / expected - 1.0).abs() < 0.02);
 }
 
 #[test]

@@ -30,15 +30,15 @@ fn bodies(random: &mut Random) -> Vec<Body> {
     ];
     let shapes = shapes.map(|field| Arc::new(Shape::new(field)));
     let count = 3 + random.below(2);
-    let body = |place: usize| {
+    let body = |index: usize| {
         let skin = Material::elastic(10_f64.powf(random.between(5.0, 7.0)))
             .with_dissipation(random.between(0.0, 1.0))
             .with_friction(random.between(0.0, 0.8));
         let shape = Arc::clone(&shapes[random.below(3)]);
-        let at = vector![0.0, 0.0, 0.12 + 0.2 * place as f64] + random.vector() * 0.05;
+        let at = vector![0.0, 0.0, 0.12 + 0.2 * index as f64] + random.vector() * 0.05;
         let pose = Pose::from_rotation_vector(&random.rotation_vector(), at);
         let mass = Mass::Total(random.between(0.3, 3.0));
-        let body = Body::dynamic(&place.to_string(), shape, skin, mass).unwrap();
+        let body = Body::dynamic(&index.to_string(), shape, skin, mass).unwrap();
         body.with_pose(pose).with_velocity(random.vector())
     };
     let mut bodies: Vec<_> = (0..count).map(body).collect();
@@ -61,28 +61,32 @@ fn ends(bodies: &[Body], integrator: Integrator) -> Vec<Vector3<f64>> {
 /// Returns, for each integrator, the number of scenes with different final positions, and the largest distance (m) between final positions.
 fn differing(scenes: usize) -> [(usize, f64); 2] {
     let mut random = Random::numbered(150);
-    let mut found = [(0, 0.0_f64); 2];
+    let mut tallies = [(0, 0.0_f64); 2];
     for _ in 0..scenes {
         let listed = bodies(&mut random);
         let reversed: Vec<_> = listed.iter().rev().cloned().collect();
-        for (found, integrator) in found.iter_mut().zip(IMPLICIT) {
-            let [one, other] = [&listed, &reversed].map(|bodies| ends(bodies, integrator));
-            let apart = one.iter().zip(&other).map(|(a, b)| (a - b).norm());
+        for (tally, integrator) in tallies.iter_mut().zip(IMPLICIT) {
+            let [listed_ends, reversed_ends] =
+                [&listed, &reversed].map(|bodies| ends(bodies, integrator));
+            let apart = listed_ends
+                .iter()
+                .zip(&reversed_ends)
+                .map(|(a, b)| (a - b).norm());
             let apart = apart.fold(0.0, f64::max);
             let least = match integrator {
                 Integrator::Sdirk3 => ANOTHER_DIVISION,
                 _ => ANOTHER_MOTION,
             };
-            found.0 += usize::from(apart > least);
-            found.1 = found.1.max(apart);
+            tally.0 += usize::from(apart > least);
+            tally.1 = tally.1.max(apart);
         }
     }
-    for ((count, farthest), integrator) in found.iter().zip(IMPLICIT) {
+    for ((count, farthest), integrator) in tallies.iter().zip(IMPLICIT) {
         println!(
             "{integrator:?}: {count} of {scenes} scenes have other final positions, by up to {farthest:.1e} m"
         );
     }
-    found
+    tallies
 }
 
 fn assert_differ_little(scenes: usize) {

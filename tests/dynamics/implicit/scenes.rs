@@ -102,10 +102,10 @@ impl Numbers {
     /// Returns one of the choices with equal probability.
     pub fn one_of<'c, C>(&mut self, choices: &'c [C]) -> &'c C {
         let part = self.next() * choices.len() as f64;
-        let place = (1..choices.len())
-            .filter(|&place| part >= place as f64)
+        let index = (1..choices.len())
+            .filter(|&index| part >= index as f64)
             .count();
-        &choices[place]
+        &choices[index]
     }
 
     pub fn vector(&mut self, size: f64) -> Vector3<f64> {
@@ -142,9 +142,9 @@ pub fn grasp(modulus: f64, slip_tolerance: f64) -> World {
 fn gripping(side: f64, time: f64) -> BodyState {
     let [closed, closing] = smooth(time / 0.05).map(|value| value * 0.0026);
     let [lifted, lifting] = smooth((time - 0.1) / 0.5).map(|value| value * 0.1);
-    let place = vector![side * (0.1505 - closed), 0.003, 0.1 + lifted];
+    let position = vector![side * (0.1505 - closed), 0.003, 0.1 + lifted];
     BodyState {
-        pose: Pose::from_translation(place),
+        pose: Pose::from_translation(position),
         twist: Twist {
             linear: vector![-side * closing / 0.05, 0.0, lifting / 0.5],
             ..Twist::zero()
@@ -170,8 +170,8 @@ pub fn stack(count: usize, modulus: f64, slip_tolerance: f64) -> World {
             .with_dissipation(0.5)
             .with_friction(0.5)
     };
-    let cube = |place: usize| {
-        let count = place as f64;
+    let cube = |index: usize| {
+        let count = index as f64;
         let shift = vector![
             0.004 * (1.7 * count).sin(),
             0.003 * count.cos(),
@@ -179,7 +179,7 @@ pub fn stack(count: usize, modulus: f64, slip_tolerance: f64) -> World {
         ];
         let turned = Pose::from_rotation_vector(&(Vector3::z() * 0.2 * count), shift);
         brick(
-            &place.to_string(),
+            &index.to_string(),
             [0.1; 3],
             skin(modulus * (1.0 + 0.17 * count)),
         )

@@ -47,11 +47,12 @@ fn a_brick_on_a_slope_creeps_at_the_speed_of_the_law() {
                 let world = brick_at_rest(modulus, slip_tolerance);
                 let mut rollout = rollout(&world, integrator, time_step);
                 let mut work = run(&mut rollout, time_step, 0.5);
-                let place = rollout.state().bodies[0].position().x;
+                let position = rollout.state().bodies[0].position().x;
                 let late = run(&mut rollout, time_step, 0.5);
                 work += late;
                 all += work;
-                let creep = (rollout.state().bodies[0].position().x - place) / 0.5 / slip_tolerance;
+                let creep =
+                    (rollout.state().bodies[0].position().x - position) / 0.5 / slip_tolerance;
                 println!(
                     "{integrator:?} E {modulus:.0e} v_s {slip_tolerance:.0e} h {time_step}: creep off by {:.1e}, evaluations per solve {:.2}, late {:.2}",
                     creep / expected - 1.0,
@@ -88,12 +89,12 @@ fn a_brick_that_is_put_down_rattles_in_short_steps_and_rests_in_long_ones() {
         let plan = plan
             .with_integrator(integrator)
             .recording_every(steps_in_a_second);
-        let found = world.rollout(&plan).run().unwrap();
-        let [_, middle, end] = found.states() else {
+        let trajectory = world.rollout(&plan).run().unwrap();
+        let [_, middle, end] = trajectory.states() else {
             panic!("three states are recorded")
         };
-        let way = end.bodies[0].position().x - middle.bodies[0].position().x;
-        let creep = way / slip_tolerance / creep_over_slip_tolerance();
+        let distance = end.bodies[0].position().x - middle.bodies[0].position().x;
+        let creep = distance / slip_tolerance / creep_over_slip_tolerance();
         println!("{integrator:?}, {time_step} s: {creep:.3} times the law");
         creep
     };
@@ -183,9 +184,9 @@ fn a_ball_rolls_as_it_does_by_short_explicit_steps() {
         (Integrator::ImplicitEuler, 2e-2),
     ] {
         for time_step in [1e-3, 5e-3] {
-            let found = rolled(integrator, time_step);
-            println!("{integrator:?} h {time_step}: rolled {found:.6}, explicitly {expected:.6}");
-            assert!((found / expected - 1.0).abs() < tolerance);
+            let actual = rolled(integrator, time_step);
+            println!("{integrator:?} h {time_step}: rolled {actual:.6}, explicitly {expected:.6}");
+            assert!((actual / expected - 1.0).abs() < tolerance);
         }
     }
 }

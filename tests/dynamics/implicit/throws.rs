@@ -7,12 +7,12 @@ use nalgebra::vector;
 
 fn check_throws(seed: u64, least: usize) {
     let mut numbers = Numbers(seed);
-    let (mut work, mut taken) = (Work::default(), 0);
-    while taken < least {
+    let (mut work, mut step_count) = (Work::default(), 0);
+    while step_count < least {
         let modulus = 10_f64.powf(numbers.between(5.0, 9.0));
         let slip_tolerance = 10_f64.powf(numbers.between(-5.0, -2.0));
         let time_step = 10_f64.powf(numbers.between(-3.0, -2.0));
-        let dissipation = [0.0, 0.3, 3.0][taken % 3];
+        let dissipation = [0.0, 0.3, 3.0][step_count % 3];
         let friction = numbers.between(0.1, 1.0);
         let skin = |modulus| {
             Material::elastic(modulus)
@@ -22,16 +22,20 @@ fn check_throws(seed: u64, least: usize) {
         let start = |x: f64, numbers: &mut Numbers| {
             Pose::from_rotation_vector(&numbers.vector(3.0), vector![x, 0.02, 0.3])
         };
-        let one = ball(0.1, 1, skin(modulus))
+        let thrown_ball = ball(0.1, 1, skin(modulus))
             .with_pose(start(-0.2, &mut numbers))
             .with_velocity(numbers.vector(2.0))
             .with_angular_velocity(numbers.vector(10.0));
-        let other = brick("brick", [0.2, 0.14, 0.1], skin(2.0 * modulus))
+        let thrown_brick = brick("brick", [0.2, 0.14, 0.1], skin(2.0 * modulus))
             .with_pose(start(0.1, &mut numbers))
             .with_velocity(numbers.vector(2.0))
             .with_angular_velocity(numbers.vector(10.0));
         let world = on_slope(
-            vec![one, other, ground([6.0, 6.0, 0.4], skin(1.3 * modulus))],
+            vec![
+                thrown_ball,
+                thrown_brick,
+                ground([6.0, 6.0, 0.4], skin(1.3 * modulus)),
+            ],
             0.0,
             slip_tolerance,
         );
@@ -42,13 +46,13 @@ fn check_throws(seed: u64, least: usize) {
                     "E {modulus:.1e} v_s {slip_tolerance:.1e} h {time_step:.1e} d {dissipation}: {error}"
                 );
             }
-            taken += 1;
+            step_count += 1;
             work += rollout.step_report().unwrap().work;
         }
     }
     println!(
-        "{taken} steps, {:.2} evaluations each, {work:?}",
-        work.evaluations as f64 / taken as f64
+        "{step_count} steps, {:.2} evaluations each, {work:?}",
+        work.evaluations as f64 / step_count as f64
     );
 }
 

@@ -68,14 +68,14 @@ fn a_rod_that_spins_meets_a_small_ball() {
     let skin = Material::elastic(STIFF);
     for spin in [50.0, 200.0] {
         // At the tip, the peg is outside the boxes around the rod at all stages.
-        for (phase, place) in [(-0.3, 0.4), (-0.5, 0.4), (-0.9, 0.4), (-0.2175, 0.495)] {
+        for (phase, x) in [(-0.3, 0.4), (-0.5, 0.4), (-0.9, 0.4), (-0.2175, 0.495)] {
             let rotation = vector![0.0, 0.0, phase];
             let rod = brick("rod", [1.0, 0.01, 0.01], skin)
                 .with_pose(Pose::from_rotation_vector(&rotation, Vector3::zeros()))
                 .with_angular_velocity(vector![0.0, 0.0, spin]);
             let shape = Shape::new(shapes::icosphere(0.005, 1).unwrap());
             let peg = Body::fixed("peg", shape, skin).unwrap();
-            let world = World::new(vec![rod, peg.with_pose(at(place, 0.0, 0.001))]).unwrap();
+            let world = World::new(vec![rod, peg.with_pose(at(x, 0.0, 0.001))]).unwrap();
             // The rollout ends well after the rod reaches the peg, and before the rod's other end does.
             let end = end(&world, 5e-3, if spin > 100.0 { 2 } else { 6 });
             let speed = end.bodies[0].velocity().norm();
@@ -158,9 +158,9 @@ fn a_swarm_whose_budget_is_used_up_stays_above_a_plate() {
     let mut bodies = vec![plate.with_pose(at(0.0, 0.0, -0.0025))];
     for number in 0..30 {
         // Neighbors overlap slightly, so all bodies are one island.
-        let place = [number % 6, number / 6].map(|place| 0.01999 * f64::from(place));
-        let cube = brick(&format!("cube {number}"), [0.02; 3], skin)
-            .with_pose(at(place[0], place[1], 0.05));
+        let cell = [number % 6, number / 6].map(|cell| 0.01999 * f64::from(cell));
+        let cube =
+            brick(&format!("cube {number}"), [0.02; 3], skin).with_pose(at(cell[0], cell[1], 0.05));
         bodies.push(cube.with_velocity(vector![0.0, 0.0, -40.0]));
     }
     let world = falling(bodies);

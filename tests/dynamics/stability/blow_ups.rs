@@ -44,20 +44,20 @@ fn blows_up(world: &World, time_step: f64) -> bool {
 }
 
 fn assert_blows_up_at_the_limit(world: &World) {
-    let found = limit(world);
-    let range = [found / 2.0, found * 2.0];
+    let step_limit = limit(world);
+    let range = [step_limit / 2.0, step_limit * 2.0];
     let blown = bisected(range, RESOLUTION / 10.0, |step| blows_up(world, step));
-    println!("{found:e} {:e}", found / blown - 1.0);
-    assert_close(found, blown, RESOLUTION);
+    println!("{step_limit:e} {:e}", step_limit / blown - 1.0);
+    assert_close(step_limit, blown, RESOLUTION);
 }
 
 /// Asserts that a rollout ends with an error above the stability limit, and not below it.
 fn assert_checked_at_the_limit(world: &World) {
-    let found = limit(world);
+    let step_limit = limit(world);
     for (part, is_stopped) in [(0.98, false), (1.02, true)] {
-        let plan = Plan::new(part * found, STEPS).unwrap();
+        let plan = Plan::new(part * step_limit, STEPS).unwrap();
         let ended = world.rollout(&plan.recording_every(STEPS)).run();
-        assert_eq!(ended.is_err(), is_stopped, "{part} of {found:e} s");
+        assert_eq!(ended.is_err(), is_stopped, "{part} of {step_limit:e} s");
     }
 }
 
@@ -119,14 +119,14 @@ fn ball_on_slab(skin: Material) -> Vec<Body> {
             let off = (a + b + c).cross(&normal).norm();
             (off, normal, a.dot(&normal))
         })
-        .min_by(|one, other| one.0.total_cmp(&other.0))
+        .min_by(|a, b| a.0.total_cmp(&b.0))
         .map(|(_, normal, distance)| (normal, distance))
         .unwrap();
     let turn = Rotation3::rotation_between(&normal, &-Vector3::z()).unwrap();
-    let place = vector![0.03, 0.05, distance - 1e-5];
+    let position = vector![0.03, 0.05, distance - 1e-5];
     let ball = Body::dynamic("ball", Shape::new(field), skin, Mass::Total(0.2)).unwrap();
     vec![
-        ball.with_pose(Pose::new(turn.into_inner(), place).unwrap()),
+        ball.with_pose(Pose::new(turn.into_inner(), position).unwrap()),
         slab(skin),
     ]
 }

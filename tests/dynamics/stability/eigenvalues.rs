@@ -29,10 +29,10 @@ fn step_matrix(world: &World, body: &str, time_step: f64, integrator: Integrator
     let plan = Plan::new(time_step, 1).unwrap().without_stability_check();
     let experiment = Experiment::new(world, &plan.with_integrator(integrator));
     let outcome = FinalState::of_body(world, body).unwrap();
-    let found = experiment.jacobian(&by, &outcome).unwrap();
-    let rotation = Matrix3::from_column_slice(&found.value.as_slice()[3..12]);
+    let outcome_jacobian = experiment.jacobian(&by, &outcome).unwrap();
+    let rotation = Matrix3::from_column_slice(&outcome_jacobian.value.as_slice()[3..12]);
     DMatrix::from_fn(12, 12, |row, column| {
-        let slopes = found.jacobian.column(column);
+        let slopes = outcome_jacobian.jacobian.column(column);
         match row {
             0..3 => slopes[row],
             3..6 => {
@@ -90,8 +90,8 @@ fn worst_of_eigenvalues(skin: Material, speed: f64, integrator: Integrator) -> [
             continue;
         }
         world = World::new(bodies).unwrap();
-        let found = limit(&world);
-        let ratio = found / flipping_step(&world, "body", found, integrator) - 1.0;
+        let step_limit = limit(&world);
+        let ratio = step_limit / flipping_step(&world, "body", step_limit, integrator) - 1.0;
         range = [range[0].min(ratio), range[1].max(ratio)];
         compared += 1;
     }

@@ -43,9 +43,12 @@ pub fn limit(world: &World) -> f64 {
         .unwrap()
 }
 
-pub fn assert_close(found: f64, expected: f64, tolerance: f64) {
-    let error = (found / expected - 1.0).abs();
-    assert!(error <= tolerance, "{found:e}, not {expected:e}: {error:e}");
+pub fn assert_close(actual: f64, expected: f64, tolerance: f64) {
+    let error = (actual / expected - 1.0).abs();
+    assert!(
+        error <= tolerance,
+        "{actual:e}, not {expected:e}: {error:e}"
+    );
 }
 
 /// Depth (m) of a cube of 1 kg at rest.

@@ -10,13 +10,13 @@ use nalgebra::Vector3;
 /// Rounding error of numbers in ASCII files, which have 12 digits (meshio's .vtu) to 17 digits.
 const ASCII_DIGITS: f64 = 1e-11;
 
-fn assert_same_mesh(one: &MeshFile, other: &MeshFile) {
-    assert_eq!(one.mesh.tets(), other.mesh.tets());
-    assert_eq!(one.mesh.vertex_count(), other.mesh.vertex_count());
-    for (a, b) in one.mesh.vertices().iter().zip(other.mesh.vertices()) {
+fn assert_same_mesh(a: &MeshFile, b: &MeshFile) {
+    assert_eq!(a.mesh.tets(), b.mesh.tets());
+    assert_eq!(a.mesh.vertex_count(), b.mesh.vertex_count());
+    for (a, b) in a.mesh.vertices().iter().zip(b.mesh.vertices()) {
         assert!((a - b).amax() < ASCII_DIGITS);
     }
-    assert!((one.mesh.volume() / other.mesh.volume() - 1.0).abs() < 100.0 * ASCII_DIGITS);
+    assert!((a.mesh.volume() / b.mesh.volume() - 1.0).abs() < 100.0 * ASCII_DIGITS);
 }
 
 #[test]

@@ -30,10 +30,10 @@ fn truncated_files_are_refused_or_lack_only_what_is_not_the_mesh() {
 fn files_with_wrong_bytes_never_panic() {
     for name in PLAIN.iter().chain(&WITH_EXTENTS) {
         let bytes = std::fs::read(path_of(name)).unwrap();
-        for place in places(bytes.len(), 50) {
-            for wrong in [b'0', b'<', 0xff, bytes[place] ^ 1] {
+        for offset in places(bytes.len(), 50) {
+            for wrong in [b'0', b'<', 0xff, bytes[offset] ^ 1] {
                 let mut damaged = bytes.clone();
-                damaged[place] = wrong;
+                damaged[offset] = wrong;
                 // Some damaged files still contain a mesh, although a different one. No mesh is empty.
                 let file = read_bytes(&format!("damaged_{name}"), &damaged);
                 assert!(file.is_err() || file.unwrap().mesh.tet_count() > 0);

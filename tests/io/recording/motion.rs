@@ -163,14 +163,14 @@ fn times_increase_in_single_precision_after_a_long_time() {
     let mut saved = serde_json::to_value(rollout.run().unwrap()).unwrap();
     // At these times, the resolution of single precision is a quarter of a second.
     let times = [0.0, 3e6, 3e6 + 0.05, 3e6 + 0.15, 3e6 + 0.25, 3e6 + 0.3];
-    for (place, time) in times.into_iter().enumerate() {
-        saved["states"][place]["time"] = time.into();
+    for (index, time) in times.into_iter().enumerate() {
+        saved["states"][index]["time"] = time.into();
     }
     let trajectory: Trajectory = serde_json::from_value(saved).unwrap();
     let glb = read_back("long_time", &Recording::new(&world, &trajectory));
     assert_times_increase(&glb);
-    let found = self::times(&glb, "block").into_iter().map(f64::from);
-    assert_eq!(found.collect::<Vec<_>>(), [0.0, 3e6, 3e6 + 0.25]);
+    let key_times = self::times(&glb, "block").into_iter().map(f64::from);
+    assert_eq!(key_times.collect::<Vec<_>>(), [0.0, 3e6, 3e6 + 0.25]);
 }
 
 #[test]
@@ -205,8 +205,8 @@ fn a_world_where_nothing_moves_has_no_animation() {
     let stone = Body::fixed("stone", stone, ELASTIC).unwrap();
     let world = World::new(vec![stone]).unwrap().with_gravity(DOWN).unwrap();
     let trajectory = rollout(&world);
-    let way = [Vector3::zeros(), Vector3::x()];
-    let recording = Recording::new(&world, &trajectory).with_path("way", way);
+    let points = [Vector3::zeros(), Vector3::x()];
+    let recording = Recording::new(&world, &trajectory).with_path("way", points);
     let glb = read_back("still", &recording);
     assert!(glb.root.animations.is_empty());
     assert!(

@@ -112,11 +112,11 @@ pub fn times(glb: &Glb, body: &str) -> Vec<f32> {
     keys.unwrap().times
 }
 
-pub fn assert_near(found: &Vector3<f64>, expected: &Vector3<f64>, tolerance: f64) {
-    let error = (found - expected).amax();
+pub fn assert_near(actual: &Vector3<f64>, expected: &Vector3<f64>, tolerance: f64) {
+    let error = (actual - expected).amax();
     assert!(
         error <= tolerance,
-        "{found} instead of {expected}: {error:e}"
+        "{actual} instead of {expected}: {error:e}"
     );
 }
 

@@ -85,11 +85,11 @@ fn a_path_that_turns_back_keeps_its_thickness() {
 
 #[test]
 fn a_path_of_one_place_is_not_shown() {
-    let place = vector![0.1, 0.2, 0.3];
+    let point = vector![0.1, 0.2, 0.3];
     for (name, points) in [
         ("none", &[][..]),
-        ("one", &[place]),
-        ("same", &[place, place]),
+        ("one", &[point]),
+        ("same", &[point, point]),
     ] {
         assert!(tube(name, points).is_none());
     }

@@ -126,9 +126,9 @@ proptest! {
         near in prop::option::of((0_usize..3, 0_usize..3, -16.0..-3.0)),
     ) {
         let mut lengths = logs.map(|log: f64| 10.0_f64.powf(log));
-        if let Some((one, other, log)) = near {
+        if let Some((axis, other_axis, log)) = near {
             let step: f64 = 10.0_f64.powf(log);
-            lengths[one] = lengths[other] * (1.0 + step);
+            lengths[axis] = lengths[other_axis] * (1.0 + step);
         }
         prop_assert!(error_of_box(lengths) <= NEARLY_DEGENERATE);
     }

@@ -17,11 +17,11 @@ pub const NEARLY_DEGENERATE: f64 = 1e-5;
 /// Largest distance (in barycentric coordinates) of a point on a face outside its tetrahedron.
 const ON_FACE: f64 = 1e-9;
 
-pub fn assert_relative(found: f64, expected: f64, tolerance: f64) {
-    let error = (found - expected).abs();
+pub fn assert_relative(actual: f64, expected: f64, tolerance: f64) {
+    let error = (actual - expected).abs();
     assert!(
         error <= tolerance * expected.abs(),
-        "{found:e} is not {expected:e}"
+        "{actual:e} is not {expected:e}"
     );
 }
 

@@ -29,24 +29,24 @@ fn three(dimensions: &[f64]) -> [f64; 3] {
 fn family(name: &'static str, dimensions: &[f64]) -> Family {
     let (shape, rates): (Maker, RatesOf) = match name {
         "ball" => (
-            |it| shapes::icosphere(it[0], 2),
-            |it| shapes::icosphere_rates(it[0], 2).map(|it| vec![it]),
+            |lengths| shapes::icosphere(lengths[0], 2),
+            |lengths| shapes::icosphere_rates(lengths[0], 2).map(|rates| vec![rates]),
         ),
         "ellipsoid" => (
-            |it| shapes::ellipsoid(three(it), 2),
-            |it| shapes::ellipsoid_rates(three(it), 2).map(Vec::from),
+            |lengths| shapes::ellipsoid(three(lengths), 2),
+            |lengths| shapes::ellipsoid_rates(three(lengths), 2).map(Vec::from),
         ),
         "cuboid" => (
-            |it| shapes::cuboid(three(it)),
-            |it| shapes::cuboid_rates(three(it)).map(Vec::from),
+            |lengths| shapes::cuboid(three(lengths)),
+            |lengths| shapes::cuboid_rates(three(lengths)).map(Vec::from),
         ),
         "distance cuboid" => (
-            |it| shapes::distance_cuboid(three(it)),
-            |it| shapes::distance_cuboid_rates(three(it)).map(Vec::from),
+            |lengths| shapes::distance_cuboid(three(lengths)),
+            |lengths| shapes::distance_cuboid_rates(three(lengths)).map(Vec::from),
         ),
         _ => (
-            |it| shapes::cylinder(it[0], it[1], 9),
-            |it| shapes::cylinder_rates(it[0], it[1], 9).map(Vec::from),
+            |lengths| shapes::cylinder(lengths[0], lengths[1], 9),
+            |lengths| shapes::cylinder_rates(lengths[0], lengths[1], 9).map(Vec::from),
         ),
     };
     Family {
@@ -87,7 +87,11 @@ fn kinked() -> Vec<Family> {
 }
 
 fn scaled(family: &Family, scale: f64) -> Vec<f64> {
-    family.dimensions.iter().map(|it| it * scale).collect()
+    family
+        .dimensions
+        .iter()
+        .map(|length| length * scale)
+        .collect()
 }
 
 #[test]
@@ -97,11 +101,11 @@ fn rates_are_what_differences_say_at_every_scale() {
             let dimensions = scaled(&family, scale);
             let rates = (family.rates)(&dimensions).unwrap();
             assert_eq!(rates.len(), dimensions.len());
-            for (place, rates) in rates.iter().enumerate() {
-                let step = STEP * dimensions[place];
+            for (index, rates) in rates.iter().enumerate() {
+                let step = STEP * dimensions[index];
                 let moved = |sign: f64| {
                     let mut moved = dimensions.clone();
-                    moved[place] += sign * step;
+                    moved[index] += sign * step;
                     (family.shape)(&moved).unwrap()
                 };
                 let [ahead, behind] = [1.0, -1.0].map(moved);
@@ -110,7 +114,7 @@ fn rates_are_what_differences_say_at_every_scale() {
                 let pairs = ahead.mesh().vertices().iter().zip(behind.mesh().vertices());
                 let differences = pairs.map(|(a, b)| (a - b) / (2.0 * step));
                 // The rounding error of coordinates is that of the largest coordinate.
-                let allowed = DIFFERENCES * (1.0 + ahead.reach() / dimensions[place]);
+                let allowed = DIFFERENCES * (1.0 + ahead.reach() / dimensions[index]);
                 assert_eq!(rates.vertices.len(), ahead.extents().len());
                 for (difference, rate) in differences.zip(&rates.vertices) {
                     let error = (difference - rate).amax();
@@ -181,9 +185,9 @@ fn rates_refuse_what_shapes_refuse() {
     ];
     for family in families {
         let refused = (family.shape)(&family.dimensions).unwrap_err();
-        let found = (family.rates)(&family.dimensions).unwrap_err();
+        let error = (family.rates)(&family.dimensions).unwrap_err();
         // The comparison is as text, because NaN is not equal to NaN.
-        assert_eq!(found.to_string(), refused.to_string());
+        assert_eq!(error.to_string(), refused.to_string());
     }
     assert!(shapes::cylinder_rates(1.0, 1.0, 2).is_err());
     assert!(shapes::icosphere_rates(1.0, 9).is_err());
@@ -201,9 +205,9 @@ fn the_surface_of_a_shape_moves_as_the_shape_does() {
         assert_eq!(*rate, Vector3::new(0.0, vertex.y / 0.5, 0.0));
     }
     assert!(around.extents.is_empty() && around.ambiguous.is_empty());
-    let other = shapes::cuboid(lengths).unwrap();
+    let cuboid = shapes::cuboid(lengths).unwrap();
     assert_eq!(
-        by_y.around(other.mesh()).unwrap_err(),
+        by_y.around(cuboid.mesh()).unwrap_err(),
         MeshError::RateCount {
             name: "vertices",
             found: 10,

@@ -4,8 +4,8 @@ use hydroelastic::mesh::{MeshError, PressureField, shapes};
 
 #[test]
 fn shapes_too_slender_for_round_off_are_refused() {
-    let is_flat = |found: Result<PressureField, MeshError>| {
-        matches!(found, Err(MeshError::ZeroVolume { .. }))
+    let is_flat = |field: Result<PressureField, MeshError>| {
+        matches!(field, Err(MeshError::ZeroVolume { .. }))
     };
     assert!(is_flat(shapes::cuboid([1.0, 1.0, 1e-13])));
     assert!(is_flat(shapes::cuboid([1.0, 1e-7, 1e-7])));
@@ -17,8 +17,8 @@ fn shapes_too_slender_for_round_off_are_refused() {
 #[test]
 fn bad_dimensions_are_named_with_their_value() {
     for bad in [0.0, -1.0, f64::INFINITY, f64::NAN, -0.0, f64::NEG_INFINITY] {
-        let is_named = |found: Result<PressureField, MeshError>, expected: &str| {
-            matches!(found, Err(MeshError::InvalidDimension { name, value })
+        let is_named = |field: Result<PressureField, MeshError>, expected: &str| {
+            matches!(field, Err(MeshError::InvalidDimension { name, value })
                 if name == expected && value.to_bits() == bad.to_bits())
         };
         for axis in 0..3 {
@@ -53,14 +53,17 @@ fn bad_resolutions_are_named_with_their_limits() {
         lowest,
         highest,
     };
-    for found in [11, usize::MAX] {
-        let expected = error("subdivisions", found, 0, 8);
-        assert_eq!(shapes::icosphere(1.0, found).unwrap_err(), expected);
-        assert_eq!(shapes::ellipsoid([1.0; 3], found).unwrap_err(), expected);
+    for subdivisions in [11, usize::MAX] {
+        let expected = error("subdivisions", subdivisions, 0, 8);
+        assert_eq!(shapes::icosphere(1.0, subdivisions).unwrap_err(), expected);
+        assert_eq!(
+            shapes::ellipsoid([1.0; 3], subdivisions).unwrap_err(),
+            expected
+        );
     }
-    for found in [0, 2, 100_001, usize::MAX] {
-        let expected = error("segments", found, 3, 100_000);
-        assert_eq!(shapes::cylinder(1.0, 1.0, found).unwrap_err(), expected);
+    for segments in [0, 2, 100_001, usize::MAX] {
+        let expected = error("segments", segments, 3, 100_000);
+        assert_eq!(shapes::cylinder(1.0, 1.0, segments).unwrap_err(), expected);
     }
     let message = shapes::cylinder(1.0, 1.0, 2).unwrap_err().to_string();
     assert_eq!(message, "a shape takes 3 to 100000 segments, not 2");

@@ -13,10 +13,10 @@ fn fields_work_at_extreme_scales() {
         let field = PressureField::from_distance(&mesh).unwrap();
         let expected = PressureField::from_distance(&l_shape(1)).unwrap();
         assert_eq!(field.mesh().tets(), expected.mesh().tets());
-        for (found, expected) in field.extents().iter().zip(expected.extents()) {
+        for (actual, expected) in field.extents().iter().zip(expected.extents()) {
             assert!(
-                (found - expected).abs() <= ROUND_OFF,
-                "{found} is not {expected} at {scale:e}"
+                (actual - expected).abs() <= ROUND_OFF,
+                "{actual} is not {expected} at {scale:e}"
             );
         }
         assert_relative(field.steepest() * scale, expected.steepest(), ROUND_OFF);

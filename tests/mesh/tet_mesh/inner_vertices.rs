@@ -31,7 +31,7 @@ fn flat_simplices(mesh: &TetMesh) -> Vec<BTreeSet<usize>> {
         choices.map(|choice| {
             choice
                 .iter()
-                .map(|&place| tet[place])
+                .map(|&corner| tet[corner])
                 .collect::<BTreeSet<usize>>()
         })
     });
@@ -76,11 +76,11 @@ fn inner_vertices_leave_volume_and_surface_as_they_were() {
             mesh.vertices(),
             "{name}"
         );
-        let (found, expected) = (
+        let (actual, expected) = (
             split.mass_properties(1.0).unwrap(),
             mesh.mass_properties(1.0).unwrap(),
         );
-        assert_inertia(&found.inertia, &expected.inertia, ROUND_OFF);
+        assert_inertia(&actual.inertia, &expected.inertia, ROUND_OFF);
     }
 }
 
@@ -89,10 +89,10 @@ fn meshes_with_inner_vertices_are_conforming_in_any_order_of_vertices() {
     for (name, mesh) in meshes() {
         let count = mesh.vertex_count();
         for shift in 1..count.min(12) {
-            let place = |vertex: usize| (vertex + shift) % count;
+            let shifted = |vertex: usize| (vertex + shift) % count;
             let mut vertices = mesh.vertices().to_vec();
             vertices.rotate_right(shift);
-            let tets = mesh.tets().iter().map(|tet| tet.map(place)).collect();
+            let tets = mesh.tets().iter().map(|tet| tet.map(shifted)).collect();
             let turned = TetMesh::new(vertices, tets).unwrap();
             // TetMesh::new inside this call rejects faces that do not meet.
             let split = turned.with_inner_vertices().unwrap();

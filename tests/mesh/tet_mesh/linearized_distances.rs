@@ -131,9 +131,9 @@ fn the_pullback_is_the_transpose_of_the_rates() {
         for (depth, (made, distances)) in linearized(&mesh) {
             let count = made.extents().len();
             let by_vertices = velocities(count);
-            let by_extents: Vec<f64> = (0..count).map(|it| scattered(it + 100_000)).collect();
-            let found = distances.pullback(&by_vertices, &by_extents).unwrap();
-            assert_eq!(found.by_vertices.len(), mesh.vertex_count());
+            let by_extents: Vec<f64> = (0..count).map(|index| scattered(index + 100_000)).collect();
+            let gradient = distances.pullback(&by_vertices, &by_extents).unwrap();
+            assert_eq!(gradient.by_vertices.len(), mesh.vertex_count());
             let product = |rates: &ShapeRates| {
                 let vertices = by_vertices.iter().zip(&rates.vertices);
                 let extents = by_extents.iter().zip(&rates.extents);
@@ -145,14 +145,14 @@ fn the_pullback_is_the_transpose_of_the_rates() {
             };
             let velocities = velocities(mesh.vertex_count());
             let (expected, size) = product(&distances.rates(&velocities).unwrap());
-            let pairs = found.by_vertices.iter().zip(&velocities);
+            let pairs = gradient.by_vertices.iter().zip(&velocities);
             let sum: f64 = pairs.map(|(by, velocity)| by.dot(velocity)).sum();
             assert!(
                 (sum - expected).abs() <= SAME * size,
                 "{name} {depth:?}: {sum} {expected}"
             );
             let (expected, size) = product(&distances.rates_by_depth());
-            let error = (found.by_depth - expected).abs();
+            let error = (gradient.by_depth - expected).abs();
             assert!(error <= SAME * size, "{name} {depth:?}: {error:e}");
         }
     }
@@ -211,10 +211,10 @@ fn the_medial_axis_of_a_box_is_told_and_two_faces_give_the_mean() {
         if least <= 0.0 {
             return 0;
         }
-        heights.iter().filter(|&&it| it <= least).count()
+        heights.iter().filter(|&&height| height <= least).count()
     };
     let vertices = made.mesh().vertices();
-    let expected = (0..vertices.len()).filter(|&it| near(&vertices[it]) > 1);
+    let expected = (0..vertices.len()).filter(|&vertex| near(&vertices[vertex]) > 1);
     assert_eq!(distances.ambiguous(), expected.collect::<Vec<_>>());
     // With a skin, extents do not depend on the farthest vertices.
     let depth = 0.3;
@@ -223,7 +223,7 @@ fn the_medial_axis_of_a_box_is_told_and_two_faces_give_the_mean() {
     let rates = distances.rates(&velocities).unwrap();
     let fields = [SHORT_STEP, -SHORT_STEP]
         .map(|time| field(&moved_mesh(&mesh, &velocities, time), Some(depth)));
-    let (mut one, mut two) = (0, 0);
+    let (mut unique_count, mut ambiguous_count) = (0, 0);
     for (vertex, x) in skin
         .mesh()
         .vertices()
@@ -236,14 +236,17 @@ fn the_medial_axis_of_a_box_is_told_and_two_faces_give_the_mean() {
             let change = fields[0].extents()[vertex] - fields[1].extents()[vertex];
             let error = (change / (2.0 * SHORT_STEP) - rates.extents[vertex]).abs();
             assert!(error <= FIRST_ORDER, "{count} faces: {error:e}");
-            (one, two) = if count == 1 {
-                (one + 1, two)
+            (unique_count, ambiguous_count) = if count == 1 {
+                (unique_count + 1, ambiguous_count)
             } else {
-                (one, two + 1)
+                (unique_count, ambiguous_count + 1)
             };
         }
     }
-    assert!(one > 20 && two > 20, "{one} {two}");
+    assert!(
+        unique_count > 20 && ambiguous_count > 20,
+        "{unique_count} {ambiguous_count}"
+    );
 }
 
 #[test]
@@ -268,9 +271,11 @@ fn ends_of_skins_and_inward_edges() {
     // A concave edge is a single nearest point, although triangles on both sides of it are equally near.
     let mesh = l_shape(4);
     let (made, distances) = PressureField::linearized_from_distance(&mesh).unwrap();
-    let vertex_at = |place: Vector3<f64>| {
+    let vertex_at = |position: Vector3<f64>| {
         let mut vertices = made.mesh().vertices().iter();
-        vertices.position(|x| (x - place).amax() < 1e-12).unwrap()
+        vertices
+            .position(|x| (x - position).amax() < 1e-12)
+            .unwrap()
     };
     // The edge is at x = y = 1.
     let by_edge = vertex_at(vector![0.75, 0.75, 1.0]);
@@ -293,10 +298,10 @@ fn what_does_not_pair_up_is_refused() {
         expected: 9,
     };
     let zeros = [Vector3::zeros(); 9];
-    let found = distances.pullback(&zeros[1..], &[0.0; 9]);
-    assert_eq!(found.unwrap_err(), count("vertices", 8));
-    let found = distances.pullback(&zeros, &[0.0; 10]);
-    assert_eq!(found.unwrap_err(), count("extents", 10));
+    let refused = distances.pullback(&zeros[1..], &[0.0; 9]);
+    assert_eq!(refused.unwrap_err(), count("vertices", 8));
+    let refused = distances.pullback(&zeros, &[0.0; 10]);
+    assert_eq!(refused.unwrap_err(), count("extents", 10));
     assert_eq!(distances.rates(&[]).unwrap_err(), count("vertices", 0));
     let infinite = [Vector3::repeat(f64::INFINITY); 9];
     let refused = MeshError::NonFiniteRate {

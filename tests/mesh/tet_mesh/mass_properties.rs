@@ -68,25 +68,25 @@ fn mass_properties_do_not_depend_on_the_order_of_vertices_and_tetrahedra() {
     for (name, mesh) in meshes() {
         let count = mesh.vertex_count();
         // Seven is coprime to the counts here, so this is a permutation.
-        let place = |vertex: usize| (7 * vertex + 3) % count;
+        let shuffled_index = |vertex: usize| (7 * vertex + 3) % count;
         assert!(count % 7 != 0, "{name}");
         let mut vertices = vec![Vector3::zeros(); count];
         for (vertex, position) in mesh.vertices().iter().enumerate() {
-            vertices[place(vertex)] = *position;
+            vertices[shuffled_index(vertex)] = *position;
         }
         let tets = mesh
             .tets()
             .iter()
             .rev()
-            .map(|[a, b, c, d]| [*c, *a, *d, *b].map(place));
+            .map(|[a, b, c, d]| [*c, *a, *d, *b].map(shuffled_index));
         let shuffled = TetMesh::new(vertices, tets.collect()).unwrap();
-        let (found, expected) = (
+        let (actual, expected) = (
             shuffled.mass_properties(2.0).unwrap(),
             mesh.mass_properties(2.0).unwrap(),
         );
-        assert_relative(found.mass, expected.mass, ROUND_OFF);
-        assert!((found.center_of_mass - expected.center_of_mass).amax() <= ROUND_OFF);
-        assert_inertia(&found.inertia, &expected.inertia, ROUND_OFF);
+        assert_relative(actual.mass, expected.mass, ROUND_OFF);
+        assert!((actual.center_of_mass - expected.center_of_mass).amax() <= ROUND_OFF);
+        assert_inertia(&actual.inertia, &expected.inertia, ROUND_OFF);
     }
 }
 
@@ -116,8 +116,8 @@ fn densities_that_give_no_mass_are_refused() {
             surface.mass_gradient(density, &gradient).err(),
         ];
         for error in errors {
-            let DensityError(found) = error.unwrap();
-            assert_eq!(found.to_bits(), density.to_bits());
+            let DensityError(refused_density) = error.unwrap();
+            assert_eq!(refused_density.to_bits(), density.to_bits());
         }
     }
 }

@@ -97,12 +97,12 @@ fn the_first_tetrahedron_without_pressure_is_the_one_named() {
 fn fields_interpolate_the_extents_of_the_vertices() {
     let field = PressureField::from_distance(&l_shape(2)).unwrap();
     for (tet, corners) in field.tets().iter().zip(field.mesh().tets()) {
-        for (place, &vertex) in corners.iter().enumerate() {
+        for (corner, &vertex) in corners.iter().enumerate() {
             let position = &field.mesh().vertices()[vertex];
             let expected = field.extents()[vertex];
             assert!((tet.extent.at(position) - expected).abs() <= ROUND_OFF);
-            for (other, barycentric) in tet.barycentric.iter().enumerate() {
-                let expected = f64::from(u8::from(other == place));
+            for (other_corner, barycentric) in tet.barycentric.iter().enumerate() {
+                let expected = f64::from(u8::from(other_corner == corner));
                 assert!((barycentric.at(position) - expected).abs() <= ROUND_OFF);
             }
         }

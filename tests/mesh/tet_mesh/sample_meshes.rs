@@ -109,11 +109,11 @@ pub fn enclosed_volume(mesh: &TetMesh) -> f64 {
     mesh.surface_triangles().iter().map(sixth).sum()
 }
 
-pub fn assert_relative(found: f64, expected: f64, tolerance: f64) {
-    let error = (found - expected).abs();
+pub fn assert_relative(actual: f64, expected: f64, tolerance: f64) {
+    let error = (actual - expected).abs();
     assert!(
         error <= tolerance * expected.abs(),
-        "{found:e} is not {expected:e}"
+        "{actual:e} is not {expected:e}"
     );
 }
 
@@ -126,10 +126,10 @@ pub fn tet_around_a_vertex() -> TetMesh {
 }
 
 /// Compares inertias relative to the largest moment.
-pub fn assert_inertia(found: &Matrix3<f64>, expected: &Matrix3<f64>, tolerance: f64) {
-    let error = (found - expected).amax();
+pub fn assert_inertia(actual: &Matrix3<f64>, expected: &Matrix3<f64>, tolerance: f64) {
+    let error = (actual - expected).amax();
     assert!(
         error <= tolerance * expected.amax(),
-        "{found} is not {expected}"
+        "{actual} is not {expected}"
     );
 }

@@ -101,8 +101,8 @@ fn a_vertex_that_is_nearly_as_deep_ends_the_skin_and_leaves_no_sliver() {
     for off in [1e-16, 1e-12, 1e-6, 9e-4, -9e-4] {
         let field = PressureField::from_distance_up_to(&mesh, spacing * (1.0 + off)).unwrap();
         assert_eq!(field.mesh().tets(), expected.mesh().tets(), "{off:e}");
-        for (found, expected) in field.extents().iter().zip(expected.extents()) {
-            assert!((found - expected).abs() <= off.abs() + ROUND_OFF);
+        for (actual, expected) in field.extents().iter().zip(expected.extents()) {
+            assert!((actual - expected).abs() <= off.abs() + ROUND_OFF);
         }
     }
     let field = PressureField::from_distance_up_to(&mesh, spacing * 1.01).unwrap();
@@ -116,8 +116,8 @@ fn thick_and_thin_bodies_of_one_skin_have_one_gradient() {
         let field = PressureField::from_distance_up_to(plate.mesh(), 0.005).unwrap();
         field.steepest()
     });
-    for found in steepest {
-        assert_relative(found, 200.0, INTERPOLATED);
+    for slope in steepest {
+        assert_relative(slope, 200.0, INTERPOLATED);
     }
 }
 

@@ -22,11 +22,11 @@ fn box_inertia(mass: f64, lengths: &Vector3<f64>) -> Matrix3<f64> {
     Matrix3::from_diagonal(&squares.map(|square| mass / 12.0 * (squares.sum() - square)))
 }
 
-fn assert_same(found: &MassProperties, expected: &MassProperties, size: f64) {
-    assert_relative(found.mass, expected.mass, ROUND_OFF);
-    let apart = (found.center_of_mass - expected.center_of_mass).amax();
+fn assert_same(actual: &MassProperties, expected: &MassProperties, size: f64) {
+    assert_relative(actual.mass, expected.mass, ROUND_OFF);
+    let apart = (actual.center_of_mass - expected.center_of_mass).amax();
     assert!(apart <= ROUND_OFF * size, "{apart:e}");
-    assert_inertia(&found.inertia, &expected.inertia, ROUND_OFF);
+    assert_inertia(&actual.inertia, &expected.inertia, ROUND_OFF);
 }
 
 #[test]
@@ -74,8 +74,11 @@ fn a_surface_has_the_mass_properties_of_the_mesh_it_is_around() {
         );
         assert_relative(solid.volume(), mesh.volume(), ROUND_OFF);
         assert_eq!(solid.triangles().len(), mesh.surface_triangles().len());
-        let (found, expected) = (solid.aabb(), mesh.aabb());
-        assert_eq!((found.lower, found.upper), (expected.lower, expected.upper));
+        let (actual, expected) = (solid.aabb(), mesh.aabb());
+        assert_eq!(
+            (actual.lower, actual.upper),
+            (expected.lower, expected.upper)
+        );
     }
 }
 
@@ -103,10 +106,10 @@ fn finer_spheres_tend_to_the_ball_with_the_square_of_their_edges() {
     let ball = MassProperties::solid_ball(mass, radius);
     let errors = [4, 5].map(|subdivisions| {
         let field = shapes::icosphere(radius, subdivisions).unwrap();
-        let found = TriangleSurface::around(field.mesh()).unwrap();
-        let found = found.mass_properties(density).unwrap();
-        let inertia = (ball.inertia - found.inertia).amax() / ball.inertia.amax();
-        [(ball.mass - found.mass) / ball.mass, inertia]
+        let properties = TriangleSurface::around(field.mesh()).unwrap();
+        let properties = properties.mass_properties(density).unwrap();
+        let inertia = (ball.inertia - properties.inertia).amax() / ball.inertia.amax();
+        [(ball.mass - properties.mass) / ball.mass, inertia]
     });
     for quantity in 0..2 {
         let [coarse, fine] = errors.map(|error| error[quantity]);
@@ -139,10 +142,10 @@ fn a_cavity_is_taken_off() {
     let hollow = surface(together([outer.clone(), reversed(inner.clone())]));
     assert_eq!(hollow.component_starts(), [0, 12]);
     assert_relative(hollow.volume(), 26.0, ROUND_OFF);
-    let found = hollow.mass_properties(2.0).unwrap();
-    assert_relative(found.mass, 52.0, ROUND_OFF);
+    let properties = hollow.mass_properties(2.0).unwrap();
+    assert_relative(properties.mass, 52.0, ROUND_OFF);
     let center = (Vector3::repeat(1.5) * 27.0 - vector![1.0, 1.5, 1.5]) / 26.0;
-    assert!((found.center_of_mass - center).amax() <= ROUND_OFF);
+    assert!((properties.center_of_mass - center).amax() <= ROUND_OFF);
     // A block in the cavity is a third component. It may touch at corners only.
     let pebble = block(vector![0.75, 1.25, 1.25], vector![0.5, 0.5, 0.5]);
     let rattle = surface(together([reversed(inner), outer, pebble]));

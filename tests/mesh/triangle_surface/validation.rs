@@ -226,7 +226,7 @@ fn cavities_larger_than_the_solid_are_refused() {
     let refused = refusal(together([cube(), spike]));
     let volume = 1.0 - 0.125 * 40.5 / 3.0;
     assert!(
-        matches!(refused, SurfaceError::NoVolume { volume: found } if (found - volume).abs() < 1e-14),
+        matches!(refused, SurfaceError::NoVolume { volume: stated } if (stated - volume).abs() < 1e-14),
         "{refused}"
     );
 }
@@ -235,8 +235,8 @@ fn cavities_larger_than_the_solid_are_refused() {
 fn sizes_beyond_double_precision_are_refused() {
     for (size, is_large) in [(1e70, true), (1e-170, false)] {
         let refused = refusal(block(Vector3::zeros(), Vector3::repeat(size)));
-        let found = matches!(refused, SurfaceError::BeyondPrecision { .. });
-        assert_eq!(found, is_large, "{refused}");
+        let is_beyond_precision = matches!(refused, SurfaceError::BeyondPrecision { .. });
+        assert_eq!(is_beyond_precision, is_large, "{refused}");
     }
     for size in [1e50, 1e-70] {
         let (vertices, triangles) = block(Vector3::zeros(), Vector3::repeat(size));

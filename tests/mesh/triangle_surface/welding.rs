@@ -23,7 +23,9 @@ fn refusal((vertices, triangles): Triangulation) -> SurfaceError {
 
 /// Returns the index of the first vertex with the same coordinates.
 fn first_there(vertices: &[Vector3<f64>], vertex: usize) -> usize {
-    let there = vertices.iter().position(|place| *place == vertices[vertex]);
+    let there = vertices
+        .iter()
+        .position(|position| *position == vertices[vertex]);
     there.unwrap()
 }
 

@@ -26,8 +26,8 @@ pub struct Bounds {
 
 /// Returns the tetrahedra of a body of the pair: 0 for A, 1 for B.
 pub fn exact_tets(pair: &ContactPair, body: usize, units: &Units) -> Vec<ExactTet> {
-    let own = [*pair.a(), pair.b().body().unwrap()][body];
-    let field = own.shape().field();
+    let contact_body = [*pair.a(), pair.b().body().unwrap()][body];
+    let field = contact_body.shape().field();
     let points: Vec<Vector3<BigInt>> = field
         .mesh()
         .vertices()
@@ -40,7 +40,7 @@ pub fn exact_tets(pair: &ContactPair, body: usize, units: &Units) -> Vec<ExactTe
     let pressures: Vec<BigInt> = field
         .extents()
         .iter()
-        .map(|&extent| units.pressure_of(own.modulus(), extent))
+        .map(|&extent| units.pressure_of(contact_body.modulus(), extent))
         .collect();
     let tets = field.mesh().tets().iter();
     tets.map(|tet| {

@@ -86,12 +86,12 @@ fn finest(numbers: impl IntoIterator<Item = f64>) -> i32 {
 
 /// Returns the number in units of 2^exponent. The number must be an integer multiple of the unit.
 fn whole(number: f64, exponent: i32) -> BigInt {
-    let (mantissa, own, sign) = number.integer_decode();
+    let (mantissa, power, sign) = number.integer_decode();
     if mantissa == 0 {
         return BigInt::ZERO;
     }
     let zeros = i32::try_from(mantissa.trailing_zeros()).unwrap();
-    let shift = usize::try_from(i32::from(own) + zeros - exponent).unwrap();
+    let shift = usize::try_from(i32::from(power) + zeros - exponent).unwrap();
     BigInt::from(i128::from(mantissa >> zeros) * i128::from(sign)) << shift
 }
 

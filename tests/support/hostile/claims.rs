@@ -47,24 +47,32 @@ pub fn verdict(pair: &ContactPair, with_energy: bool, random: &mut Random) -> Ve
     verdict.kink = first_kink(pair, &measures);
     verdict.claim("finite", if is_finite(&contact) { 0.0 } else { 2.0 });
     verdict.claim("third law", third_law(pair, &wrench));
-    let own = measures.evaluation(pair);
+    let evaluation = measures.evaluation(pair);
     if verdict.kink != Some(Kink::Blurred) {
         verdict.claim_bounds(pair, &measures, &wrench);
         verdict.claim("searches agree", search_error(pair, &measures));
         let is_kink = verdict.kink.is_some();
-        let error = closed_form_error(pair, &measures, &own, is_kink);
+        let error = closed_form_error(pair, &measures, &evaluation, is_kink);
         verdict.claim("closed form", error);
     }
     if verdict.kink.is_none() {
-        verdict.claim("another frame", frame_error(pair, &measures, &own, random));
+        verdict.claim(
+            "another frame",
+            frame_error(pair, &measures, &evaluation, random),
+        );
         if let Some(b) = pair.b().body() {
-            verdict.claim_exchange(&ContactPair::new(b, *pair.a()), &measures, &wrench, &own);
+            verdict.claim_exchange(
+                &ContactPair::new(b, *pair.a()),
+                &measures,
+                &wrench,
+                &evaluation,
+            );
         }
-        verdict.claim_continuity(pair, &measures, &own, random);
+        verdict.claim_continuity(pair, &measures, &evaluation, random);
         if with_energy {
             verdict.claim(
                 "minus the slope of energy",
-                energy_error(pair, &measures, &own, random),
+                energy_error(pair, &measures, &evaluation, random),
             );
         }
     }
@@ -87,9 +95,9 @@ impl Verdict {
         swapped: &ContactPair,
         measures: &Measures,
         wrench: &ContactWrench,
-        own: &Evaluation,
+        evaluation: &Evaluation,
     ) {
-        let ratio = exchange_error(swapped, measures, wrench, own);
+        let ratio = exchange_error(swapped, measures, wrench, evaluation);
         if ratio > 1.0 {
             self.kink = first_kink(swapped, &Measures::of(swapped));
         }
@@ -103,16 +111,16 @@ impl Verdict {
         &mut self,
         pair: &ContactPair,
         measures: &Measures,
-        own: &Evaluation,
+        evaluation: &Evaluation,
         random: &mut Random,
     ) {
         let body = random.below(2);
         let motion = random_motion(body, measures, STEP, random);
-        let mut ratio = step_error(pair, measures, own, &motion, 1);
+        let mut ratio = step_error(pair, measures, evaluation, &motion, 1);
         if ratio > 1.0 {
             let there = moved(pair, &motion);
             self.kink = first_kink(&there, &Measures::of(&there));
-            ratio = step_error(pair, measures, own, &motion, PARTS);
+            ratio = step_error(pair, measures, evaluation, &motion, PARTS);
         }
         if self.kink.is_none() {
             self.claim("continuous", ratio);
@@ -211,18 +219,23 @@ fn least_angle(pair: &ContactPair, polygon: &ContactPolygon) -> f64 {
 
 /// Returns the error of the closed form's wrench. The wrench is a difference of two terms that grow as the fields become equal. It loses as
 /// many digits as the plane's normal has already lost.
-fn closed_form_error(pair: &ContactPair, measures: &Measures, own: &Evaluation, kink: bool) -> f64 {
-    let error = (measures.scaled(&pair.wrench().on_a) - own.wrench).norm();
+fn closed_form_error(
+    pair: &ContactPair,
+    measures: &Measures,
+    evaluation: &Evaluation,
+    kink: bool,
+) -> f64 {
+    let error = (measures.scaled(&pair.wrench().on_a) - evaluation.wrench).norm();
     let alike = if kink { EQUAL_FIELDS } else { FASTEST.recip() };
     let rounding = ROOM * f64::EPSILON / alike;
-    error / (rounding * (measures.force() + own.wrench.norm()))
+    error / (rounding * (measures.force() + evaluation.wrench.norm()))
 }
 
 /// Returns the error if both bodies move by the same random motion.
 fn frame_error(
     pair: &ContactPair,
     measures: &Measures,
-    own: &Evaluation,
+    evaluation: &Evaluation,
     random: &mut Random,
 ) -> f64 {
     let away = pair.a().pose().translation().norm() + measures.size;
@@ -231,8 +244,8 @@ fn frame_error(
     let there = measures.evaluation(&moved);
     let turned = moved.wrench().on_a.rotated(&motion.rotation().transpose());
     let error = measures.error.max(Measures::of(&moved).error);
-    let difference = (measures.scaled(&turned) - own.wrench).norm();
-    difference / measures.allowed(error, own, &there)
+    let difference = (measures.scaled(&turned) - evaluation.wrench).norm();
+    difference / measures.allowed(error, evaluation, &there)
 }
 
 /// Returns the error if A and B exchange their names.
@@ -240,18 +253,18 @@ fn exchange_error(
     swapped: &ContactPair,
     measures: &Measures,
     wrench: &ContactWrench,
-    own: &Evaluation,
+    evaluation: &Evaluation,
 ) -> f64 {
     let there = swapped.wrench();
     let difference = (measures.scaled(&there.on_b) - measures.scaled(&wrench.on_a)).norm();
-    difference / measures.allowed(measures.error, own, own)
+    difference / measures.allowed(measures.error, evaluation, evaluation)
 }
 
 /// Returns the error if one body moves slightly, in a number of equal parts.
 fn step_error(
     pair: &ContactPair,
     measures: &Measures,
-    own: &Evaluation,
+    evaluation: &Evaluation,
     motion: &Motion,
     parts: usize,
 ) -> f64 {
@@ -263,7 +276,7 @@ fn step_error(
     let small = part((parts as f64).recip());
     let by_small = |end: &Evaluation| measures.predicted(end, &small);
     let (mut predicted, mut jumps) = (Vector6::zeros(), 0.0);
-    let (mut by_last, mut last) = (by_small(own), None);
+    let (mut by_last, mut last) = (by_small(evaluation), None);
     for number in 1..=parts {
         let there = moved(pair, &part(number as f64 / parts as f64));
         let there = measures.evaluation(&there);
@@ -274,17 +287,17 @@ fn step_error(
         (by_last, last) = (by_next, Some(there));
     }
     let there = last.expect("at least one part");
-    let error = (there.wrench - own.wrench - predicted).norm();
+    let error = (there.wrench - evaluation.wrench - predicted).norm();
     let step = STEP * measures.reach[motion.0];
     let curvature = measures.force() * (FASTEST.sqrt() * step / measures.thinnest).powi(2).min(1.0);
-    error / (jumps + curvature + measures.allowed(measures.error, own, &there))
+    error / (jumps + curvature + measures.allowed(measures.error, evaluation, &there))
 }
 
 /// Returns the difference between the force along a direction and the derivative of the energy.
 fn energy_error(
     pair: &ContactPair,
     measures: &Measures,
-    own: &Evaluation,
+    evaluation: &Evaluation,
     random: &mut Random,
 ) -> f64 {
     let direction = random.direction();
@@ -305,7 +318,7 @@ fn energy_error(
             .fixed_rows::<3>(3)
             .dot(&direction)
     });
-    let force = own.wrench.fixed_rows::<3>(3).dot(&direction);
+    let force = evaluation.wrench.fixed_rows::<3>(3).dot(&direction);
     // The mean force over the displacement is between those at its ends.
     let spread = (forces[0] - force).abs().max((forces[1] - force).abs());
     let noise =

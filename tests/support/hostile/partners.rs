@@ -60,8 +60,8 @@ impl<'a> StandIns<'a> {
             (Kind::SoftHalfSpace, _) => {
                 let layer = &self.layers[random.below(self.layers.len())];
                 // One in four has the pressure gradient of A.
-                let own = pair.a().modulus() * pair.a().shape().field().steepest();
-                let alike = own * layer.thickness().unwrap();
+                let steepness_a = pair.a().modulus() * pair.a().shape().field().steepest();
+                let alike = steepness_a * layer.thickness().unwrap();
                 let modulus = [b.modulus(), b.modulus(), b.modulus(), alike][random.below(4)];
                 Partner::half_space(layer, plane_of(&b, random), modulus)
             }

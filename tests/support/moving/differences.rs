@@ -70,8 +70,8 @@ impl<'s, 'a> Scaled<'s, 'a> {
     pub fn relative(&self, jacobian: &Jacobian) -> Jacobian {
         let mut relative = *jacobian;
         for column in 0..COLUMNS {
-            let own = self.without_units(jacobian.column(column) * self.unit(column));
-            relative.set_column(column, &own);
+            let column_slope = self.without_units(jacobian.column(column) * self.unit(column));
+            relative.set_column(column, &column_slope);
         }
         relative
     }
@@ -104,9 +104,9 @@ impl<'s, 'a> Scaled<'s, 'a> {
 
     /// Returns the mean of the slopes on both sides along a direction.
     pub fn mean_slope(&self, direction: &[(usize, f64)], step: f64) -> Wrenches {
-        let [one, two, three] = [1.0, 2.0, 3.0]
+        let [single, double, triple] = [1.0, 2.0, 3.0]
             .map(|k| self.along(direction, k * step) - self.along(direction, -k * step));
-        (two * 8.0 - one * 5.0 - three * 3.0) / (4.0 * step)
+        (double * 8.0 - single * 5.0 - triple * 3.0) / (4.0 * step)
     }
 
     /// Returns whether only one side is valid: dissipation and friction are not negative, so at 0 they have one side only.
@@ -131,9 +131,9 @@ impl<'s, 'a> Scaled<'s, 'a> {
             return None;
         }
         let of_side = |step: f64| {
-            let [one, two, three] = [1.0, 2.0, 3.0].map(|k| self.at(column, k * step));
-            let slope = (two * 8.0 - one * 5.0 - three * 3.0) / (2.0 * step);
-            (slope, one * 3.0 - two * 3.0 + three)
+            let [single, double, triple] = [1.0, 2.0, 3.0].map(|k| self.at(column, k * step));
+            let slope = (double * 8.0 - single * 5.0 - triple * 3.0) / (2.0 * step);
+            (slope, single * 3.0 - double * 3.0 + triple)
         };
         let [ahead, behind] = [step, -step].map(of_side);
         Some(Sides {
@@ -148,9 +148,9 @@ impl<'s, 'a> Scaled<'s, 'a> {
         if self.has_one_side(column, step) {
             return None;
         }
-        let [one, two, three, four] =
+        let [single, double, triple, quadruple] =
             [1.0, 2.0, 3.0, 4.0].map(|k| self.at(column, k * step) - self.at(column, -k * step));
-        Some((two * 57.0 - one * 26.0 - three * 42.0 + four * 11.0) / (12.0 * step))
+        Some((double * 57.0 - single * 26.0 - triple * 42.0 + quadruple * 11.0) / (12.0 * step))
     }
 
     /// Returns the bound of a difference's rounding error. `force` are the wrenches, and `stiffness` is their largest derivative with

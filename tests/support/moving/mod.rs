@@ -95,10 +95,10 @@ impl<'a> Scene<'a> {
         let velocity = |of: usize| {
             let change = changes.fixed_rows::<6>(12 + 6 * of).into_owned();
             let Twist { angular, linear } = Twist::from_vector(&change);
-            let own = &self.twists[of];
+            let twist = &self.twists[of];
             Twist {
-                angular: angular + lift_vector(&own.angular),
-                linear: linear + lift_vector(&own.linear),
+                angular: angular + lift_vector(&twist.angular),
+                linear: linear + lift_vector(&twist.linear),
             }
         };
         (pair, law, [velocity(0), velocity(1)])

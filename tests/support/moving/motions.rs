@@ -19,7 +19,7 @@ pub fn set_in_motion<'a>(
     size: f64,
     random: &mut Random,
 ) -> Option<Scene<'a>> {
-    let place = Place::of(pair, random)?;
+    let contact_place = Place::of(pair, random)?;
     let friction = [0.0, 1.0, random.between(0.0, 1.0), random.between(0.0, 1.0)];
     let damped = random.between(0.0, 2.0);
     let mut scene = Scene {
@@ -39,15 +39,15 @@ pub fn set_in_motion<'a>(
             linear: linear * speed,
         };
     }
-    let [spin, velocity] = place.relative_motion(scene.dissipation, size, random);
-    let [own, lever] =
-        [pair.a().pose(), pair.b().pose()].map(|pose| place.point - pose.translation());
+    let [spin, velocity] = contact_place.relative_motion(scene.dissipation, size, random);
+    let [arm_a, arm_b] =
+        [pair.a().pose(), pair.b().pose()].map(|pose| contact_place.point - pose.translation());
     let Twist { angular, linear } = scene.twists[1];
-    let at_point = linear + angular.cross(&lever) + velocity;
+    let at_point = linear + angular.cross(&arm_b) + velocity;
     let angular = angular + spin;
     scene.twists[0] = Twist {
         angular,
-        linear: at_point - angular.cross(&own),
+        linear: at_point - angular.cross(&arm_a),
     };
     Some(scene)
 }

@@ -46,7 +46,7 @@ pub fn is_parted(scene: &Scene) -> bool {
 /// sides.
 pub fn are_faces_touching(pair: &ContactPair) -> bool {
     let pose_ab = pair.a().pose().inverse() * *pair.b().pose();
-    let own = triangles(pair.a().shape().field().mesh(), &Pose::identity());
+    let triangles_a = triangles(pair.a().shape().field().mesh(), &Pose::identity());
     let size = Measures::of(pair).size;
     let is_in_plane = |a: &[Vector3<f64>; 3], outward: &Vector3<f64>, point: &Vector3<f64>| {
         let normal = normal_of(a);
@@ -62,10 +62,12 @@ pub fn are_faces_touching(pair: &ContactPair) -> bool {
         _ => {
             let outward = pose_ab.rotation().column(2).into_owned();
             let on_plane = pose_ab.translation();
-            return own.iter().any(|a| is_in_plane(a, &outward, on_plane));
+            return triangles_a
+                .iter()
+                .any(|a| is_in_plane(a, &outward, on_plane));
         }
     };
-    own.iter().any(|a| {
+    triangles_a.iter().any(|a| {
         let around = Aabb::around(a).inflated(IN_PLANE * size);
         other
             .iter()
@@ -74,10 +76,10 @@ pub fn are_faces_touching(pair: &ContactPair) -> bool {
 }
 
 fn triangles(mesh: &TetMesh, pose: &Pose) -> Vec<[Vector3<f64>; 3]> {
-    let place = |vertex: usize| pose.transformed_point(&mesh.vertices()[vertex]);
+    let posed_vertex = |vertex: usize| pose.transformed_point(&mesh.vertices()[vertex]);
     mesh.surface_triangles()
         .iter()
-        .map(|triangle| triangle.map(place))
+        .map(|triangle| triangle.map(posed_vertex))
         .collect()
 }
 

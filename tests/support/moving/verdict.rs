@@ -95,7 +95,7 @@ impl Finding {
             Self::NotMean(_) => "NotMean".into(),
             Self::Wrong(_) => "Wrong".into(),
             Self::Elastic(kink) => format!("{kink:?}"),
-            other => format!("{other:?}"),
+            unnamed => format!("{unnamed:?}"),
         }
     }
 
@@ -132,13 +132,13 @@ struct Check<'s, 'a> {
     /// The column that is checked.
     column: usize,
     /// The whole linearized contact.
-    found: &'s Jacobian,
+    jacobian: &'s Jacobian,
 }
 
 /// Returns the findings for all columns that disagree with every central difference.
 pub fn checked(scene: &Scene) -> Vec<Checked> {
     let scaled = Scaled::of(scene);
-    let found = scaled.relative(&scene.linearized());
+    let jacobian = scaled.relative(&scene.linearized());
     let mut differences = Jacobian::zeros();
     for column in 0..COLUMNS {
         differences.set_column(column, &scaled.central(column, STEP));
@@ -165,14 +165,15 @@ pub fn checked(scene: &Scene) -> Vec<Checked> {
                 force,
                 stiffness,
                 column,
-                found: &found,
+                jacobian: &jacobian,
             };
-            let own: Wrenches = found.column(column).into_owned();
-            if error(&own, &differences.column(column).into_owned()) <= check.allowed(STEP) {
+            let column_slope: Wrenches = jacobian.column(column).into_owned();
+            if error(&column_slope, &differences.column(column).into_owned()) <= check.allowed(STEP)
+            {
                 continue;
             }
             let is_at_rest = elastic <= TOUCHING * scaled.force;
-            if let Some(finding) = check.finding(&own, is_at_rest) {
+            if let Some(finding) = check.finding(&column_slope, is_at_rest) {
                 all.push(Checked { column, finding });
             }
         }
@@ -181,13 +182,13 @@ pub fn checked(scene: &Scene) -> Vec<Checked> {
 }
 
 /// Returns the largest error of an entry, or infinity if an error is NaN.
-fn error(found: &Wrenches, expected: &Wrenches) -> f64 {
-    let each = (found - expected).abs();
-    each.iter().fold(0.0, |most: f64, &one| {
-        if one.is_nan() {
+fn error(actual: &Wrenches, expected: &Wrenches) -> f64 {
+    let each = (actual - expected).abs();
+    each.iter().fold(0.0, |most: f64, &entry| {
+        if entry.is_nan() {
             f64::INFINITY
         } else {
-            most.max(one)
+            most.max(entry)
         }
     })
 }
@@ -203,7 +204,7 @@ impl Check<'_, '_> {
 
     /// Compares a column with differences over other steps, and with the slopes on both sides. Returns `None` if one of the differences
     /// agrees.
-    fn finding(&self, found: &Wrenches, is_at_rest: bool) -> Option<Finding> {
+    fn finding(&self, column_slope: &Wrenches, is_at_rest: bool) -> Option<Finding> {
         let mut best = f64::INFINITY;
         let scene = self.scaled.scene;
         let is_near = (COINCIDENT..NEAR).contains(&scene.missed);
@@ -211,24 +212,27 @@ impl Check<'_, '_> {
             .into_iter()
             .chain(is_near.then_some(SHORTEST_STEP))
         {
-            let error = error(found, &self.scaled.central(self.column, step));
+            let error = error(column_slope, &self.scaled.central(self.column, step));
             if error <= self.allowed(step) {
                 return None;
             }
             best = best.min(error);
         }
-        if KINK_STEPS.into_iter().any(|step| self.is_mean(found, step)) {
+        if KINK_STEPS
+            .into_iter()
+            .any(|step| self.is_mean(column_slope, step))
+        {
             return Some(Finding::Mean);
         }
         let kink = KINK_STEPS
             .into_iter()
-            .find_map(|step| self.kink(found, step));
+            .find_map(|step| self.kink(column_slope, step));
         Some(match kink {
             Some(Finding::Jump) => kink_of(&scene.pair).map_or(Finding::Jump, Finding::Elastic),
             Some(finding) if finding.failure().is_none() => finding,
             _ if is_at_rest || are_faces_touching(&scene.pair) => Finding::Touching,
             _ if is_parted(scene) => Finding::Clamp,
-            Some(Finding::NotMean(_)) if self.is_local(found) => Finding::Local,
+            Some(Finding::NotMean(_)) if self.is_local(column_slope) => Finding::Local,
             Some(finding) => finding,
             // At a corner, a column may have equal slopes on both sides along its own axis. Only other directions show the corner then.
             None if KINK_STEPS.into_iter().any(|step| self.is_corner(step)) => Finding::Corner,
@@ -240,21 +244,21 @@ impl Check<'_, '_> {
 
     /// Returns whether the column is the mean of the slopes on both sides. A small jump of the wrench does not change this mean, but
     /// changes a central difference.
-    fn is_mean(&self, found: &Wrenches, step: f64) -> bool {
+    fn is_mean(&self, column_slope: &Wrenches, step: f64) -> bool {
         let parabolic = self
             .scaled
             .sides(self.column, step)
             .map(|sides| (sides.slopes[0] + sides.slopes[1]) * 0.5);
         let cubic = self.scaled.cubic_mean(self.column, step);
         let mut means = parabolic.into_iter().chain(cubic);
-        means.any(|mean| error(found, &mean) <= self.allowed(step))
+        means.any(|mean| error(column_slope, &mean) <= self.allowed(step))
     }
 
     /// Looks for a kink or a jump, and compares the column with both sides. At a kink, the slopes of the two sides differ by more than the
     /// tolerance. At a tenth of the step, their difference is more than half as large, and the slope of each side is almost the same. The
     /// derivative must lie between the slopes. If the position is missed by at most [`COINCIDENT`], the derivative must be their mean,
     /// except at a corner or between kinks.
-    fn kink(&self, found: &Wrenches, step: f64) -> Option<Finding> {
+    fn kink(&self, column_slope: &Wrenches, step: f64) -> Option<Finding> {
         let sides = |step| self.scaled.sides(self.column, step);
         let (wide, near) = (sides(step)?, sides(0.1 * step)?);
         let [gap, gap_near] = [&wide, &near].map(|sides| sides.values[1] - sides.values[0]);
@@ -277,7 +281,7 @@ impl Check<'_, '_> {
             return None;
         }
         let room = tolerance + STEADY * jump.amax();
-        let from_mean = error(found, &(wide.slopes[0] + jump * 0.5));
+        let from_mean = error(column_slope, &(wide.slopes[0] + jump * 0.5));
         if from_mean <= room {
             return Some(Finding::Mean);
         }
@@ -289,23 +293,26 @@ impl Check<'_, '_> {
                 .is_alone(&wide, step)
                 .then(|| Finding::NotMean(from_mean / jump.amax()));
         }
-        let is_side = wide.slopes.iter().any(|slope| error(found, slope) <= room);
+        let is_side = wide
+            .slopes
+            .iter()
+            .any(|slope| error(column_slope, slope) <= room);
         if is_side {
             Some(Finding::OneSide)
         } else {
-            is_between(found, &wide, room).then_some(Finding::Between)
+            is_between(column_slope, &wide, room).then_some(Finding::Between)
         }
     }
 
     /// Returns whether the derivative is the difference over one of the [`LOCAL_STEPS`] that is shorter than the miss.
-    fn is_local(&self, found: &Wrenches) -> bool {
+    fn is_local(&self, column_slope: &Wrenches) -> bool {
         let Some(sides) = self.scaled.sides(self.column, KINK_STEPS[0]) else {
             return false;
         };
         let jump = (sides.slopes[1] - sides.slopes[0]).amax();
         LOCAL_STEPS.into_iter().any(|step| {
             step < self.scaled.scene.missed
-                && error(found, &self.scaled.central(self.column, step)) <= STEADY * jump
+                && error(column_slope, &self.scaled.central(self.column, step)) <= STEADY * jump
         })
     }
 
@@ -321,7 +328,7 @@ impl Check<'_, '_> {
     /// Returns whether the slopes are the same at all shorter steps, so that no other kink is nearer.
     fn is_alone(&self, wide: &Sides, step: f64) -> bool {
         let jump = error(&wide.slopes[0], &wide.slopes[1]);
-        let mut shorter = KINK_STEPS.into_iter().filter(|other| *other < step);
+        let mut shorter = KINK_STEPS.into_iter().filter(|shorter| *shorter < step);
         shorter.all(|step| {
             let noise = THREE_POINTS * self.allowed(step);
             self.scaled.sides(self.column, step).is_some_and(|near| {
@@ -351,12 +358,12 @@ impl Check<'_, '_> {
         [ABOUT, -ABOUT].into_iter().all(|about| {
             let mut direction: Vec<_> = (0..3).map(|axis| (9 + axis, nudge[axis])).collect();
             direction.push((self.column, about));
-            let own = direction
+            let slope_along = direction
                 .iter()
-                .map(|&(column, weight)| self.found.column(column) * weight);
-            let own: Wrenches = own.sum();
+                .map(|&(column, weight)| self.jacobian.column(column) * weight);
+            let slope_along: Wrenches = slope_along.sum();
             let along = self.scaled.mean_slope(&direction, step);
-            error(&own, &along) <= THREE_POINTS * self.allowed(step)
+            error(&slope_along, &along) <= THREE_POINTS * self.allowed(step)
         })
     }
 
@@ -374,10 +381,10 @@ impl Check<'_, '_> {
 }
 
 /// Returns whether each entry lies between the slopes of both sides.
-fn is_between(found: &Wrenches, sides: &Sides, room: f64) -> bool {
-    let [one, other] = &sides.slopes;
+fn is_between(column_slope: &Wrenches, sides: &Sides, room: f64) -> bool {
+    let [first, second] = &sides.slopes;
     (0..12).all(|row| {
-        let (low, high) = (one[row].min(other[row]), one[row].max(other[row]));
-        (low - room..=high + room).contains(&found[row])
+        let (low, high) = (first[row].min(second[row]), first[row].max(second[row]));
+        (low - room..=high + room).contains(&column_slope[row])
     })
 }

@@ -125,7 +125,7 @@ fn scene_in_frame_of(half_space: usize, bodies: &[Body], frames: &[Frame]) -> Op
                 Some(body.shape().bounds()?.posed(&(to_tile * state.pose)))
             })
         });
-        boxes.reduce(|one, other| one.union(&other))
+        boxes.reduce(|a, b| a.union(&b))
     };
     around(true).or_else(|| around(false))
 }
