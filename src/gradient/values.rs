@@ -2,6 +2,7 @@ use super::slots::Slots;
 use super::{GradientError, Parameter};
 use crate::dynamics::{Force, Model, World};
 use nalgebra::DVector;
+use std::collections::HashSet;
 
 /// Values of parameters. New worlds share the shapes of this world.
 impl<F: Force> World<f64, F> {
@@ -36,6 +37,7 @@ impl<F: Force> World<f64, F> {
     ///
     /// # Errors
     /// - If the world does not have one of the parameters.
+    /// - [`GradientError::DuplicateParameter`] if a parameter is named twice.
     /// - If the number of values is wrong.
     /// - If a value is out of range.
     pub fn with_values(
@@ -89,7 +91,22 @@ pub(super) fn with_values(
 ) -> Result<Model, GradientError> {
     let slots = Slots::resolve(parameters, model)?;
     slots.check_count(values.len())?;
+    check_distinct(parameters)?;
     let model = slots.with_values(model, values);
     model.check()?;
     Ok(model)
+}
+
+/// Checks that no parameter is named twice.
+fn check_distinct(parameters: &[Parameter]) -> Result<(), GradientError> {
+    let mut distinct = HashSet::new();
+    match parameters
+        .iter()
+        .find(|&parameter| !distinct.insert(parameter))
+    {
+        None => Ok(()),
+        Some(parameter) => Err(GradientError::DuplicateParameter {
+            parameter: parameter.to_string(),
+        }),
+    }
 }
