@@ -269,7 +269,7 @@ impl Experiment {
         outcome: &dyn DifferentiableOutcome,
     ) -> Result<Vec<f64>, GradientError> {
         let slots = Slots::resolve(parameters, self.model())?;
-        let model = slots.perturbed(self.model(), changes);
+        let model = slots.perturbed(&slots.differentiated(self.model()), changes);
         model.bodies.iter().try_for_each(Body::check_mass)?;
         self.value_in(model, outcome)
     }
