@@ -124,18 +124,16 @@ impl<F: Force> World<f64, F> {
             .force_parameters
             .retain(|(other, _)| other != name);
         self.model.force_parameters.push((name.into(), value));
-        self.check_forces()?;
-        Ok(self)
+        self.with_checked_forces()
     }
 
-    /// Checks the forces.
-    pub(crate) fn check_forces(&self) -> Result<(), WorldError> {
+    /// Checks that the forces can act on the model.
+    pub(crate) fn with_checked_forces(self) -> Result<Self, WorldError> {
         let model = &self.model;
         self.forces.check(&model.bodies, &model.force_parameters)?;
-        check_coupled(
-            &self.forces.coupling_groups(&model.bodies),
-            model.bodies.len(),
-        )
+        let groups = self.forces.coupling_groups(&model.bodies);
+        check_coupled(&groups, model.bodies.len())?;
+        Ok(self)
     }
 
     /// Replaces the forces of the world by one force, or by several forces as a tuple or a list. The world must already have the [force
@@ -144,12 +142,12 @@ impl<F: Force> World<f64, F> {
     /// # Errors
     /// If a force [rejects](Force::check) the world, or [couples](Force::coupling_groups) a body that the world does not have.
     pub fn with_forces<G: Force>(self, forces: G) -> Result<World<f64, G>, WorldError> {
-        let world = World {
+        let forces = Arc::new(forces);
+        World {
             model: self.model,
-            forces: Arc::new(forces),
-        };
-        world.check_forces()?;
-        Ok(world)
+            forces,
+        }
+        .with_checked_forces()
     }
 
     /// Sets the initial state and its time. Fixed bodies stay where they are. Kinematic bodies take the state of their path at that time.

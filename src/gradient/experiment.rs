@@ -97,12 +97,6 @@ impl Experiment {
         })
     }
 
-    /// Values of the parameters: see [`World::values`].
-    pub(super) fn values(&self, parameters: &[Parameter]) -> Result<DVector<f64>, GradientError> {
-        let slots = Slots::resolve(parameters, self.model())?;
-        Ok(DVector::from_vec(slots.values(self.model())))
-    }
-
     /// Returns the experiment with another plan.
     pub(super) fn with_plan(&self, plan: Plan) -> Self {
         Self {

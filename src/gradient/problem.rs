@@ -1,3 +1,4 @@
+use super::values::values;
 use super::{Experiment, GradientError, Outcome, OutcomeJacobian, Parameter};
 use nalgebra::DVector;
 
@@ -58,7 +59,7 @@ impl Experiment {
             experiment: self.clone(),
             parameters: parameters.to_vec(),
             outcome,
-            initial_values: self.values(parameters)?,
+            initial_values: values(self.model(), parameters)?,
         })
     }
 }
