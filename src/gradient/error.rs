@@ -184,6 +184,16 @@ pub(super) fn check_outcome(numbers: &[f64]) -> Result<(), GradientError> {
     }
 }
 
+/// Returns the only number of an outcome.
+pub(super) fn loss_of(numbers: &[f64]) -> Result<f64, GradientError> {
+    match numbers {
+        [loss] => Ok(*loss),
+        _ => Err(GradientError::NotALoss {
+            count: numbers.len(),
+        }),
+    }
+}
+
 /// Checks that all outcomes have the same length.
 pub(super) fn same_length<'o>(
     outcomes: impl IntoIterator<Item = &'o DVector<f64>>,

@@ -1,5 +1,5 @@
 use super::dual_widths::{DifferentiableOutcome, DifferentiableWorld, OutcomeIn, WIDE};
-use super::error::check_outcome;
+use super::error::{check_outcome, loss_of};
 use super::slots::Slots;
 use super::values::{perturbed, with_values};
 use super::{GradientError, Mode, Outcome, OutcomeJacobian, Parameter};
@@ -221,10 +221,7 @@ impl Experiment {
             Mode::Forward => self.jacobian(parameters, loss)?,
             Mode::Reverse => return self.reverse_gradient(parameters, loss),
         };
-        if value.len() != 1 {
-            return Err(GradientError::NotALoss { count: value.len() });
-        }
-        Ok((value[0], jacobian.row(0).transpose()))
+        Ok((loss_of(value.as_slice())?, jacobian.row(0).transpose()))
     }
 
     /// Outcome at other values of the parameters, in the order of [`World::values`].

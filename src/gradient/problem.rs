@@ -98,14 +98,4 @@ impl<O: Outcome> Problem<O> {
         let experiment = self.experiment.at(&self.parameters, values)?;
         experiment.jacobian(&self.parameters, &self.outcome)
     }
-
-    /// The loss at values of the parameters.
-    #[cfg(feature = "argmin")]
-    pub(super) fn loss(&self, values: &[f64]) -> Result<f64, GradientError> {
-        let value = self.value(values)?;
-        match value[..] {
-            [loss] => Ok(loss),
-            _ => Err(GradientError::NotALoss { count: value.len() }),
-        }
-    }
 }
