@@ -58,18 +58,18 @@ impl World {
         bodies: Vec<Body>,
         ignored: &[[String; 2]],
     ) -> Result<Self, WorldError> {
-        let mut model = Model::starting_at(0.0, bodies)?;
+        let mut world = Self::without_forces(Model::starting_at(0.0, bodies)?);
         for [first, second] in ignored {
-            model = model.ignoring(first, second)?;
+            world = world.with_ignored(first, second)?;
         }
-        model.check_partners()?;
+        world.model.check_partners()?;
         // The pose of a kinematic body comes from its path and is already orthonormal.
-        for body in &mut model.bodies {
+        for body in &mut world.model.bodies {
             if !body.motion.is_kinematic() {
                 body.initial.pose = body.initial.pose.orthonormalized();
             }
         }
-        Ok(Self::without_forces(model))
+        Ok(world)
     }
 
     /// World of a model, without other forces.
@@ -213,7 +213,11 @@ impl<F: Force> World<f64, F> {
     /// # Errors
     /// If one of the names is unknown, or both are the same.
     pub fn with_ignored(mut self, first: &str, second: &str) -> Result<Self, WorldError> {
-        self.model = self.model.ignoring(first, second)?;
+        let (i, j) = (self.index_of(first)?, self.index_of(second)?);
+        if i == j {
+            return Err(WorldError::SameBody(first.to_owned()));
+        }
+        self.model.ignored.insert((i.min(j), i.max(j)));
         Ok(self)
     }
 
