@@ -313,7 +313,7 @@ impl World {
     /// Raises
     /// ------
     /// HydroelasticError
-    ///     If a parameter does not belong to the world, or a value is out of range.
+    ///     If a parameter does not belong to the world or is named twice, or a value is out of range.
     fn with_values(
         &self,
         parameters: Vec<Bound<'_, Parameter>>,

@@ -4,7 +4,7 @@ use super::validate::check_finite;
 use super::{
     BodyShape, BodyState, Inertia, KinematicPath, Mass, Material, Motion, State, WorldError,
 };
-use crate::scalar::Scalar;
+use crate::scalar::{Scalar, real_part};
 use crate::spatial::{Pose, Twist};
 use nalgebra::Vector3;
 use std::sync::Arc;
@@ -21,9 +21,8 @@ pub struct Body<T = f64> {
     pub(super) name: String,
     pub(super) shape: BodyShape,
     pub(crate) material: Material<T>,
-    /// Whether dissipation and friction are evaluated. This is required if one of them is nonzero
-    /// or is differentiated.
-    pub(crate) is_dissipative: bool,
+    /// Whether a derivative with respect to dissipation or friction of the body is computed.
+    pub(crate) is_law_differentiated: bool,
     pub(crate) motion: Motion<T>,
     pub(crate) initial: BodyState<T>,
     /// Time (s) of the initial state.
@@ -95,8 +94,7 @@ impl Body<f64> {
             name: name.to_owned(),
             shape,
             material,
-            is_dissipative: material.dissipation > 0.0
-                || material.friction.is_some_and(|friction| friction > 0.0),
+            is_law_differentiated: false,
             motion,
             initial,
             start: 0.0,
@@ -130,7 +128,7 @@ impl Body<f64> {
             name: self.name.clone(),
             shape: self.shape.clone(),
             material: self.material.lifted(),
-            is_dissipative: self.is_dissipative,
+            is_law_differentiated: self.is_law_differentiated,
             motion: match &self.motion {
                 Motion::Dynamic(inertia) => Motion::Dynamic(inertia.lifted()),
                 Motion::Fixed => Motion::Fixed,
@@ -202,7 +200,7 @@ impl<T: Scalar> Body<T> {
             name: self.name.clone(),
             shape: self.shape.clone(),
             material: self.material.real(),
-            is_dissipative: self.is_dissipative,
+            is_law_differentiated: self.is_law_differentiated,
             motion: match &self.motion {
                 Motion::Dynamic(inertia) => Motion::Dynamic(inertia.real()),
                 Motion::Fixed => Motion::Fixed,
@@ -250,6 +248,14 @@ impl<T: Scalar> Body<T> {
     #[must_use]
     pub fn initial_time(&self) -> f64 {
         self.start
+    }
+
+    /// Whether dissipation and friction are evaluated: one of them is positive or differentiated.
+    pub(super) fn is_dissipative(&self) -> bool {
+        let is_positive = |number: T| real_part(number) > 0.0;
+        self.is_law_differentiated
+            || is_positive(self.material.dissipation)
+            || self.material.friction.is_some_and(is_positive)
     }
 
     /// Position of the center of mass (m) in the world. For a body that is not dynamic, it is the origin of the body frame.

@@ -51,20 +51,6 @@ impl Model {
         })
     }
 
-    /// Excludes the contact of the bodies with these names.
-    ///
-    /// # Errors
-    /// - If one of the names is unknown.
-    /// - If both names are the same.
-    pub(super) fn ignoring(mut self, first: &str, second: &str) -> Result<Self, WorldError> {
-        let (i, j) = (self.index_of(first)?, self.index_of(second)?);
-        if i == j {
-            return Err(WorldError::SameBody(first.to_owned()));
-        }
-        self.ignored.insert((i.min(j), i.max(j)));
-        Ok(self)
-    }
-
     /// Checks that at least one body of each pair that can interact has a mesh.
     pub(super) fn check_partners(&self) -> Result<(), WorldError> {
         // Only pairs of bodies without a mesh can fail.

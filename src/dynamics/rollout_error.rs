@@ -118,9 +118,9 @@ pub enum RolloutError {
         /// Shortest duration that was tried (s).
         shortest: f64,
     },
-    /// A user function panicked while a rollout was recorded, alone or in a [`Batch`](super::Batch), or while its outcome was read. A
-    /// program that aborts on panic does not return this error.
-    #[error("a force, a path or an outcome panicked: {message}")]
+    /// A user function panicked: a force, a path, an outcome, or the function of [`Batch::map`](super::Batch::map). A program that
+    /// aborts on panic does not return this error.
+    #[error("a force, a path, an outcome or the function of a batch panicked: {message}")]
     Panicked {
         /// Panic message.
         message: String,

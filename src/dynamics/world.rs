@@ -58,18 +58,18 @@ impl World {
         bodies: Vec<Body>,
         ignored: &[[String; 2]],
     ) -> Result<Self, WorldError> {
-        let mut model = Model::starting_at(0.0, bodies)?;
+        let mut world = Self::without_forces(Model::starting_at(0.0, bodies)?);
         for [first, second] in ignored {
-            model = model.ignoring(first, second)?;
+            world = world.with_ignored(first, second)?;
         }
-        model.check_partners()?;
+        world.model.check_partners()?;
         // The pose of a kinematic body comes from its path and is already orthonormal.
-        for body in &mut model.bodies {
+        for body in &mut world.model.bodies {
             if !body.motion.is_kinematic() {
                 body.initial.pose = body.initial.pose.orthonormalized();
             }
         }
-        Ok(Self::without_forces(model))
+        Ok(world)
     }
 
     /// World of a model, without other forces.
@@ -124,18 +124,16 @@ impl<F: Force> World<f64, F> {
             .force_parameters
             .retain(|(existing, _)| existing != name);
         self.model.force_parameters.push((name.into(), value));
-        self.check_forces()?;
-        Ok(self)
+        self.with_checked_forces()
     }
 
-    /// Checks the forces.
-    pub(crate) fn check_forces(&self) -> Result<(), WorldError> {
+    /// Checks that the forces can act on the model.
+    pub(crate) fn with_checked_forces(self) -> Result<Self, WorldError> {
         let model = &self.model;
         self.forces.check(&model.bodies, &model.force_parameters)?;
-        check_coupled(
-            &self.forces.coupling_groups(&model.bodies),
-            model.bodies.len(),
-        )
+        let groups = self.forces.coupling_groups(&model.bodies);
+        check_coupled(&groups, model.bodies.len())?;
+        Ok(self)
     }
 
     /// Replaces the forces of the world by one force, or by several forces as a tuple or a list. The world must already have the [force
@@ -144,12 +142,12 @@ impl<F: Force> World<f64, F> {
     /// # Errors
     /// If a force [rejects](Force::check) the world, or [couples](Force::coupling_groups) a body that the world does not have.
     pub fn with_forces<G: Force>(self, forces: G) -> Result<World<f64, G>, WorldError> {
-        let world = World {
+        let forces = Arc::new(forces);
+        World {
             model: self.model,
-            forces: Arc::new(forces),
-        };
-        world.check_forces()?;
-        Ok(world)
+            forces,
+        }
+        .with_checked_forces()
     }
 
     /// Sets the initial state and its time. Fixed bodies stay where they are. Kinematic bodies take the state of their path at that time.
@@ -215,7 +213,11 @@ impl<F: Force> World<f64, F> {
     /// # Errors
     /// If one of the names is unknown, or both are the same.
     pub fn with_ignored(mut self, first: &str, second: &str) -> Result<Self, WorldError> {
-        self.model = self.model.ignoring(first, second)?;
+        let (i, j) = (self.index_of(first)?, self.index_of(second)?);
+        if i == j {
+            return Err(WorldError::SameBody(first.to_owned()));
+        }
+        self.model.ignored.insert((i.min(j), i.max(j)));
         Ok(self)
     }
 

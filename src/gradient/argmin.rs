@@ -1,5 +1,6 @@
 //! The traits of argmin.
 
+use super::error::loss_of;
 use super::{Outcome, Problem};
 use argmin::core::{CostFunction, Error, Gradient, Jacobian, Operator};
 
@@ -9,7 +10,7 @@ impl<O: Outcome> CostFunction for Problem<O> {
     type Output = f64;
 
     fn cost(&self, values: &Vec<f64>) -> Result<f64, Error> {
-        Ok(self.loss(values)?)
+        Ok(loss_of(&self.value(values)?)?)
     }
 }
 

@@ -33,8 +33,7 @@ pub(super) trait DifferentiableWorld:
 impl<F: Force> DifferentiableWorld for World<f64, F> {
     fn rebuilt(&self, model: Model) -> Result<Arc<dyn DifferentiableWorld>, WorldError> {
         let world = World::with_model(self, model);
-        world.check_forces()?;
-        Ok(Arc::new(world))
+        Ok(Arc::new(world.with_checked_forces()?))
     }
 }
 

@@ -59,6 +59,12 @@ pub enum GradientError {
         /// Number of parameter components.
         expected: usize,
     },
+    /// Two of the parameters that get new values are the same parameter.
+    #[error("{parameter} has two values, but must have one")]
+    DuplicateParameter {
+        /// The parameter.
+        parameter: String,
+    },
     /// An outcome component is NaN or infinite, although all states are finite.
     #[error(
         "number {row} of the outcome, counted from 0, is {value}, but must be finite: the outcome may divide by zero, or take a root or a logarithm of a negative number"
@@ -177,6 +183,16 @@ pub(super) fn check_outcome(numbers: &[f64]) -> Result<(), GradientError> {
         Some(row) => Err(GradientError::OutcomeNotFinite {
             row,
             value: numbers[row],
+        }),
+    }
+}
+
+/// Returns the only number of an outcome.
+pub(super) fn loss_of(numbers: &[f64]) -> Result<f64, GradientError> {
+    match numbers {
+        [loss] => Ok(*loss),
+        _ => Err(GradientError::NotALoss {
+            count: numbers.len(),
         }),
     }
 }

@@ -1,5 +1,5 @@
 use super::dual_widths::{DifferentiableOutcome, DifferentiableWorld, OutcomeIn, WIDE};
-use super::error::check_outcome;
+use super::error::{check_outcome, loss_of};
 use super::slots::Slots;
 use super::values::{perturbed, with_values};
 use super::{GradientError, Mode, Outcome, OutcomeJacobian, Parameter};
@@ -95,12 +95,6 @@ impl Experiment {
             world: self.world.rebuilt(model)?,
             ..self.clone()
         })
-    }
-
-    /// Values of the parameters: see [`World::values`].
-    pub(super) fn values(&self, parameters: &[Parameter]) -> Result<DVector<f64>, GradientError> {
-        let slots = Slots::resolve(parameters, self.model())?;
-        Ok(DVector::from_vec(slots.values(self.model())))
     }
 
     /// Returns the experiment with another plan.
@@ -229,10 +223,7 @@ impl Experiment {
             Mode::Forward => self.jacobian(parameters, loss)?,
             Mode::Reverse => return self.reverse_gradient(parameters, loss),
         };
-        if value.len() != 1 {
-            return Err(GradientError::NotALoss { count: value.len() });
-        }
-        Ok((value[0], jacobian.row(0).transpose()))
+        Ok((loss_of(value.as_slice())?, jacobian.row(0).transpose()))
     }
 
     /// Outcome at other values of the parameters, in the order of [`World::values`].
@@ -271,7 +262,7 @@ impl Experiment {
         outcome: &dyn DifferentiableOutcome,
     ) -> Result<Vec<f64>, GradientError> {
         let slots = Slots::resolve(parameters, self.model())?;
-        let model = slots.perturbed(self.model(), changes);
+        let model = slots.perturbed(&slots.differentiated(self.model()), changes);
         model.bodies.iter().try_for_each(Body::check_mass)?;
         self.value_in(model, outcome)
     }

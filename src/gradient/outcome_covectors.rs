@@ -2,7 +2,7 @@
 
 use super::GradientError;
 use super::dual_widths::{DifferentiableOutcome, NARROW, OutcomeIn, WIDE};
-use super::error::check_outcome;
+use super::error::{check_outcome, loss_of};
 use crate::dynamics::{
     BodyState, Model, ReverseSweep, STATE_DIM, State, StateGradient, Trajectory,
 };
@@ -78,10 +78,7 @@ pub(super) fn loss_covectors(
     model: &Model,
     trajectory: &Trajectory,
 ) -> Result<(f64, RecordedCovectors), GradientError> {
-    let value = OutcomeIn::<f64>::of_trajectory(loss, trajectory);
-    let [value] = value[..] else {
-        return Err(GradientError::NotALoss { count: value.len() });
-    };
+    let value = loss_of(&OutcomeIn::<f64>::of_trajectory(loss, trajectory))?;
     check_outcome(&[value])?;
     let is_differentiable = |body: &usize| !model.bodies[*body].motion.is_kinematic();
     let bodies: Vec<usize> = (0..model.bodies.len()).filter(is_differentiable).collect();

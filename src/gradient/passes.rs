@@ -78,7 +78,8 @@ impl Experiment {
             None => lift(0.0),
         };
         let seeds: Vec<DenseDual<WIDTH>> = (0..slots.dimension()).map(seed).collect();
-        let world = world.with_model(slots.perturbed(self.model(), &seeds));
+        let model = slots.differentiated(self.model());
+        let world = world.with_model(slots.perturbed(&model, &seeds));
         let numbers = self.outcome_of(Arc::clone(&world), outcome)?;
         let derivative = |row: usize, column: usize| numbers[row].eps[column];
         let part = OutcomeJacobian {

@@ -1,3 +1,4 @@
+use super::values::values;
 use super::{Experiment, GradientError, Outcome, OutcomeJacobian, Parameter};
 use nalgebra::DVector;
 
@@ -58,7 +59,7 @@ impl Experiment {
             experiment: self.clone(),
             parameters: parameters.to_vec(),
             outcome,
-            initial_values: self.values(parameters)?,
+            initial_values: values(self.model(), parameters)?,
         })
     }
 }
@@ -96,15 +97,5 @@ impl<O: Outcome> Problem<O> {
     pub fn jacobian(&self, values: &[f64]) -> Result<OutcomeJacobian, GradientError> {
         let experiment = self.experiment.at(&self.parameters, values)?;
         experiment.jacobian(&self.parameters, &self.outcome)
-    }
-
-    /// The loss at values of the parameters.
-    #[cfg(feature = "argmin")]
-    pub(super) fn loss(&self, values: &[f64]) -> Result<f64, GradientError> {
-        let value = self.value(values)?;
-        match value[..] {
-            [loss] => Ok(loss),
-            _ => Err(GradientError::NotALoss { count: value.len() }),
-        }
     }
 }

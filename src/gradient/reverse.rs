@@ -89,8 +89,7 @@ impl Experiment {
     ) -> Result<(Slots, Arc<dyn DynWorld<f64>>), GradientError> {
         let slots = Slots::resolve(parameters, self.model())?;
         slots.check_friction(self.model())?;
-        // Contact laws are dissipative if dissipation or friction is a parameter, even if its value is zero.
-        let model = slots.perturbed(self.model(), &vec![0.0; slots.dimension()]);
+        let model = slots.differentiated(self.model());
         Ok((slots, WithModel::<f64>::with_model(self.world(), model)))
     }
 

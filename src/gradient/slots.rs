@@ -72,6 +72,18 @@ impl Slots {
         slots.flat_map(|slot| slot.gradient(gradient)).collect()
     }
 
+    /// The model for derivatives with respect to the parameters. If the dissipation or friction of a body is a parameter, contacts
+    /// of the body are integrated with dissipation and friction even if the value is zero.
+    pub fn differentiated(&self, model: &Model) -> Model {
+        let mut model = model.clone();
+        for slot in &self.0 {
+            if let Slot::Body(body, Quantity::Dissipation | Quantity::Friction) = *slot {
+                model.bodies[body].is_law_differentiated = true;
+            }
+        }
+        model
+    }
+
     /// The model with a change added to each number.
     pub fn perturbed<T: Scalar>(&self, model: &Model, changes: &[T]) -> Model<T> {
         let mut model = model.lifted();
@@ -263,7 +275,6 @@ impl Slot {
         for (number, change) in self.numbers(model).into_iter().zip(changes) {
             *number += *change;
         }
-        self.mark_dissipative(model);
     }
 
     fn set(&self, model: &mut Model, values: &[f64]) {
@@ -277,15 +288,6 @@ impl Slot {
         }
         for (number, value) in self.numbers(model).into_iter().zip(values) {
             *number = *value;
-        }
-        self.mark_dissipative(model);
-    }
-
-    /// Marks the body as dissipative if its dissipation or friction is a parameter. Its contacts are then integrated with
-    /// dissipation and friction even if the value is zero.
-    fn mark_dissipative<T>(&self, model: &mut Model<T>) {
-        if let Self::Body(body, Quantity::Dissipation | Quantity::Friction) = *self {
-            model.bodies[body].is_dissipative = true;
         }
     }
 

@@ -2,6 +2,7 @@ use super::slots::Slots;
 use super::{GradientError, Parameter};
 use crate::dynamics::{Force, Model, World};
 use nalgebra::DVector;
+use std::collections::HashSet;
 
 /// Values of parameters. New worlds share the shapes of this world.
 impl<F: Force> World<f64, F> {
@@ -10,8 +11,7 @@ impl<F: Force> World<f64, F> {
     /// # Errors
     /// If the world does not have one of the parameters.
     pub fn values(&self, parameters: &[Parameter]) -> Result<DVector<f64>, GradientError> {
-        let slots = Slots::resolve(parameters, &self.model)?;
-        Ok(DVector::from_vec(slots.values(&self.model)))
+        values(&self.model, parameters)
     }
 
     /// The world with new values of the parameters, in the order of [`Self::values`].
@@ -36,6 +36,7 @@ impl<F: Force> World<f64, F> {
     ///
     /// # Errors
     /// - If the world does not have one of the parameters.
+    /// - [`GradientError::DuplicateParameter`] if a parameter is named twice.
     /// - If the number of values is wrong.
     /// - If a value is out of range.
     pub fn with_values(
@@ -43,7 +44,8 @@ impl<F: Force> World<f64, F> {
         parameters: &[Parameter],
         values: &[f64],
     ) -> Result<Self, GradientError> {
-        self.with_checked_model(with_values(&self.model, parameters, values)?)
+        let model = with_values(&self.model, parameters, values)?;
+        Ok(self.with_model(model).with_checked_forces()?)
     }
 
     /// The world with a change added to each parameter component. A change of an orientation is a rotation vector (rad) in world axes that
@@ -58,27 +60,18 @@ impl<F: Force> World<f64, F> {
         parameters: &[Parameter],
         changes: &[f64],
     ) -> Result<Self, GradientError> {
-        self.with_checked_model(perturbed(&self.model, parameters, changes)?)
-    }
-
-    fn with_checked_model(&self, model: Model) -> Result<Self, GradientError> {
-        let world = self.with_model(model);
-        world.check_forces()?;
-        Ok(world)
+        let model = perturbed(&self.model, parameters, changes)?;
+        Ok(self.with_model(model).with_checked_forces()?)
     }
 }
 
-/// Returns the model with a change added to each parameter component. Validates the result.
-pub(super) fn perturbed(
+/// Returns the values of the parameters.
+pub(super) fn values(
     model: &Model,
     parameters: &[Parameter],
-    changes: &[f64],
-) -> Result<Model, GradientError> {
+) -> Result<DVector<f64>, GradientError> {
     let slots = Slots::resolve(parameters, model)?;
-    slots.check_count(changes.len())?;
-    let model = slots.perturbed(model, changes);
-    model.check()?;
-    Ok(model)
+    Ok(DVector::from_vec(slots.values(model)))
 }
 
 /// Returns the model with new values of the parameters. Validates the result.
@@ -87,9 +80,43 @@ pub(super) fn with_values(
     parameters: &[Parameter],
     values: &[f64],
 ) -> Result<Model, GradientError> {
+    check_distinct(parameters)?;
+    changed(model, parameters, values, Slots::with_values)
+}
+
+/// Returns the model with a change added to each parameter component. Validates the result.
+pub(super) fn perturbed(
+    model: &Model,
+    parameters: &[Parameter],
+    changes: &[f64],
+) -> Result<Model, GradientError> {
+    changed(model, parameters, changes, Slots::perturbed)
+}
+
+/// Returns the model that a change to its parameters makes. Validates the result.
+fn changed(
+    model: &Model,
+    parameters: &[Parameter],
+    numbers: &[f64],
+    change: impl Fn(&Slots, &Model, &[f64]) -> Model,
+) -> Result<Model, GradientError> {
     let slots = Slots::resolve(parameters, model)?;
-    slots.check_count(values.len())?;
-    let model = slots.with_values(model, values);
+    slots.check_count(numbers.len())?;
+    let model = change(&slots, model, numbers);
     model.check()?;
     Ok(model)
+}
+
+/// Checks that no parameter is named twice.
+fn check_distinct(parameters: &[Parameter]) -> Result<(), GradientError> {
+    let mut distinct = HashSet::new();
+    match parameters
+        .iter()
+        .find(|&parameter| !distinct.insert(parameter))
+    {
+        None => Ok(()),
+        Some(parameter) => Err(GradientError::DuplicateParameter {
+            parameter: parameter.to_string(),
+        }),
+    }
 }

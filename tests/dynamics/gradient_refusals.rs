@@ -114,6 +114,28 @@ fn a_world_is_changed_by_as_many_numbers_as_its_parameters_have_and_to_usable_on
 }
 
 #[test]
+fn a_world_is_not_given_two_values_of_one_parameter() {
+    let world = World::new(vec![ball("ball"), ball("other")]).unwrap();
+    let mass = Parameter::mass;
+    let distinct = [mass("ball"), Parameter::modulus("ball"), mass("other")];
+    world.with_values(&distinct, &[1.0, 2e5, 3.0]).unwrap();
+    let parameters = [mass("ball"), Parameter::modulus("ball"), mass("ball")];
+    let values = [1.0, 2e5, 3.0];
+    let experiment = Experiment::new(&world, &Plan::new(1e-3, 10).unwrap());
+    let errors = [
+        world.with_values(&parameters, &values).unwrap_err(),
+        experiment.at(&parameters, &values).unwrap_err(),
+    ];
+    for error in errors {
+        let message = error.to_string();
+        assert_eq!(
+            message,
+            "the mass of \"ball\" has two values, but must have one"
+        );
+    }
+}
+
+#[test]
 fn a_gradient_of_more_than_one_number_is_refused() {
     let world = World::new(vec![ball("ball")]).unwrap();
     let experiment = Experiment::new(&world, &Plan::new(1e-3, 10).unwrap());

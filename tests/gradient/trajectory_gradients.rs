@@ -330,6 +330,26 @@ fn a_body_on_a_path_has_derivatives_by_its_material() {
     assert!(matches!(start, Err(GradientError::NotDynamic { .. })));
 }
 
+#[test]
+fn a_world_changed_to_zero_friction_has_the_bits_of_a_world_made_without_friction() {
+    let by = ["ball", "slab"].map(Parameter::friction);
+    let changed = [
+        thrown(0.0, 0.3).with_values(&by, &[0.0; 2]).unwrap(),
+        thrown(0.0, 0.3).perturbed(&by, &[-0.3; 2]).unwrap(),
+        thrown(0.0, 0.0).with_values(&by, &[0.0; 2]).unwrap(),
+    ];
+    let plan = Plan::new(1e-3, 400).unwrap().recording_ends();
+    let end = |world: &World| {
+        let trajectory = world.rollout(&plan).run().unwrap();
+        let BodyState { pose, twist } = trajectory.last().bodies[0];
+        (*pose.translation(), *pose.rotation(), twist.to_vector())
+    };
+    let expected = end(&thrown(0.0, 0.0));
+    for world in changed {
+        assert_eq!(end(&world), expected);
+    }
+}
+
 /// A change is added to the original parameters of a world.
 #[test]
 fn a_changed_world_is_the_one_that_is_made_of_the_sums() {

@@ -31,6 +31,38 @@ fn commands_can_be_typed() {
     assert!(wrong.is_empty(), "\n{}\n", wrong.join("\n"));
 }
 
+#[test]
+fn commands_with_unknown_features_or_tests_that_do_not_run_are_refused() {
+    let repository = Repository::new(root());
+    for (command, reason) in [
+        ("cargo build --features=vtk,vkt", "feature vkt"),
+        ("cargo test --features vkt --test search", "feature vkt"),
+        (
+            "cargo clippy -p hydroelastic-examples --features vtk",
+            "feature vtk",
+        ),
+        // A helper function, an ignored test, and a test that is not ignored.
+        ("cargo test --test source without_comment", "no test"),
+        ("cargo test --test memory million", "no test"),
+        (
+            "cargo test --test source commands:: -- --ignored",
+            "no test",
+        ),
+    ] {
+        let refusal = repository.verdict(command).unwrap().unwrap_err();
+        assert!(refusal.contains(reason), "{command}: {refusal}");
+    }
+    for command in [
+        "cargo build --features=vtk,parry",
+        "cargo test --features vtk --test source commands::",
+        "cargo test --test memory million -- --ignored",
+        "cargo test --test memory million -- --include-ignored",
+        "cargo test --features argmin --test argmin",
+    ] {
+        repository.verdict(command).unwrap().unwrap();
+    }
+}
+
 /// The module comment of a bench names its cargo command, or the script that runs the bench.
 #[test]
 fn every_bench_names_its_own_command() {

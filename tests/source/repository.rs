@@ -42,6 +42,7 @@ type Verdict = Result<(), String>;
 
 pub struct Repository {
     root: PathBuf,
+    packages: Vec<Value>,
     targets: Vec<Target>,
     default_features: BTreeSet<String>,
 }
@@ -79,6 +80,7 @@ impl Repository {
             root: root.to_owned(),
             targets: targets.map(target).collect(),
             default_features: with_implied(&library["features"], "default"),
+            packages: packages.clone(),
         }
     }
 
@@ -127,30 +129,28 @@ impl Repository {
             .position(|word| *word == "--")
             .unwrap_or(words.len());
         let (cargo_words, passed) = words.split_at(split);
-        match cargo_words {
+        let cargo_words = cargo_words.iter().flat_map(|word| word.splitn(2, '='));
+        let cargo_words: Vec<&str> = cargo_words.collect();
+        self.features_exist(&cargo_words)?;
+        match cargo_words[..] {
             ["test", ..] if cargo_words.contains(&"--doc") => {
-                let mut filters = cargo_words
-                    .iter()
-                    .filter(|word| word.starts_with("guide::"));
+                let mut filters = cargo_words.iter().filter(|word| word.starts_with("guide::"));
                 filters.try_for_each(|filter| self.chapter(filter))
             }
-            ["bench" | "run" | "test", ..] => self.target(cargo_words, passed),
+            ["bench" | "run" | "test", ..] => self.target(&cargo_words, passed),
             ["fuzz", "run", name, ..] if !name.chars().all(char::is_uppercase) => {
                 let target = format!("fuzz/fuzz_targets/{name}.rs");
                 self.existing(&target).map(|_| ())
             }
             ["fuzz", ..] => Ok(()),
-            [other, ..] if OTHER_SUBCOMMANDS.contains(other) => Ok(()),
+            [other, ..] if OTHER_SUBCOMMANDS.contains(&other) => Ok(()),
             _ => Err("no such subcommand is known here".into()),
         }
     }
 
     /// Checks the target that a command names, if it names one, and what the command passes to it after `--`.
     fn target(&self, cargo_words: &[&str], passed: &[&str]) -> Verdict {
-        let value = |option: &str| {
-            let index = cargo_words.iter().position(|word| *word == option)?;
-            cargo_words.get(index + 1).copied()
-        };
+        let value = |option: &str| value_of(option, cargo_words);
         let kinds = ["bench", "example", "test"].iter();
         let mut named = kinds.filter_map(|kind| Some((*kind, value(&format!("--{kind}"))?)));
         let Some((kind, name)) = named.next() else {
@@ -162,12 +162,26 @@ impl Repository {
         self.has_features(target, cargo_words, value("--features").unwrap_or_default())?;
         match kind {
             "test" => {
-                let after_name = cargo_words.iter().skip_while(|word| **word != name).skip(1);
+                let after_name = cargo_words.iter().skip_while(|word| **word != "--test").skip(2);
                 are_test_arguments(target, after_name.copied(), passed)
             }
             "bench" => knows_flags(folder_of(target), passed),
             _ if value("-p") == Some(EXAMPLES) => knows_flags(&self.root.join("examples"), passed),
             _ => Err(format!("examples are run with -p {EXAMPLES}")),
+        }
+    }
+
+    /// Checks that a package that a command selects has the features that the command names.
+    fn features_exist(&self, cargo_words: &[&str]) -> Verdict {
+        let package = value_of("-p", cargo_words);
+        let selected = |of: &&Value| package.is_none_or(|name| of["name"] == name);
+        let packages = || self.packages.iter().filter(selected);
+        let exists = |name: &&str| packages().any(|of| of["features"].get(name).is_some());
+        let lists = value_of("--features", cargo_words).into_iter();
+        let mut names = lists.flat_map(|list| list.split(','));
+        match names.find(|name| !exists(name)) {
+            Some(name) => Err(format!("no package has the feature {name}")),
+            None => Ok(()),
         }
     }
 
@@ -188,9 +202,9 @@ impl Repository {
     }
 
     fn existing(&self, path: &str) -> Result<PathBuf, String> {
-        let full_path = self.root.join(path);
-        if full_path.exists() {
-            Ok(full_path)
+        let contents = self.root.join(path);
+        if contents.exists() {
+            Ok(contents)
         } else {
             Err(format!("{path} does not exist"))
         }
@@ -237,17 +251,23 @@ impl Repository {
     }
 }
 
+/// Returns the word after an option.
+fn value_of<'w>(option: &str, words: &[&'w str]) -> Option<&'w str> {
+    let index = words.iter().position(|word| *word == option)?;
+    words.get(index + 1).copied()
+}
+
 /// Checks the filters of a test command and the flags of the test runner.
 fn are_test_arguments<'w>(
     target: &Target,
     filters: impl Iterator<Item = &'w str>,
     passed: &[&'w str],
 ) -> Verdict {
-    let passed = passed.iter().copied().filter(|word| *word != "--");
-    for word in filters.chain(passed) {
+    let words = passed.iter().copied().filter(|word| *word != "--");
+    for word in filters.chain(words) {
         let flag = word.split('=').next().unwrap_or(word);
         if !word.starts_with('-') {
-            has_test(target, word)?;
+            runs_a_test(target, word, passed)?;
         } else if !RUNNER_FLAGS.contains(&flag) {
             return Err(format!("the test runner does not know {flag}"));
         }
@@ -255,30 +275,38 @@ fn are_test_arguments<'w>(
     Ok(())
 }
 
-/// Checks that a test target has a module or a test for each part of a filter.
-fn has_test(target: &Target, filter: &str) -> Verdict {
-    let folder = target.source.parent().unwrap();
-    let has = |part: &str| is_in(folder, &format!("mod {part}")) || is_in_a_name(folder, part);
-    let mut parts = filter.split("::").filter(|part| !part.is_empty());
-    match parts.find(|part| !has(part)) {
-        Some(part) => Err(format!(
-            "{} has no test or module named {part}",
-            target.name
-        )),
-        None => Ok(()),
+/// Checks that a test target runs a test for a filter and the flags of the test runner.
+fn runs_a_test(target: &Target, filter: &str, flags: &[&str]) -> Verdict {
+    let is_run = |is_ignored: bool| {
+        flags.contains(&"--include-ignored") || flags.contains(&"--ignored") == is_ignored
+    };
+    let mut tests = tests(target).into_iter();
+    if tests.any(|(path, is_ignored)| path.contains(filter) && is_run(is_ignored)) {
+        return Ok(());
     }
+    Err(format!("{} runs no test named {filter}", target.name))
 }
 
-/// Returns whether a test function in a folder has the text in its name.
-fn is_in_a_name(folder: &Path, text: &str) -> bool {
-    sources(folder).iter().any(|path| {
-        let source = fs::read_to_string(path).unwrap_or_default();
-        let names = source
-            .lines()
-            .filter_map(|line| line.trim_start().strip_prefix("fn "));
-        let mut names = names.filter_map(|rest| rest.split('(').next());
-        names.any(|name| name.contains(text))
-    })
+/// Returns the path of each test of a target, as in the output of the test runner, and whether the test is ignored.
+fn tests(target: &Target) -> Vec<(String, bool)> {
+    let folder = target.source.parent().unwrap();
+    let of_file = |file: &PathBuf| {
+        let module = file.strip_prefix(folder).unwrap().with_extension("");
+        let modules = module.iter().map(|part| part.to_str().unwrap());
+        let modules = modules.filter(|part| *part != "mod" && *file != target.source);
+        let modules: Vec<&str> = modules.collect();
+        let source = fs::read_to_string(file).unwrap();
+        let items = source.split("#[test]\n").skip(1);
+        let functions = items.filter_map(|item| item.split_once("fn "));
+        let test = |(attributes, function): (&str, &str)| {
+            let name = function.split('(').next().unwrap_or_default();
+            let path = [&modules[..], &[name]].concat().join("::");
+            (path, attributes.contains("#[ignore"))
+        };
+        functions.map(test).collect::<Vec<_>>()
+    };
+    let files = sources(folder_of(target));
+    files.iter().flat_map(of_file).collect()
 }
 
 fn target(target: &Value) -> Target {
@@ -326,28 +354,23 @@ fn knows_flags(program: &Path, words: &[&str]) -> Verdict {
 
 /// Returns whether a file, or a Rust file in a folder, contains the text.
 fn is_in(path: &Path, text: &str) -> bool {
-    let has =
-        |path: &PathBuf| fs::read_to_string(path).is_ok_and(|contents| contents.contains(text));
-    if path.is_dir() {
-        sources(path).iter().any(has)
-    } else {
-        has(&path.to_owned())
-    }
+    let has = |path: &PathBuf| fs::read_to_string(path).is_ok_and(|contents| contents.contains(text));
+    sources(path).iter().any(has)
 }
 
-/// Returns all Rust files in a folder and its subfolders.
-fn sources(folder: &Path) -> Vec<PathBuf> {
-    let entries = fs::read_dir(folder)
+/// Returns a file, or all Rust files in a folder and its subfolders.
+fn sources(path: &Path) -> Vec<PathBuf> {
+    if !path.is_dir() {
+        return vec![path.to_owned()];
+    }
+    let entries = fs::read_dir(path)
         .unwrap()
         .map(|entry| entry.unwrap().path());
-    let inner = entries.flat_map(|path| {
-        if path.is_dir() {
-            sources(&path)
-        } else {
-            vec![path]
-        }
-    });
-    inner
-        .filter(|path| path.extension().is_some_and(|extension| extension == "rs"))
+    let is_kept = |path: &PathBuf| {
+        path.is_dir() || path.extension().is_some_and(|extension| extension == "rs")
+    };
+    entries
+        .filter(is_kept)
+        .flat_map(|path| sources(&path))
         .collect()
 }

@@ -388,6 +388,10 @@ fn a_panic_in_one_rollout_is_its_error_and_the_others_go_on() {
         error,
         GradientError::Rollout(RolloutError::Panicked { .. })
     ));
+    let failed: Vec<Result<(), RolloutError>> = batch.map(&[()], |_, ()| panic!("no job"));
+    let message = failed[0].as_ref().unwrap_err().to_string();
+    assert!(message.contains("function of a batch"), "{message}");
+    assert!(message.ends_with("panicked: no job"), "{message}");
 }
 
 #[test]
