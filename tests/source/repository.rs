@@ -140,7 +140,7 @@ impl Repository {
                 self.existing(&target).map(|_| ())
             }
             ["fuzz", ..] => Ok(()),
-            [other, ..] if OTHER_SUBCOMMANDS.contains(other) => Ok(()),
+            [subcommand, ..] if OTHER_SUBCOMMANDS.contains(subcommand) => Ok(()),
             _ => Err("no such subcommand is known here".into()),
         }
     }
