@@ -32,7 +32,7 @@ pub fn heap(counts: [usize; 3], skin: Material) -> World {
     let mut random = StdRng::seed_from_u64(2);
     let ball = Arc::new(Shape::new(shapes::icosphere(RADIUS, ORDER).unwrap()));
     let mut bodies = vec![floor(counts, skin)];
-    for position in places(counts) {
+    for position in positions(counts) {
         let off = Vector3::from_fn(|_, _| random.random_range(-JITTER..JITTER));
         let turn = Vector3::from_fn(|_, _| random.random_range(-3.0..3.0));
         let name = format!("ball {}", bodies.len() - 1);
@@ -58,7 +58,7 @@ fn under_gravity(bodies: Vec<Body>) -> World {
 }
 
 /// Returns the positions of a lattice whose corner is above the origin.
-fn places([nx, ny, nz]: [usize; 3]) -> impl Iterator<Item = Vector3<f64>> {
+fn positions([nx, ny, nz]: [usize; 3]) -> impl Iterator<Item = Vector3<f64>> {
     (0..nx * ny * nz).map(move |index| {
         let cell = Vector3::new(index % nx, index / nx % ny, index / (nx * ny));
         cell.map(|n| n as f64) * SPACING + Vector3::z() * LOWEST

@@ -46,8 +46,8 @@ pub(super) trait Integrand<T>: Sync {
         }
     }
 
-    /// Adds the polygons of octets, several at a time, for scalars without derivatives. May skip polygons and set their bits in `remainder`,
-    /// which is zero at first. The caller then adds them one by one.
+    /// Adds the polygons of octets, several at a time, for scalars without derivatives. May skip polygons and set their bits in
+    /// `remainder`, which is zero at first. The caller then adds them one by one.
     fn add_octets(
         &self,
         source: &PolygonSource<T>,
@@ -103,7 +103,7 @@ impl<T: Scalar> CutSurface<'_, T> {
             sum
         };
         parallel::for_pieces(self.search_result.cuts(), SINGLE, piece, |piece| {
-            sum.merge(piece)
+            sum.merge(piece);
         });
         self.source
             .add_generic(self.search_result.generic(), integrand, &mut sum);

@@ -137,7 +137,7 @@ impl<T: Scalar> ContactPair<'_, T> {
         } else {
             self.wrench()
         };
-        (wrench, relative.in_world(&self.real_in_place()))
+        (wrench, relative.in_world(&self.real_in_world()))
     }
 
     /// Linearizes the real parts in A's axes. Returns the responses of the polygons, too, if `R` keeps them.

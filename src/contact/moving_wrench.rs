@@ -69,8 +69,8 @@ impl InLanes for InLanesOver<'_> {
             // is unpredictable.
             let mut edges = [0; ROW];
             for (index, edges) in edges.iter_mut().enumerate() {
-                let is_taken = by_rules >> index & 1;
-                *edges = octet.opposite_edges(index) * is_taken;
+                let uses_rules = by_rules >> index & 1;
+                *edges = octet.opposite_edges(index) * uses_rules;
             }
             let mut edges = u64::from_le_bytes(edges);
             while edges != 0 {

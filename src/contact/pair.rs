@@ -219,7 +219,7 @@ impl<'a, T: Scalar> ContactPair<'a, T> {
     }
 
     /// Returns the pair without derivatives, at its poses in the world.
-    pub(super) fn real_in_place(&self) -> ContactPair<'a> {
+    pub(super) fn real_in_world(&self) -> ContactPair<'a> {
         self.real_at([self.a.pose().real(), self.b.pose().real()])
     }
 

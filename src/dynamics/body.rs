@@ -152,7 +152,7 @@ impl Body<f64> {
         self.material.check_on(&self.name, &self.shape)?;
         self.check_mass()?;
         self.initial.check(&self.name)?;
-        self.check_own_start()
+        self.check_start()
     }
 
     /// Checks that the mass is usable.
@@ -164,7 +164,7 @@ impl Body<f64> {
     }
 
     /// Checks that a fixed body starts at rest, and a kinematic body on its path.
-    fn check_own_start(&self) -> Result<(), WorldError> {
+    fn check_start(&self) -> Result<(), WorldError> {
         let start = match &self.motion {
             Motion::Dynamic(_) => return Ok(()),
             Motion::Fixed => BodyState {

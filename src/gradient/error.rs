@@ -136,7 +136,7 @@ pub enum GradientError {
     /// The derivatives with respect to recorded states do not match the states.
     #[error(
         "expected derivatives with respect to {states} recorded states of {bodies} bodies each, but got derivatives with respect to {}",
-        counts_found(found)
+        count_text(found)
     )]
     CovectorCount {
         /// Number of bodies with derivatives, for each state with derivatives.
@@ -147,7 +147,7 @@ pub enum GradientError {
         bodies: usize,
     },
     /// The world has no control of the body, or the control has fewer intervals.
-    #[error("interval {interval} of the control of body {body:?} does not exist: {}", intervals_found(*intervals))]
+    #[error("interval {interval} of the control of body {body:?} does not exist: {}", interval_text(*intervals))]
     NoControl {
         /// Name of the body.
         body: String,
@@ -224,7 +224,7 @@ impl From<Panicked> for GradientError {
 }
 
 /// Describes the intervals of the control of a body.
-fn intervals_found(intervals: usize) -> String {
+fn interval_text(intervals: usize) -> String {
     match intervals.checked_sub(1) {
         None => "the body has no control".into(),
         Some(last) => format!("its intervals are 0 to {last}"),
@@ -232,7 +232,7 @@ fn intervals_found(intervals: usize) -> String {
 }
 
 /// Describes the number of states, the number of bodies in the first state, and the first different number of bodies.
-fn counts_found(body_counts: &[usize]) -> String {
+fn count_text(body_counts: &[usize]) -> String {
     let state_count = body_counts.len();
     let Some((&first, rest)) = body_counts.split_first() else {
         return "no state".into();

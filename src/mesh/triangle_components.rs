@@ -9,21 +9,21 @@ pub(super) struct Components {
 impl Components {
     /// Finds the components from the neighbors of each triangle by breadth-first search.
     pub fn of(neighbors: &[[u32; 3]]) -> Self {
-        let mut is_found = vec![false; neighbors.len()];
+        let mut is_visited = vec![false; neighbors.len()];
         let mut members = Vec::with_capacity(neighbors.len());
         let mut ends = Vec::new();
         for start in 0..neighbors.len() {
-            if is_found[start] {
+            if is_visited[start] {
                 continue;
             }
-            is_found[start] = true;
+            is_visited[start] = true;
             let mut next = members.len();
             members.push(start);
             while next < members.len() {
                 for &neighbor in &neighbors[members[next]] {
                     let neighbor = neighbor as usize;
-                    if !is_found[neighbor] {
-                        is_found[neighbor] = true;
+                    if !is_visited[neighbor] {
+                        is_visited[neighbor] = true;
                         members.push(neighbor);
                     }
                 }

@@ -118,11 +118,11 @@ impl TriangleSurface {
         if let Some((vertex, value)) = coordinates::first_non_finite(vertices) {
             return Err(SurfaceError::NonFiniteCoordinate { vertex, value });
         }
-        let has_three_places = |&triangle: &usize| {
+        let has_three_positions = |&triangle: &usize| {
             let [a, b, c] = corners[triangle];
             a != b && b != c && c != a
         };
-        let triangles = (0..corners.len()).filter(has_three_places);
+        let triangles = (0..corners.len()).filter(has_three_positions);
         let triangles = triangles.map(|triangle| [0, 1, 2].map(|corner| 3 * triangle + corner));
         Self::welded(vertices.to_vec(), triangles.collect())
     }

@@ -5,9 +5,11 @@ use std::collections::HashMap;
 
 /// Replaces each index by the first vertex with exactly the same position. All indices must be in range.
 pub(super) fn merge_coincident(vertices: &[Vector3<f64>], triangles: &mut [[usize; 3]]) {
-    let mut first_at_place = HashMap::new();
+    let mut first_at_position = HashMap::new();
     let first_at = |(vertex, position): (usize, &Vector3<f64>)| {
-        *first_at_place.entry(place_key(position)).or_insert(vertex)
+        *first_at_position
+            .entry(position_key(position))
+            .or_insert(vertex)
     };
     let first: Vec<usize> = vertices.iter().enumerate().map(first_at).collect();
     for vertex in triangles.as_flattened_mut() {
@@ -16,7 +18,7 @@ pub(super) fn merge_coincident(vertices: &[Vector3<f64>], triangles: &mut [[usiz
 }
 
 /// Returns a key that is equal for two points if and only if all their coordinates are equal.
-pub(super) fn place_key(point: &Vector3<f64>) -> [u64; 3] {
+pub(super) fn position_key(point: &Vector3<f64>) -> [u64; 3] {
     // Adding 0 maps −0 to +0, so that both zeros have the same bits.
     std::array::from_fn(|axis| (point[axis] + 0.0).to_bits())
 }

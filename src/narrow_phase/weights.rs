@@ -137,13 +137,13 @@ impl Weight {
     }
 
     /// Returns the weights after the forward and the backward change: 1 if the polygon counts, and 0 if it does not.
-    pub fn ways(self) -> [f64; 2] {
+    pub fn ahead_and_behind(self) -> [f64; 2] {
         [self.is_ahead, self.is_behind].map(|is_there| f64::from(u8::from(is_there)))
     }
 
     /// Returns the mean of both changes. A line counts as the strip that it opens into.
     pub fn mean(self) -> f64 {
-        let [ahead, behind] = self.ways();
+        let [ahead, behind] = self.ahead_and_behind();
         0.5 * (ahead + behind)
     }
 

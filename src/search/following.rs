@@ -67,7 +67,7 @@ impl RelativePair<'_> {
             normals: None,
         };
         let Some(route) = self.route() else {
-            walk.look_everywhere();
+            walk.cut_all_overlapping();
             return walk.scratch.octets.pair_count();
         };
         if !walk.follow_route(&route) {
@@ -168,20 +168,20 @@ impl Walk<'_, '_> {
     }
 
     /// Cuts all pairs of tetrahedra that may touch.
-    fn look_everywhere(&mut self) {
+    fn cut_all_overlapping(&mut self) {
         let pair = self.pair;
         pair.visit_overlapping(|tet_a, tet_b| {
             self.add([tet_a as u32, tet_b.index as u32]);
         });
-        self.look_at_all(|_, _| {});
+        self.cut_queued(|_, _| {});
     }
 
-    /// Cuts the queued pairs, and those that `go_on` queues for each octet.
-    fn look_at_all(&mut self, go_on: impl Fn(&mut Self, usize)) {
-        while let Some(octets) = self.look_at_next() {
+    /// Cuts the queued pairs, and those that `enqueue` adds for each octet.
+    fn cut_queued(&mut self, enqueue: impl Fn(&mut Self, usize)) {
+        while let Some(octets) = self.cut_next() {
             for index in octets {
                 self.take_note(index);
-                go_on(self, index);
+                enqueue(self, index);
             }
             self.spill();
         }
@@ -251,7 +251,7 @@ impl Walk<'_, '_> {
     /// equal over a volume.
     fn follow_entered(&mut self) -> bool {
         let equal_before = self.scratch.equal.len();
-        self.look_at_all(|walk, index| {
+        self.cut_queued(|walk, index| {
             let across = NeighborPairs::faces_of(walk.scratch.octets.at(index), walk.pair);
             walk.enter_all(across.pairs());
         });
@@ -260,7 +260,7 @@ impl Walk<'_, '_> {
 
     /// Cuts the next pairs (see [`Octets::next`](super::scratch::Octets::next)). Returns the indices of their octets, or `None` if the
     /// queue is empty.
-    fn look_at_next(&mut self) -> Option<Range<usize>> {
+    fn cut_next(&mut self) -> Option<Range<usize>> {
         let Scratch {
             posed_tets,
             octets,

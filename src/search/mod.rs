@@ -133,8 +133,8 @@ impl RelativePair<'_> {
         self.find_or_spill(search, None)
     }
 
-    /// Finds the pairs as [`Self::find_pairs`]. In large contacts, octets go to `spill` as soon as they are cut, and the result has only the
-    /// last ones.
+    /// Finds the pairs as [`Self::find_pairs`]. In large contacts, octets go to `spill` as soon as they are cut, and the result has only
+    /// the last octets.
     pub fn find_spilling(&self, search: Search, spill: &mut Spill) -> SearchResult {
         self.find_or_spill(search, Some(spill))
     }

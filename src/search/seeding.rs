@@ -99,14 +99,14 @@ struct PressureOf<'a> {
 /// on the edge. Takes the pose of the own body in the frame of the other, and the distance (m) that counts as zero.
 fn visit_peak_paths(
     (body, peak_paths): (&PressureOf, &Bvh<PathEdge>),
-    other: &PressureOf,
+    other_body: &PressureOf,
     (pose, margin): (&Pose<f64>, f64),
     mut visit: impl FnMut(usize, usize),
 ) {
-    let tree = other.shape.tet_bvh().pressing();
-    let [tets, other_tets] = [body, other].map(|body| body.shape.field().tets());
+    let tree = other_body.shape.tet_bvh().pressing();
+    let [tets, other_tets] = [body, other_body].map(|body| body.shape.field().tets());
     peak_paths.visit_near(
-        &other.shape.bounds(),
+        &other_body.shape.bounds(),
         pose,
         margin,
         |PathEdge { tet, corners }| {
@@ -114,8 +114,8 @@ fn visit_peak_paths(
             let ends = corners.map(|c| pose.transformed_point(&field_tet.tetrahedron.corners[c]));
             let pressures = corners.map(|c| field_tet.extents[c] * body.modulus);
             tree.visit_overlapping(&Aabb::around(&ends).inflated(margin), |partner| {
-                let other_field = other_tets[partner].extent.scaled(other.modulus);
-                let tolerance = margin * other.modulus * other_tets[partner].sensitivity;
+                let other_field = other_tets[partner].extent.scaled(other_body.modulus);
+                let tolerance = margin * other_body.modulus * other_tets[partner].sensitivity;
                 let excess = [0, 1].map(|end| pressures[end] - other_field.at(&ends[end]));
                 if may_be_zero(&excess, tolerance) {
                     visit(tet, partner);

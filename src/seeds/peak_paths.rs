@@ -69,10 +69,11 @@ fn is_concave(field: &PressureField) -> bool {
         (0..4).all(|corner| {
             let neighbor = field.mesh().neighbor(index, corner);
             // Each face is tested once, from the tetrahedron with the smaller index.
-            let Some(other) = neighbor.filter(|&other| other > index) else {
+            let Some(neighbor_index) = neighbor.filter(|&neighbor_index| neighbor_index > index)
+            else {
                 return true;
             };
-            let neighbor = &field.tets()[other];
+            let neighbor = &field.tets()[neighbor_index];
             let least = FLATNESS * tet.sensitivity.min(neighbor.sensitivity);
             let jump = neighbor.extent.gradient - tet.extent.gradient;
             let outward = -tet.barycentric[corner].gradient / tet.barycentric_steepness[corner];

@@ -103,8 +103,8 @@ fn add_pair(tallies: &mut Tallies, bodies: &Bodies, number: usize) {
 }
 
 pub(super) fn merge(total: &mut Tallies, tallies: Tallies) {
-    for (tally, other) in total.iter_mut().zip(tallies) {
-        tally.merge(other);
+    for (tally, thread_tally) in total.iter_mut().zip(tallies) {
+        tally.merge(thread_tally);
     }
 }
 

@@ -1,6 +1,6 @@
 //! The contact surface of two octahedra, polygon by polygon. All of its public properties have closed forms.
 
-use crate::support::octahedra::{OVERLAP, fall, force, octahedron, places, slope, stacked, stage};
+use crate::support::octahedra::{OVERLAP, fall, force, octahedron, poses, slope, stacked, stage};
 use crate::support::scenes::{Random, grid, mixed_shapes, pair, random_pair};
 use hydroelastic::contact::{ContactBody, ContactPair, ContactPolygon, Partner, Shape};
 use hydroelastic::mesh::shapes;
@@ -160,7 +160,7 @@ fn derivatives_of_area_and_center_by_an_approach_are_the_closed_ones() {
     use hydroelastic::contact::{ContactBody, ContactPair};
     use num_dual::Dual64;
     let (shape, moduli) = (octahedron(0), MODULI[1]);
-    let [above, below] = places();
+    let [above, below] = poses();
     // L grows by half of A's downward displacement.
     let down = stage().rotation() * vector![0.0, 0.0, -1.0];
     let lowered = Pose::<Dual64>::lifted(&above);

@@ -115,8 +115,8 @@ fn tried(numbers: Range<usize>) -> Tallies {
 /// Compares `count` consecutive pairs, beginning with pair `first`, on all threads.
 fn soaked(first: usize, count: usize) -> Tallies {
     let merge = |total: &mut Tallies, tallies: Tallies| {
-        for (tally, other) in total.iter_mut().zip(tallies) {
-            tally.merge(other);
+        for (tally, thread_tally) in total.iter_mut().zip(tallies) {
+            tally.merge(thread_tally);
         }
     };
     let work = |total: &mut Tallies, _, numbers| merge(total, tried(numbers));

@@ -107,8 +107,8 @@ fn soaked(first: usize, count: usize) -> Tallies {
 }
 
 pub(super) fn merge(tallies: &mut Tallies, others: Tallies) {
-    for (tally, other) in tallies.iter_mut().zip(others) {
-        tally.merge(other);
+    for (tally, thread_tally) in tallies.iter_mut().zip(others) {
+        tally.merge(thread_tally);
     }
 }
 

@@ -1,6 +1,6 @@
 //! The law of moving surfaces on two octahedra: dissipation and friction against integrals over their common square.
 
-use crate::support::octahedra::{HEIGHT, OVERLAP, force, octahedron, places, stacked, stage};
+use crate::support::octahedra::{HEIGHT, OVERLAP, force, octahedron, poses, stacked, stage};
 use crate::support::scenes::{Random, pair};
 use hydroelastic::contact::{
     BodyError, ContactBody, ContactPair, ContactWrench, Shape, SurfaceLaw,
@@ -44,7 +44,7 @@ fn twists(spin: Vector3<f64>, velocity: Vector3<f64>) -> [Twist; 2] {
     let common = Twist::from_vector(&Vector6::from(COMMON));
     let turn = stage();
     let (spin, velocity) = (turn.rotation() * spin, turn.rotation() * velocity);
-    let [a, b] = places().map(|pose| {
+    let [a, b] = poses().map(|pose| {
         let from_middle = pose.translation() - turn.translation();
         (from_middle, common.angular.cross(pose.translation()))
     });
@@ -62,7 +62,7 @@ fn twists(spin: Vector3<f64>, velocity: Vector3<f64>) -> [Twist; 2] {
 
 /// Returns the wrench on A about the middle of the contact, on the stage.
 fn on_stage(wrench: &ContactWrench) -> Wrench {
-    let to_middle = stage().translation() - places()[0].translation();
+    let to_middle = stage().translation() - poses()[0].translation();
     let about_middle = wrench.on_a.about(&to_middle);
     about_middle.rotated(&stage().rotation().transpose())
 }
@@ -70,7 +70,7 @@ fn on_stage(wrench: &ContactWrench) -> Wrench {
 fn wrench(pair: &ContactPair, law: &SurfaceLaw, twists: [Twist; 2]) -> Wrench {
     let wrench = pair.moving(*law, twists).wrench();
     // Newton's third law, about one point.
-    let [a, b] = places().map(|pose| *pose.translation());
+    let [a, b] = poses().map(|pose| *pose.translation());
     let reaction = wrench.on_b.about(&(a - b));
     let sum = (wrench.on_a.to_vector() + reaction.to_vector()).amax();
     assert!(sum <= EXACT * normal_force(), "{sum:e}");
@@ -224,7 +224,7 @@ fn sliding_slopes(
 /// Returns the wrench with derivatives, from the linearized contact or through the whole pipeline.
 fn differentiated(velocity: Vector3<f64>, is_linearized: bool) -> ContactWrench<Dual> {
     let shape = octahedron(0);
-    let [a, b] = places().map(|pose| {
+    let [a, b] = poses().map(|pose| {
         let modulus = Dual::from_re(MODULUS);
         ContactBody::new(&shape, Pose::lifted(&pose), modulus).unwrap()
     });
@@ -293,7 +293,7 @@ fn a_law_tells_the_numbers_that_it_was_made_of() {
 fn numbers_out_of_range_make_no_law() {
     let quantity = |numbers: [f64; 3]| match SurfaceLaw::new(numbers[0], numbers[1], numbers[2]) {
         Err(BodyError::SurfaceLaw { quantity, .. }) => quantity,
-        other => panic!("{other:?}"),
+        part => panic!("{part:?}"),
     };
     for bad in [-1e-300, f64::NAN, f64::INFINITY] {
         assert_eq!(quantity([bad, 0.3, 0.1]), "dissipation");

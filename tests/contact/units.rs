@@ -165,7 +165,7 @@ fn bits(numbers: &[f64]) -> Vec<u64> {
 fn assert_same_in_all_units(pair: &ContactPair) {
     with_other_units(pair, UNITS_OF_THE_SCENE, |again| {
         for units in UNITS {
-            with_other_units(pair, units, |other| assert_same(again, other, units));
+            with_other_units(pair, units, |scaled| assert_same(again, scaled, units));
         }
     });
 }
@@ -181,17 +181,17 @@ fn with_other_units(pair: &ContactPair, units: Units, read: impl Fn(&ContactPair
     ));
 }
 
-fn assert_same(pair: &ContactPair, other: &ContactPair, units: Units) {
+fn assert_same(pair: &ContactPair, scaled: &ContactPair, units: Units) {
     let searches = [
         Search::Following,
         Search::Culling(Culling::default()),
         Search::Culling(Culling::NONE),
     ];
     for search in searches {
-        let (pair, other) = (pair.with_search(search), other.with_search(search));
-        assert_eq!(pair.work_count(), other.work_count());
+        let (pair, scaled) = (pair.with_search(search), scaled.with_search(search));
+        assert_eq!(pair.work_count(), scaled.work_count());
         let expected = everything(&pair, UNITS_OF_THE_SCENE);
-        let actual = everything(&other, units);
+        let actual = everything(&scaled, units);
         assert!(bits(&expected) == bits(&actual), "{units:?} {search:?}");
     }
 }

@@ -407,7 +407,7 @@ fn a_body_that_starts_below_a_floor_is_an_error() {
                         assert!(is_below && is_half_space);
                         assert_eq!(bodies, ["brick".to_owned(), name.clone()]);
                     }
-                    other => assert!(!is_below || !is_half_space, "{other:?}"),
+                    expected_error => assert!(!is_below || !is_half_space, "{expected_error:?}"),
                 }
             }
             let passing = world.with_ignored("brick", &name).unwrap();
@@ -423,7 +423,7 @@ fn a_body_that_starts_below_a_floor_is_an_error() {
 #[test]
 fn a_body_without_friction_of_its_own_takes_that_of_its_partner() {
     let [rough, smooth, hard] = [skin(), skin().with_friction(0.0), Material::rigid()];
-    for (material, other, expected) in [
+    for (material, partner, expected) in [
         (rough, hard, 0.4),
         (hard, rough, 0.4),
         (smooth, hard, 0.0),
@@ -431,7 +431,7 @@ fn a_body_without_friction_of_its_own_takes_that_of_its_partner() {
         (rough, hard.with_friction(0.0), 0.0),
         (rough, hard.with_friction(0.6), 0.48),
     ] {
-        let actual = material.combined_with(&other, 1e-3).friction();
+        let actual = material.combined_with(&partner, 1e-3).friction();
         assert_relative_eq!(actual, expected, max_relative = f64::EPSILON);
     }
 }

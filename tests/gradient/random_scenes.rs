@@ -180,9 +180,10 @@ fn compared(number: usize) -> Comparison {
 /// Returns the errors of the scenes whose references have converged, in ascending order.
 fn sorted_errors(comparisons: &[Comparison]) -> Vec<f64> {
     let is_converged = |comparison: &&Comparison| comparison.spread <= CONVERGED;
-    let (converged, others): (Vec<_>, Vec<_>) = comparisons.iter().partition(is_converged);
-    for other in &others {
-        println!("not converged: {}", other.text);
+    let (converged, unconverged_scenes): (Vec<_>, Vec<_>) =
+        comparisons.iter().partition(is_converged);
+    for unconverged in &unconverged_scenes {
+        println!("not converged: {}", unconverged.text);
     }
     for comparison in &converged {
         if comparison.error > OFF {
@@ -193,7 +194,7 @@ fn sorted_errors(comparisons: &[Comparison]) -> Vec<f64> {
     println!(
         "{} scenes, {} not converged, {} with missed substeps",
         comparisons.len(),
-        others.len(),
+        unconverged_scenes.len(),
         missed.count()
     );
     let mut errors: Vec<f64> = converged.iter().map(|scene| scene.error).collect();
@@ -226,8 +227,8 @@ fn derivatives_of_twelve_scenes() {
     let mut errors = in_batches(
         (0, SHORT.len()),
         1,
-        |errors: &mut Vec<f64>, _, places| {
-            for number in &SHORT[places] {
+        |errors: &mut Vec<f64>, _, range| {
+            for number in &SHORT[range] {
                 let scene = scene(*number);
                 let actual = jacobian(&scene, &plan(TIME_STEP, Accuracy::default()));
                 let expected = jacobian(&scene, &plan(REFERENCE_STEP, looser_reference()));

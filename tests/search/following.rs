@@ -147,8 +147,8 @@ fn symmetric_poses(poses: usize) {
     shapes.push(Shape::new(grid(&[3, 3, 1], 0.4, ring).unwrap()));
     let (mut random, mut tally) = (Random::new(62), Tally::default());
     for _ in 0..poses {
-        let [a, other] = [0, 1].map(|_| random.below(shapes.len()));
-        let b = [a, other][random.below(2)];
+        let [a, distinct] = [0, 1].map(|_| random.below(shapes.len()));
+        let b = [a, distinct][random.below(2)];
         let pose = symmetric_pose(&mut random);
         let modulus = [1.0, 1.0, 2.0, 10.0][random.below(4)];
         tally.compare(&pair(

@@ -173,12 +173,12 @@ fn a_body_with_a_cavity() {
     let others = others.map(|field| Shape::new(field.unwrap()));
     let (mut random, mut tally) = (Random::new(75), Tally::default());
     for case in 0..400 {
-        let other = [&others[0], &others[1], &shell][case % 3];
+        let partner = [&others[0], &others[1], &shell][case % 3];
         let at = random_pose(0.5, &mut random);
         let center = Pose::from_translation(vector![0.75, 0.75, 0.75]);
         tally.compare(&pair(
             (&shell, Pose::identity(), 1.0),
-            (other, center * at, 2.0),
+            (partner, center * at, 2.0),
         ));
     }
     tally.assert_told_something("cavity", 70);

@@ -152,7 +152,7 @@ fn list(numbers: [f64; 3]) -> Value {
     Value::List(numbers.map(Value::Number).to_vec())
 }
 
-/// Returns a state with the bad number at a place.
+/// Returns a state with the bad number in a field.
 fn state_value(field: &str, bad: f64) -> Value {
     let at = |name: &str, good: f64| if name == field { bad } else { good };
     let rotation = vec![

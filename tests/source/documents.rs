@@ -139,7 +139,7 @@ fn documents(folder: &str, extension: &str, is_deep: bool) -> Vec<Document> {
             .any(|built| path.ends_with(built));
         if path.is_dir() && is_deep && !is_built {
             collected.extend(documents(&name, extension, is_deep));
-        } else if path.extension().is_some_and(|actual| actual == extension) {
+        } else if path.extension().is_some_and(|ending| ending == extension) {
             let text = fs::read_to_string(&path).unwrap();
             collected.push(Document { path: name, text });
         }

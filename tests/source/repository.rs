@@ -143,7 +143,7 @@ impl Repository {
                 self.existing(&target).map(|_| ())
             }
             ["fuzz", ..] => Ok(()),
-            [other, ..] if OTHER_SUBCOMMANDS.contains(&other) => Ok(()),
+            [subcommand, ..] if OTHER_SUBCOMMANDS.contains(&subcommand) => Ok(()),
             _ => Err("no such subcommand is known here".into()),
         }
     }
@@ -202,9 +202,9 @@ impl Repository {
     }
 
     fn existing(&self, path: &str) -> Result<PathBuf, String> {
-        let contents = self.root.join(path);
-        if contents.exists() {
-            Ok(contents)
+        let file = self.root.join(path);
+        if file.exists() {
+            Ok(file)
         } else {
             Err(format!("{path} does not exist"))
         }

@@ -186,7 +186,7 @@ proptest! {
     }
 
     #[test]
-    fn derivatives_are_differences(share in 0.01..0.99, other in 0.3..2.0) {
+    fn derivatives_are_differences(share in 0.01..0.99, second in 0.3..2.0) {
         let assert_near = |name: &str, actual: f64, expected: f64| {
             let error = (actual - expected).abs() / expected.abs().max(1.0);
             assert!(error <= DIFFERENCES, "{name}: {actual} for {expected}");
@@ -197,7 +197,7 @@ proptest! {
             assert_near(name, dense(Dense::variable(x, 1)).eps[1], difference);
         }
         for Binary { name, dense, real, .. } in binary_functions() {
-            let (x, y, step) = (0.3 + share, other, 1e-6);
+            let (x, y, step) = (0.3 + share, second, 1e-6);
             let by_x = (real(x + step, y) - real(x - step, y)) / (2.0 * step);
             let by_y = (real(x, y + step) - real(x, y - step)) / (2.0 * step);
             let dual = dense(Dense::variable(x, 0), Dense::variable(y, 2));

@@ -108,7 +108,7 @@ fn numbers_that_are_not_finite_are_no_pose() {
 fn deviation_of(rotation: Matrix3<f64>) -> f64 {
     match Pose::new(rotation, Vector3::zeros()) {
         Err(PoseError::NotARotation { deviation }) => deviation,
-        other => panic!("expected NotARotation, found {other:?}"),
+        unexpected => panic!("expected NotARotation, found {unexpected:?}"),
     }
 }
 

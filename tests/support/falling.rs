@@ -99,7 +99,8 @@ fn corners(count: usize, radius: f64, random: &mut Random) -> Vec<Vector3<f64>> 
         let mut directions: Vec<Vector3<f64>> = Vec::new();
         for _ in 0..20 * count {
             let direction = random.direction();
-            let is_free = |other: &Vector3<f64>| (direction - other).norm() > apart;
+            let is_free =
+                |taken_direction: &Vector3<f64>| (direction - taken_direction).norm() > apart;
             if directions.len() < count && directions.iter().all(is_free) {
                 directions.push(direction);
             }

@@ -195,9 +195,8 @@ impl Glb {
         let view = self.root.get(accessor.buffer_view.unwrap()).unwrap();
         let size = kind.size() * together;
         assert!(view.byte_stride.is_none_or(|stride| stride.0 == size));
-        let part = &self.binary[size_of_field(view.byte_offset)..]
-            [..size_of_field(Some(view.byte_length))];
-        &part[size_of_field(accessor.byte_offset)..][..size * size_of_field(Some(accessor.count))]
+        let part = &self.binary[to_usize(view.byte_offset)..][..to_usize(Some(view.byte_length))];
+        &part[to_usize(accessor.byte_offset)..][..size * to_usize(Some(accessor.count))]
     }
 }
 
@@ -265,7 +264,7 @@ fn number(bytes: &[u8], offset: usize) -> usize {
     u32::from_le_bytes(bytes[offset..offset + 4].try_into().unwrap()) as usize
 }
 
-fn size_of_field(number: Option<USize64>) -> usize {
+fn to_usize(number: Option<USize64>) -> usize {
     usize::try_from(number.unwrap_or_default().0).unwrap()
 }
 

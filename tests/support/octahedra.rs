@@ -40,13 +40,13 @@ pub fn stage() -> Pose {
 }
 
 /// Returns the poses of A and B on the stage.
-pub fn places() -> [Pose; 2] {
+pub fn poses() -> [Pose; 2] {
     [HEIGHT, -HEIGHT].map(|z| stage() * Pose::from_translation(vector![0.0, 0.0, z]))
 }
 
 /// Returns A above B on the stage, with moduli (Pa).
 pub fn stacked(octahedron: &Shape, moduli: [f64; 2]) -> ContactPair<'_> {
-    let [above, below] = places();
+    let [above, below] = poses();
     pair(
         (octahedron, above, moduli[0]),
         (octahedron, below, moduli[1]),

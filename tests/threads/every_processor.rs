@@ -146,28 +146,28 @@ impl Shapes {
     /// Returns pairs at generic poses, whose polygons are processed in SIMD lanes.
     fn generic(&self) -> [(&'static str, ContactPair<'_>); 9] {
         let turned = pose([1, 2, 2, 4], vector![0.02, 0.05, 0.09]);
-        let other = pose([2, -1, 4, 2], vector![-0.03, 0.01, 0.02]);
+        let pose_b = pose([2, -1, 4, 2], vector![-0.03, 0.01, 0.02]);
         let ground = pose([4, -2, 1, 2], vector![0.01, -0.02, 0.03]);
         let on = |partner| pair((&self.ball, turned), partner);
-        let fine = hard(&self.fine, other);
+        let fine = hard(&self.fine, pose_b);
         let by_vector = |vector, translation| Pose::from_rotation_vector(&vector, translation);
         let upright = by_vector(vector![0.9, -0.4, 0.2], vector![0.01, 0.02, 0.07]);
         let slightly = by_vector(vector![0.1, 0.2, -0.1], vector![0.0, 0.01, 0.0]);
         [
             ("many polygons", pair((&self.fine, turned), fine)),
-            ("ball, ball", on(hard(&self.ball, other))),
-            ("ball, block", on(hard(&self.block, other))),
-            ("ball, rigid ball", on(rigid(&self.rigid_ball, other))),
+            ("ball, ball", on(hard(&self.ball, pose_b))),
+            ("ball, block", on(hard(&self.block, pose_b))),
+            ("ball, rigid ball", on(rigid(&self.rigid_ball, pose_b))),
             ("ball, half-space", on(half_space(ground))),
             ("ball, layer", on(layer(&self.layer, ground))),
-            ("ball, cylinder", on(hard(&self.cylinder, other))),
+            ("ball, cylinder", on(hard(&self.cylinder, pose_b))),
             (
                 "cylinder, cylinder",
                 pair((&self.cylinder, upright), hard(&self.cylinder, slightly)),
             ),
             (
                 "block, block",
-                pair((&self.block, turned), hard(&self.block, other)),
+                pair((&self.block, turned), hard(&self.block, pose_b)),
             ),
         ]
     }

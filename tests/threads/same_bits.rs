@@ -398,9 +398,9 @@ fn a_panic_in_one_rollout_is_its_error_and_the_others_go_on() {
 fn a_start_of_another_world_is_refused() {
     let error = Plan::new(0.0, 10).unwrap_err();
     assert!(matches!(error, WorldError::Setting { .. }));
-    let (world, mut other) = (drop(), heap().initial_state());
-    other.bodies.truncate(5);
-    let error = world.with_initial_state(&other);
+    let (world, mut short_state) = (drop(), heap().initial_state());
+    short_state.bodies.truncate(5);
+    let error = world.with_initial_state(&short_state);
     let (found, expected) = (5, 2);
     assert_eq!(
         error.unwrap_err(),

@@ -87,8 +87,8 @@ pub(super) struct Rates<N> {
 }
 
 impl<N: Linear> AreaMoments<N> {
-    /// Computes the moments from the moments of the slip and the moments `area_moments` of the area. ψ is defined in [`LawOnPlane`], u and σ in
-    /// [`Slip`](crate::friction::Slip). If ψ > 0,
+    /// Computes the moments from the moments of the slip and the moments `area_moments` of the area. ψ is defined in [`LawOnPlane`], and u
+    /// and σ in [`Slip`](crate::friction::Slip). If ψ > 0,
     ///
     /// t = p(−μψu₁, −μψu₂, ψ − 1),  ∂t/∂(v₁, v₂) = μpψ(u uᵀ − 1)/σ,  ∂t/∂v₃ = −dp(−μu₁, −μu₂, 1),
     ///

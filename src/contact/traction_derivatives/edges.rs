@@ -52,11 +52,11 @@ impl<'e> Edges<'e> {
         });
     }
 
-    /// Visits the moving edges, each with its owners. Edges that lie in one of the faces `left_out` are omitted. Sets of faces are given as
+    /// Visits the moving edges, each with its owners. Edges that lie in one of the faces `skipped` are omitted. Sets of faces are given as
     /// bits.
-    fn visit(&self, left_out: u8, mut visit: impl FnMut(usize, u8)) {
+    fn visit(&self, skipped: u8, mut visit: impl FnMut(usize, u8)) {
         let mut visit_edge = |edge: usize, owners: u8| {
-            if owners != 0 && owners & left_out == 0 {
+            if owners != 0 && owners & skipped == 0 {
                 visit(edge, owners);
             }
         };
@@ -79,22 +79,22 @@ impl<'e> Edges<'e> {
         }
         let lines = self.lines(edge, owners);
         let mut shares = [[0.0; 2]; 8];
-        let own_speed = |line: &Line| {
+        let face_speed = |line: &Line| {
             if line.moves_with_b() {
                 line.outward.dot(&PERTURBATION)
             } else {
                 0.0
             }
         };
-        let speed = |line: &Line| own_speed(line) - self.plane_speed * line.along_normal;
-        split_between_owners(&lines, speed, moving.ways(), |line, share| {
+        let speed = |line: &Line| face_speed(line) - self.plane_speed * line.along_normal;
+        split_between_owners(&lines, speed, moving.ahead_and_behind(), |line, share| {
             shares[line.face][0] += share;
         });
         let [from, to] = self.polygon.ends(edge);
         let middle = [0, 1].map(|i| 0.5 * (from[i] + to[i]));
         let plane_speed = self.by_pressure * at(&self.polygon.plane.pressure, &middle);
         let growth = |line: &Line| -plane_speed * line.along_normal;
-        split_between_owners(&lines, growth, still.ways(), |line, share| {
+        split_between_owners(&lines, growth, still.ahead_and_behind(), |line, share| {
             shares[line.face][1] += share;
         });
         for line in lines.iter().flatten() {
@@ -125,13 +125,16 @@ impl<'e> Edges<'e> {
         let by_length = |a: &usize, b: &usize| length(a).total_cmp(&length(b));
         let longest = (0..owners.len()).max_by(by_length)?;
         let least = SHORTEST_SIDE * SHORTEST_SIDE * length(&longest);
-        let ways = || (0..owners.len()).filter(|edge| length(edge) > least);
+        let long_edges = || (0..owners.len()).filter(|edge| length(edge) > least);
         let has_owner_inside = |edge: usize| {
             let lines = self.lines(edge, owners[edge]);
             lines.iter().flatten().any(|line| line.inverse_sine < 0.0)
         };
-        ways().find(|&edge| has_owner_inside(edge))?;
-        Some((longest, ways().fold(0, |all, edge| all | owners[edge])))
+        long_edges().find(|&edge| has_owner_inside(edge))?;
+        Some((
+            longest,
+            long_edges().fold(0, |all, edge| all | owners[edge]),
+        ))
     }
 
     fn line(&self, face: usize, edge: usize) -> Line {
@@ -312,20 +315,20 @@ mod tests {
             let polygon = source.polygon(cut).unwrap();
             let plane = &polygon.plane;
             let [e1, e2, n] = plane.axes.map(Vector3::from);
-            let by_place = -Vector3::from(plane.slopes[1]);
+            let by_position = -Vector3::from(plane.slopes[1]);
             let slope = plane.slope_along_normal();
             let [area, y1, y2, ..] = plane.moments;
             let first = Vector3::from(plane.origin) * area + e1 * y1 + e2 * y2;
             let weighted = first * slope + n * polygon.load();
             let inner = [0.0, slope * area, weighted.x, weighted.y, weighted.z];
-            rates += SMatrix::<f64, 5, 1>::from([inner]) * by_place.transpose();
+            rates += SMatrix::<f64, 5, 1>::from([inner]) * by_position.transpose();
             let edges = Edges::of(&source, (cut, &polygon));
             edges.visit(0, |edge, owners| {
                 edges.visit_faces(edge, owners, |by| {
                     let along_normal = by.normal.dot(&n);
                     let sine = (by.normal - n * along_normal).norm();
                     let own_normal = by.normal * f64::from(u8::from(by.face >= 4));
-                    let speed = (own_normal - by_place * along_normal) * (by.shares[0] / sine);
+                    let speed = (own_normal - by_position * along_normal) * (by.shares[0] / sine);
                     rates += flux(&polygon, edge) * speed.transpose();
                 });
             });

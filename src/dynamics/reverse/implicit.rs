@@ -293,7 +293,7 @@ impl StepBack<'_, '_> {
     }
 
     /// Adds the gradient with respect to the position of the center of mass of a body, at a constant origin.
-    fn add_by_center(&mut self, body: usize, state: &BodyState, by_place: &Vector3<f64>) {
-        self.pullback.gradient.bodies[body].center += state.pose.rotation().tr_mul(by_place);
+    fn add_by_center(&mut self, body: usize, state: &BodyState, by_position: &Vector3<f64>) {
+        self.pullback.gradient.bodies[body].center += state.pose.rotation().tr_mul(by_position);
     }
 }

@@ -56,7 +56,7 @@ impl<T: Scalar> ConvexPolygon<T> {
         }
         if is_near {
             if zeros >= 2 {
-                self.own_where_zero(&values, side);
+                self.add_owner_where_zero(&values, side);
             }
             self.cut(&values, side);
         }
@@ -98,7 +98,7 @@ impl<T: Scalar> ConvexPolygon<T> {
 
     /// Adds the owner `side` to edges along which the values are zero.
     #[cold]
-    fn own_where_zero(&mut self, values: &[T; POLYGON_CAPACITY], side: u8) {
+    fn add_owner_where_zero(&mut self, values: &[T; POLYGON_CAPACITY], side: u8) {
         for now in 0..self.len() {
             let next = if now + 1 == self.len() { 0 } else { now + 1 };
             if [now, next].iter().all(|&end| real_part(values[end]) == 0.0) {

@@ -43,6 +43,6 @@ fn check_name(start: &BytesStart) -> Result<(), XmlError> {
     let name = start.name();
     match name.as_ref() {
         [b'A'..=b'Z' | b'a'..=b'z' | b'_' | b':' | 0x80.., ..] => Ok(()),
-        other => Err(XmlError::Name(String::from_utf8_lossy(other).into())),
+        invalid => Err(XmlError::Name(String::from_utf8_lossy(invalid).into())),
     }
 }

@@ -1,4 +1,4 @@
-use crate::mesh::welding::place_key;
+use crate::mesh::welding::position_key;
 use crate::mesh::{MeshError, PressureField, ShapeRates, TetMesh};
 use crate::scalar::{DenseDual, Scalar, change, lift, real_part, real_vector};
 use nalgebra::Vector3;
@@ -124,7 +124,7 @@ fn distinct<T: Scalar>(points: &[Vector3<T>]) -> (Vec<Vector3<T>>, Vec<usize>) {
     let mut indices = HashMap::new();
     let index_of = points.iter().map(|point| {
         *indices
-            .entry(place_key(&real_vector(point)))
+            .entry(position_key(&real_vector(point)))
             .or_insert_with(|| {
                 known.push(*point);
                 known.len() - 1

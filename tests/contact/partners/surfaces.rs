@@ -75,21 +75,24 @@ fn assert_sum(scene: &Scene, whole: &RigidShape, parts: &[(&RigidShape, Vector3<
 fn components_and_cavities_add_up() {
     let [cube, ball] = [shapes::cuboid([0.7, 0.8, 0.9]), shapes::icosphere(0.3, 1)];
     let [cube, ball] = [cube, ball].map(|field| Shape::new(field.unwrap()));
-    let (at_left, at_right) = (vector![-0.6, 0.0, 0.0], vector![0.5, 0.1, 0.2]);
-    let two = together(&[(&cube, at_left, false), (&ball, at_right, false)]);
-    let hollow = together(&[(&cube, at_left, false), (&ball, at_left, true)]);
+    let (left_position, right_position) = (vector![-0.6, 0.0, 0.0], vector![0.5, 0.1, 0.2]);
+    let two = together(&[
+        (&cube, left_position, false),
+        (&ball, right_position, false),
+    ]);
+    let hollow = together(&[(&cube, left_position, false), (&ball, left_position, true)]);
     assert_eq!(two.surface().component_count(), 2);
     let [cube, ball] = [rigid(&cube), rigid(&ball)];
     for scene in scenes(40, 71) {
         assert_sum(
             &scene,
             &two,
-            &[(&cube, at_left, 1.0), (&ball, at_right, 1.0)],
+            &[(&cube, left_position, 1.0), (&ball, right_position, 1.0)],
         );
         assert_sum(
             &scene,
             &hollow,
-            &[(&cube, at_left, 1.0), (&ball, at_left, -1.0)],
+            &[(&cube, left_position, 1.0), (&ball, left_position, -1.0)],
         );
     }
 }
@@ -112,14 +115,17 @@ fn a_solid_that_is_not_convex_is_the_sum_of_its_boxes() {
 #[test]
 fn parts_that_overlap_press_each_by_itself() {
     let cube = Shape::new(shapes::cuboid([0.8; 3]).unwrap());
-    let (at_left, at_right) = (vector![-0.3, 0.0, 0.0], vector![0.2, 0.13, 0.07]);
-    let both = together(&[(&cube, at_left, false), (&cube, at_right, false)]);
+    let (left_position, right_position) = (vector![-0.3, 0.0, 0.0], vector![0.2, 0.13, 0.07]);
+    let both = together(&[
+        (&cube, left_position, false),
+        (&cube, right_position, false),
+    ]);
     let cube = rigid(&cube);
     for scene in scenes(40, 73) {
         assert_sum(
             &scene,
             &both,
-            &[(&cube, at_left, 1.0), (&cube, at_right, 1.0)],
+            &[(&cube, left_position, 1.0), (&cube, right_position, 1.0)],
         );
     }
 }

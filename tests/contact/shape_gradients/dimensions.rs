@@ -218,7 +218,7 @@ fn wrenches_by_the_mesh_below_a_field_of_distances_equal_differences() {
         .clone();
     let jitter: Vec<_> = mesh.vertices().iter().map(|_| random.vector()).collect();
     let mesh = moved_mesh(&mesh, &jitter, 0.02);
-    let other = Shape::new(shapes::distance_cuboid([0.7, 0.8, 0.9]).unwrap());
+    let box_shape = Shape::new(shapes::distance_cuboid([0.7, 0.8, 0.9]).unwrap());
     for depth in [None, Some(0.07)] {
         let field = |mesh: &TetMesh| match depth {
             None => PressureField::linearized_from_distance(mesh).unwrap(),
@@ -239,7 +239,7 @@ fn wrenches_by_the_mesh_below_a_field_of_distances_equal_differences() {
             );
             let pair = ContactPair::new(
                 ContactBody::new(&shape, poses[0], 1e5).unwrap(),
-                ContactBody::new(&other, poses[1], 3e5).unwrap(),
+                ContactBody::new(&box_shape, poses[1], 3e5).unwrap(),
             );
             let [by_shape, _] = pair.shape_gradients(&weights);
             let by_mesh = distances.pullback(&by_shape.by_vertices, &by_shape.by_extents);
@@ -248,7 +248,7 @@ fn wrenches_by_the_mesh_below_a_field_of_distances_equal_differences() {
             let slope = pairs.map(|(by, velocity)| by.dot(velocity)).sum();
             let value = |time: f64| {
                 let shape = Shape::new(field(&moved_mesh(&mesh, &velocities, time)).0);
-                weights.dot(&wrenches(&shape, &other, &poses))
+                weights.dot(&wrenches(&shape, &box_shape, &poses))
             };
             let error = compare(slope, 1.0, value);
             assert!(error <= DIFFERENCES, "{depth:?}: {error:e}");
@@ -275,13 +275,13 @@ fn the_center_of_a_star_shaped_solid_follows_its_surface() {
         let surface = TriangleSurface::new(vertices, triangles.clone()).unwrap();
         Shape::new(shapes::star_shaped(&surface).unwrap())
     };
-    let (original, other) = (shape(0.0), Shape::new(shapes::cuboid([0.8; 3]).unwrap()));
+    let (original, cube) = (shape(0.0), Shape::new(shapes::cuboid([0.8; 3]).unwrap()));
     let poses = [Vector3::zeros(), vector![0.2, 0.3, 0.6]]
         .map(|at| Pose::from_rotation_vector(&random.rotation_vector(), at));
     let weights = weights(&mut random, 1.0);
     let pair = ContactPair::new(
         ContactBody::new(&original, poses[0], 1e5).unwrap(),
-        ContactBody::new(&other, poses[1], 3e5).unwrap(),
+        ContactBody::new(&cube, poses[1], 3e5).unwrap(),
     );
     let [by_shape, _] = pair.shape_gradients(&weights);
     let (by_surface, by_center) = by_shape.by_vertices.split_at(vertices.len());
@@ -300,7 +300,7 @@ fn the_center_of_a_star_shaped_solid_follows_its_surface() {
         .map(|((by, through), velocity)| (by + through).dot(velocity))
         .sum();
     let error = compare(slope, 1.0, |time| {
-        weights.dot(&wrenches(&shape(time), &other, &poses))
+        weights.dot(&wrenches(&shape(time), &cube, &poses))
     });
     assert!(error <= DIFFERENCES, "{error:e}");
 }

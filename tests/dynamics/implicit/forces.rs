@@ -40,7 +40,7 @@ fn everything() -> World<f64, ((Spring, Drag, Thruster), Leaning)> {
         .unwrap()
         .with_pose(start)
         .with_velocity(vector![0.4, 0.1, 0.0]);
-    let other = brick("other", [0.2, 0.2, 0.1], skin).with_pose(at(0.3, 0.0, 0.0495));
+    let second_brick = brick("other", [0.2, 0.2, 0.1], skin).with_pose(at(0.3, 0.0, 0.0495));
     let spring = Spring {
         bodies: ["askew", "other"].map(str::to_owned),
         points: [[0.05, 0.03, 0.01], [-0.05, 0.0, 0.0]],
@@ -63,10 +63,14 @@ fn everything() -> World<f64, ((Spring, Drag, Thruster), Leaning)> {
         torque: vector![0.0, 0.0, 0.1],
     };
     let control = Control::new("other", 0.02, vec![push(1.0), push(-2.0)]).unwrap();
-    on_slope(vec![askew, other, ground([2.0, 2.0, 0.4], skin)], 0.0, 1e-2)
-        .with_control(control)
-        .and_then(|world| world.with_forces(((spring, drag, thruster), Leaning)))
-        .unwrap()
+    on_slope(
+        vec![askew, second_brick, ground([2.0, 2.0, 0.4], skin)],
+        0.0,
+        1e-2,
+    )
+    .with_control(control)
+    .and_then(|world| world.with_forces(((spring, drag, thruster), Leaning)))
+    .unwrap()
 }
 
 /// Returns the states after 40 ms.

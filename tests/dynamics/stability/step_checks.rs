@@ -251,7 +251,7 @@ fn steps_that_lead_through_a_plate_make_no_energy() {
                         assert!(returned > 2.0 * absorbed);
                         reasons[2] += 1;
                     }
-                    other => panic!("{other}"),
+                    unexpected => panic!("{unexpected}"),
                 },
             }
         }

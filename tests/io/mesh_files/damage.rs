@@ -3,7 +3,7 @@
 use super::sample_files::{PLAIN, WITH_EXTENTS, bracket, path_of, read_bytes};
 
 /// Yields the first positions, positions from the end, and some between.
-fn places(count: usize, at_ends: usize) -> impl Iterator<Item = usize> {
+fn offsets(count: usize, at_ends: usize) -> impl Iterator<Item = usize> {
     let inner = (at_ends..count - at_ends).step_by(count / 97);
     (0..at_ends).chain(inner).chain(count - at_ends..count)
 }
@@ -14,7 +14,7 @@ fn truncated_files_are_refused_or_lack_only_what_is_not_the_mesh() {
         let whole = bracket(name).mesh;
         let bytes = std::fs::read(path_of(name)).unwrap();
         // The last two bytes are excluded, because the final 10 of an ASCII file would become a 1.
-        for length in places(bytes.len() - 2, 100) {
+        for length in offsets(bytes.len() - 2, 100) {
             if let Ok(file) = read_bytes(&format!("truncated_{name}"), &bytes[..length]) {
                 let same = file.mesh.tets() == whole.tets();
                 assert!(
@@ -30,7 +30,7 @@ fn truncated_files_are_refused_or_lack_only_what_is_not_the_mesh() {
 fn files_with_wrong_bytes_never_panic() {
     for name in PLAIN.iter().chain(&WITH_EXTENTS) {
         let bytes = std::fs::read(path_of(name)).unwrap();
-        for offset in places(bytes.len(), 50) {
+        for offset in offsets(bytes.len(), 50) {
             for wrong in [b'0', b'<', 0xff, bytes[offset] ^ 1] {
                 let mut damaged = bytes.clone();
                 damaged[offset] = wrong;

@@ -41,7 +41,7 @@ pub fn unit_tet() -> TetMesh {
 
 /// Creates a mesh from the cells of a grid whose lowest corner satisfies `keeps`, with six tetrahedra per cell.
 pub fn grid(counts: [usize; 3], spacing: f64, keeps: impl Fn([usize; 3]) -> bool) -> TetMesh {
-    let mut places = BTreeMap::new();
+    let mut indices = BTreeMap::new();
     let mut vertices = Vec::new();
     let mut tets = Vec::new();
     let cells = (0..counts[0])
@@ -51,7 +51,7 @@ pub fn grid(counts: [usize; 3], spacing: f64, keeps: impl Fn([usize; 3]) -> bool
         let corners: Vec<usize> = (0..8)
             .map(|c| {
                 let steps: [usize; 3] = std::array::from_fn(|axis| cell[axis] + corner(c)[axis]);
-                *places.entry(steps).or_insert_with(|| {
+                *indices.entry(steps).or_insert_with(|| {
                     vertices.push(Vector3::from(steps.map(|step| step as f64 * spacing)));
                     vertices.len() - 1
                 })

@@ -140,7 +140,7 @@ fn flatness_is_judged_at_every_scale_alike() {
             match TetMesh::new(vertices, vec![[0, 1, 2, 3]]) {
                 Ok(_) => true,
                 Err(MeshError::ZeroVolume { tet: 0, .. }) => false,
-                Err(other) => panic!("{other}"),
+                Err(unexpected) => panic!("{unexpected}"),
             }
         };
         // The longest edge is √2, so the limit is 2.8e-12.

@@ -64,7 +64,7 @@ pub fn torus(radius: f64, tube: f64, counts: [usize; 2]) -> Triangulation {
         let out = radius + tube * cos_v;
         vector![out * cos_u, out * sin_u, tube * sin_v]
     };
-    let places = || (0..around).flat_map(|i| (0..across).map(move |j| (i, j)));
+    let cells = || (0..around).flat_map(|i| (0..across).map(move |j| (i, j)));
     let index = |i: usize, j: usize| (i % around) * across + j % across;
     let halves = |(i, j): (usize, usize)| {
         let [a, b, c, d] = [
@@ -76,7 +76,7 @@ pub fn torus(radius: f64, tube: f64, counts: [usize; 2]) -> Triangulation {
         [[a, b, c], [a, c, d]]
     };
     (
-        places().map(vertex).collect(),
-        places().flat_map(halves).collect(),
+        cells().map(vertex).collect(),
+        cells().flat_map(halves).collect(),
     )
 }

@@ -211,7 +211,7 @@ fn least_angle(pair: &ContactPair, polygon: &ContactPolygon) -> f64 {
     for (count, plane) in planes.iter().enumerate() {
         let sines = planes[..count]
             .iter()
-            .map(|other| other.cross(plane).norm());
+            .map(|other_normal| other_normal.cross(plane).norm());
         least = sines.filter(|&sine| sine > PARALLEL).fold(least, f64::min);
     }
     least

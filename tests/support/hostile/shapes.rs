@@ -173,9 +173,9 @@ pub fn graded(surface: &TriangleSurface, random: &mut Random) -> Option<Triangle
         let mut divided = Vec::new();
         for corners in &mut triangles {
             if ends.iter().all(|end| corners.contains(end)) {
-                let other = corners.map(|v| if v == ends[0] { middle } else { v });
+                let second_half = corners.map(|v| if v == ends[0] { middle } else { v });
                 *corners = corners.map(|v| if v == ends[1] { middle } else { v });
-                divided.push(other);
+                divided.push(second_half);
             }
         }
         triangles.extend(divided);

@@ -19,7 +19,7 @@ pub fn set_in_motion<'a>(
     size: f64,
     random: &mut Random,
 ) -> Option<Scene<'a>> {
-    let contact_place = Place::of(pair, random)?;
+    let contact_point = Place::of(pair, random)?;
     let friction = [0.0, 1.0, random.between(0.0, 1.0), random.between(0.0, 1.0)];
     let damped = random.between(0.0, 2.0);
     let mut scene = Scene {
@@ -39,9 +39,9 @@ pub fn set_in_motion<'a>(
             linear: linear * speed,
         };
     }
-    let [spin, velocity] = contact_place.relative_motion(scene.dissipation, size, random);
+    let [spin, velocity] = contact_point.relative_motion(scene.dissipation, size, random);
     let [arm_a, arm_b] =
-        [pair.a().pose(), pair.b().pose()].map(|pose| contact_place.point - pose.translation());
+        [pair.a().pose(), pair.b().pose()].map(|pose| contact_point.point - pose.translation());
     let Twist { angular, linear } = scene.twists[1];
     let at_point = linear + angular.cross(&arm_b) + velocity;
     let angular = angular + spin;

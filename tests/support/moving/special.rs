@@ -53,7 +53,7 @@ pub fn are_faces_touching(pair: &ContactPair) -> bool {
         let apart = normal.dot(&(a[0] - point)).abs();
         (outward + normal).norm() <= IN_PLANE && apart <= IN_PLANE * size
     };
-    let other = match (pair.b().shape(), pair.b().rigid_shape()) {
+    let triangles_b = match (pair.b().shape(), pair.b().rigid_shape()) {
         (Some(shape), _) => triangles(shape.field().mesh(), &pose_ab),
         (_, Some(rigid)) => (0..rigid.surface().triangles().len())
             .map(|triangle| rigid.surface().corners(triangle))
@@ -69,7 +69,7 @@ pub fn are_faces_touching(pair: &ContactPair) -> bool {
     };
     triangles_a.iter().any(|a| {
         let around = Aabb::around(a).inflated(IN_PLANE * size);
-        other
+        triangles_b
             .iter()
             .any(|b| is_in_plane(a, &normal_of(b), &b[0]) && Aabb::around(b).overlaps(&around))
     })

@@ -43,6 +43,6 @@ fn write_records<'a>(
 fn system_error(error: csv::Error) -> io::Error {
     match error.into_kind() {
         csv::ErrorKind::Io(error) => error,
-        other => io::Error::other(format!("{other:?}")),
+        kind => io::Error::other(format!("{kind:?}")),
     }
 }

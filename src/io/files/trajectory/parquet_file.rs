@@ -90,8 +90,8 @@ fn system_error(error: ParquetError) -> io::Error {
     match error {
         ParquetError::External(source) => match source.downcast::<io::Error>() {
             Ok(error) => *error,
-            Err(other) => io::Error::other(other),
+            Err(cause) => io::Error::other(cause),
         },
-        other => io::Error::other(other),
+        error => io::Error::other(error),
     }
 }
