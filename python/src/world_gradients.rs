@@ -34,7 +34,9 @@ impl World {
         let experiment = Experiment::new(&self.inner, &plan.0)
             .with_cancel_flag(Arc::clone(&shared.stop))
             .with_step_counter(Arc::clone(&shared.done));
-        let progress = Progress::of(py, progress, experiment.step_count_for(numbers))?;
+        let step_count = experiment.step_count_for(numbers);
+        let step_count = step_count.map_err(|why| gradient_error(&why))?;
+        let progress = Progress::of(py, progress, step_count)?;
         let result = run(py, &shared, progress.as_ref(), || read(&experiment))?;
         result.map_err(|why| gradient_error(&why))
     }
@@ -197,7 +199,8 @@ impl World {
         let (by, losses) = (inner(&parameters), count(losses, "losses")?);
         let experiment = Experiment::new(&self.inner, &plan.0);
         let steps = experiment.step_count_for(width(&by));
-        let is_cheaper = losses.saturating_mul(experiment.step_count_for(0)) <= SWEEPS * steps;
+        let steps = steps.map_err(|why| gradient_error(&why))?;
+        let is_cheaper = losses.saturating_mul(plan.0.steps()) <= SWEEPS.saturating_mul(steps);
         Ok(experiment.mode_for(&by) == Mode::Reverse && is_cheaper)
     }
 

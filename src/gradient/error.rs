@@ -65,6 +65,14 @@ pub enum GradientError {
         /// The parameter.
         parameter: String,
     },
+    /// The total number of steps of all rollouts exceeds [`usize::MAX`].
+    #[error("{rollouts} rollouts of {steps} steps each have too many steps to count")]
+    TooManySteps {
+        /// Number of steps of each rollout.
+        steps: usize,
+        /// Number of rollouts.
+        rollouts: usize,
+    },
     /// An outcome component is NaN or infinite, although all states are finite.
     #[error(
         "number {row} of the outcome, counted from 0, is {value}, but must be finite: the outcome may divide by zero, or take a root or a logarithm of a negative number"

@@ -76,9 +76,13 @@ impl Experiment {
 
     /// Number of steps for a Jacobian with respect to `numbers` numbers of parameters: the steps of the plan, once for every 96
     /// numbers. A value and a reverse-mode gradient take the steps of the plan once, as for 0 numbers.
-    #[must_use]
-    pub fn step_count_for(&self, numbers: usize) -> usize {
-        self.plan.steps() * numbers.div_ceil(WIDE).max(1)
+    ///
+    /// # Errors
+    /// [`GradientError::TooManySteps`] if the number exceeds [`usize::MAX`].
+    pub fn step_count_for(&self, numbers: usize) -> Result<usize, GradientError> {
+        let (steps, rollouts) = (self.plan.steps(), numbers.div_ceil(WIDE).max(1));
+        let count = steps.checked_mul(rollouts);
+        count.ok_or(GradientError::TooManySteps { steps, rollouts })
     }
 
     /// The experiment with new values of the parameters, which are in the order of [`World::values`].

@@ -191,7 +191,7 @@ fn jacobians_by_more_than_96_numbers_take_two_rollouts() {
     let world = world.with_control(control).unwrap();
     let experiment = Experiment::new(&world, &Plan::new(0.1, 5).unwrap());
     let outcome = FinalState::of_body(&world, "ball").unwrap();
-    assert_eq!(experiment.step_count_for(0), 5);
+    assert_eq!(experiment.step_count_for(0), Ok(5));
     // The controls have 6, 96 and 102 components.
     for (intervals, steps) in [(1, 5), (16, 5), (INTERVALS, 10)] {
         let by = (0..intervals).map(|interval| Parameter::control("ball", interval));
@@ -202,8 +202,20 @@ fn jacobians_by_more_than_96_numbers_take_two_rollouts() {
             .with_step_counter(Arc::clone(&step_counter));
         counted.jacobian(&by, &outcome).unwrap();
         assert_eq!(step_counter.load(Ordering::Relaxed), steps);
-        assert_eq!(experiment.step_count_for(6 * intervals), steps);
+        assert_eq!(experiment.step_count_for(6 * intervals), Ok(steps));
     }
+}
+
+#[test]
+fn a_step_count_above_the_largest_integer_is_refused() {
+    let plan = Plan::new(1e-3, usize::MAX).unwrap();
+    let experiment = Experiment::new(thrown(0.0, 0.0), &plan);
+    assert_eq!(experiment.step_count_for(96), Ok(usize::MAX));
+    let refused = GradientError::TooManySteps {
+        steps: usize::MAX,
+        rollouts: 2,
+    };
+    assert_eq!(experiment.step_count_for(97), Err(refused));
 }
 
 /// `test_pullbacks.py` of the Python package tests the same numbers.
