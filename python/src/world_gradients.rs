@@ -140,10 +140,7 @@ impl World {
         let vjp = vjp.map_err(|why| gradient_error(&why))?;
         let trajectory = vjp.trajectory().clone().into();
         let bodies = self.inner.bodies().len();
-        Ok((
-            trajectory,
-            VectorJacobianProduct::new(vjp, plan.0, bodies, shared),
-        ))
+        Ok((trajectory, VectorJacobianProduct::new(vjp, plan.0, bodies)))
     }
 
     /// Finds the nonsmooth points of a rollout. There, gradients and Jacobians do not exist, or are one of several one-sided derivatives.
