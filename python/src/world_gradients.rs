@@ -180,8 +180,8 @@ impl World {
     /// For one gradient, vjp is faster if the parameters have more than 12 numbers, or more than 96 numbers if steps are implicit. Two
     /// calls of vjp take about as long as one rollout of jacobian, which covers up to 96 numbers. jacobian returns the Jacobian of all
     /// recorded states, from which the caller computes the gradients.
-    #[pyo3(name = "_sweeps_back", signature = (plan, parameters, losses=1))]
-    fn sweeps_back(
+    #[pyo3(signature = (plan, parameters, losses=1))]
+    fn _sweeps_back(
         &self,
         plan: &Plan,
         parameters: Vec<Bound<'_, Parameter>>,
