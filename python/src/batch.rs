@@ -323,7 +323,7 @@ impl Batch {
     ///
     /// Returns
     /// -------
-    /// list of (p,) ndarray or HydroelasticError
+    /// list of (p,) ndarray of float64 or HydroelasticError
     ///     Gradient of each loss.
     ///
     /// Raises

@@ -182,7 +182,7 @@ pub fn _load_step_report(saved: &[u8]) -> PyResult<StepReport> {
 /// ----------
 /// kinetic_energy, gravitational_energy, contact_energy, total_energy : float
 ///     Energies (J).
-/// momenta : ((3,) ndarray, (3,) ndarray) of float64
+/// momenta : ((3,) ndarray of float64, (3,) ndarray of float64)
 ///     Linear momentum (kg m/s) and angular momentum (kg m²/s).
 ///
 /// Raises

@@ -141,7 +141,7 @@ impl From<&AnyForce> for ForceObject {
 ///
 /// Parameters
 /// ----------
-/// bodies : (str, str)
+/// bodies : pair of str
 ///     Names of the bodies.
 /// points : pair of (3,) array_like
 ///     Point (m) of each body, in its body frame.

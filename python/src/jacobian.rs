@@ -170,7 +170,8 @@ pub struct DifferenceCheck(pub gradient::DifferenceCheck);
 
 #[pymethods]
 impl DifferenceCheck {
-    /// Step sizes, (7,) float64, in typical changes of a parameter: the value of a material number or a mass, and 1 SI unit otherwise.
+    /// Step sizes, (7,) float64, in typical changes of a parameter: the value of a material number, a mass or a force parameter that is
+    /// not zero, and 1 SI unit otherwise.
     #[getter]
     fn steps<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
         array(py, self.0.steps.clone(), &[self.0.steps.len()])
@@ -183,7 +184,8 @@ impl DifferenceCheck {
     }
 
     /// Relative error at each step size for each parameter component, (7, p) float64. The reference is the largest entry of the column. It
-    /// is at least a millionth of the largest entry of the row, and at least a millionth of the largest outcome component.
+    /// is at least a millionth of the largest entry of the row, and at least a millionth of the largest outcome component. The error is
+    /// infinite if the derivative, the outcome or the difference is not finite.
     #[getter]
     fn errors<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
         let errors = &self.0.errors;
@@ -247,7 +249,8 @@ impl DerivativeCheck {
     }
 
     /// Relative error of each derivative, (p,) float64: the largest difference between derivative and slope, over the larger of their
-    /// largest entries. For a noisy derivative it is the noise over the same reference.
+    /// largest entries. It is zero if the difference is below the noise of the rollouts. For a noisy derivative it is the noise over the
+    /// same reference.
     #[getter]
     fn errors<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
         let errors: Vec<f64> = self
@@ -260,8 +263,8 @@ impl DerivativeCheck {
         array(py, errors, &[count])
     }
 
-    /// First mismatch of each derivative: the time (s) of the first recorded state in which the derivative is not the slope, and the
-    /// name of the body. None for a right derivative.
+    /// First mismatch of each derivative: the time (s) of the first recorded state in which the derivative does not agree with the
+    /// slope, and the name of the body. None if all positions agree, or if the derivative is right or noisy.
     #[getter]
     fn first_mismatch(&self) -> Vec<Option<(f64, String)>> {
         let derivatives = self.0.derivatives.iter();

@@ -1,6 +1,7 @@
 //! Compiled part of the Python package `hydroelastic`: classes that hold values of the library. Arguments and results are NumPy arrays.
 //!
-//! Doc comments of the classes and their methods are the Python docstrings. `hydroelastic/_core.pyi` has the types.
+//! Doc comments of the classes and their methods are the Python docstrings. `generate_stub.py` writes the type stub from them and from the
+//! types of results.
 
 mod any_shape;
 mod arrays;

@@ -89,7 +89,7 @@ impl Pair {
     /// ----------
     /// pose_a, pose_b : (4, 4) or (n, 4, 4) array_like
     ///     Poses of A and B in the world.
-    /// vertices_a, vertices_b : sequence of int
+    /// vertices_a, vertices_b : (k,) array_like of int
     ///     Indices of vertices of A and B. Default: no vertices.
     /// twist_a, twist_b : (6,) or (n, 6) array_like, optional
     ///     Twists of A and B. If one is given, the other is zero by default.

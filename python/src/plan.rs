@@ -5,6 +5,7 @@ use crate::errors::value_error;
 use hydroelastic::dynamics;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 
 /// Time integrator, which computes the state one time step later.
 ///
@@ -295,8 +296,8 @@ impl Plan {
     fn __getnewargs_ex__<'py>(
         &self,
         py: Python<'py>,
-    ) -> PyResult<((f64, usize, Integrator), Bound<'py, pyo3::types::PyDict>)> {
-        let keywords = pyo3::types::PyDict::new(py);
+    ) -> PyResult<((f64, usize, Integrator), Bound<'py, PyDict>)> {
+        let keywords = PyDict::new(py);
         keywords.set_item("record_every", self.record_every())?;
         keywords.set_item("check_stability", self.check_stability())?;
         keywords.set_item("solver_tolerance", self.solver_tolerance())?;

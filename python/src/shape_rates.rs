@@ -149,8 +149,10 @@ impl Shape {
     ///
     /// Parameters
     /// ----------
-    /// semi_axes, subdivisions
-    ///     Arguments of Shape.ellipsoid.
+    /// semi_axes : (3,) array_like
+    ///     Semi-axes (m) along x, y and z.
+    /// subdivisions : int
+    ///     Number of times that each face of an icosahedron is divided into four, from 0 to 8.
     ///
     /// Returns
     /// -------

@@ -6,7 +6,7 @@ use numpy::{PyArrayDyn, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
 type Floats = Py<PyArrayDyn<f64>>;
-type Whole = Py<PyArrayDyn<i64>>;
+type Indices = Py<PyArrayDyn<i64>>;
 
 /// Contact surface in the world frame: m polygons with k corners together.
 ///
@@ -23,7 +23,7 @@ pub struct Surface {
     /// Positions (m) of the corners, (k, 3) float64.
     vertices: Floats,
     /// Index of the first corner of each polygon, then k, (m + 1,) int64.
-    offsets: Whole,
+    offsets: Indices,
     /// Pressure (Pa) at each corner, (k,) float64.
     pressures: Floats,
     /// Unit normal of each polygon, (m, 3) float64.
@@ -35,7 +35,7 @@ pub struct Surface {
     /// Mean pressure (Pa) of each polygon, (m,) float64.
     mean_pressures: Floats,
     /// Indices of the tetrahedra of A and B that contain each polygon, (m, 2) int64.
-    tets: Whole,
+    tets: Indices,
     /// Total area (m²).
     area: f64,
     /// Center of pressure (m), (3,) float64; None if the surface is empty or has no pressure.
@@ -99,13 +99,13 @@ impl Surface {
     fn new(
         py: Python<'_>,
         vertices: Floats,
-        offsets: Whole,
+        offsets: Indices,
         pressures: Floats,
         normals: Floats,
         areas: Floats,
         centroids: Floats,
         mean_pressures: Floats,
-        tets: Whole,
+        tets: Indices,
         #[pyo3(from_py_with = real)] area: f64,
         center_of_pressure: Option<Floats>,
     ) -> PyResult<Self> {
@@ -160,13 +160,13 @@ impl Surface {
         py: Python<'_>,
     ) -> (
         Floats,
-        Whole,
+        Indices,
         Floats,
         Floats,
         Floats,
         Floats,
         Floats,
-        Whole,
+        Indices,
         f64,
         Option<Floats>,
     ) {

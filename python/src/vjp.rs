@@ -7,7 +7,7 @@ use crate::state_cotangents::StateCotangents;
 use hydroelastic::{dynamics, gradient};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
-use std::sync::atomic::Ordering;
+use std::sync::Arc;
 
 /// Vector–Jacobian product of a rollout with respect to parameters: see World.vjp.
 ///
@@ -17,22 +17,19 @@ pub struct VectorJacobianProduct {
     inner: gradient::VectorJacobianProduct,
     plan: dynamics::Plan,
     bodies: usize,
-    shared: Shared,
 }
 
 impl VectorJacobianProduct {
-    /// Wraps the product of an experiment whose cancel flag is that of `shared`.
+    /// Wraps the product of a rollout of a number of bodies.
     pub fn new(
         inner: gradient::VectorJacobianProduct,
         plan: dynamics::Plan,
         bodies: usize,
-        shared: Shared,
     ) -> Self {
         Self {
             inner,
             plan,
             bodies,
-            shared,
         }
     }
 }
@@ -72,11 +69,13 @@ impl VectorJacobianProduct {
     ) -> PyResult<Floats<'py>> {
         let recorded = (&self.plan, self.bodies);
         let cotangents = StateCotangents::of(by_poses, by_twists, recorded, None)?;
-        // The flag is still true if a signal has ended an earlier call.
-        self.shared.stop.store(false, Ordering::Relaxed);
-        let result = run(py, &self.shared, None, || {
+        // Each call has its own flag, because several threads can call at the same time.
+        let shared = Shared::default();
+        let result = run(py, &shared, None, || {
             let by_states = cotangents.covectors(0, self.inner.trajectory());
-            self.inner.clone().pull_back(by_states)
+            let product = self.inner.clone();
+            let product = product.with_cancel_flag(Arc::clone(&shared.stop));
+            product.pull_back(by_states)
         })?;
         let result = result.map_err(|why| gradient_error(&why))?;
         array(py, result.as_slice().to_vec(), &[result.len()])

@@ -54,7 +54,7 @@ impl World {
     ///     Balls that mark points, by name: center (m) and radius (m).
     /// paths : dict of str to (k, 3) array_like, optional
     ///     Lines, by name: points (m).
-    /// camera : pair of (3,) array_like, optional
+    /// camera : ((3,) array_like, (3,) array_like), optional
     ///     Position of the camera, and the point that the camera looks at (m).
     ///
     /// Raises

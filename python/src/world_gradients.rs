@@ -146,10 +146,7 @@ impl World {
         let vjp = vjp.map_err(|why| gradient_error(&why))?;
         let trajectory = vjp.trajectory().clone().into();
         let bodies = self.inner.bodies().len();
-        Ok((
-            trajectory,
-            VectorJacobianProduct::new(vjp, plan.0, bodies, shared),
-        ))
+        Ok((trajectory, VectorJacobianProduct::new(vjp, plan.0, bodies)))
     }
 
     /// Finds the nonsmooth points of a rollout. There, gradients and Jacobians do not exist, or are one of several one-sided derivatives.
@@ -189,8 +186,8 @@ impl World {
     /// For one gradient, vjp is faster if the parameters have more than 12 numbers, or more than 96 numbers if steps are implicit. Two
     /// calls of vjp take about as long as one rollout of jacobian, which covers up to 96 numbers. jacobian returns the Jacobian of all
     /// recorded states, from which the caller computes the gradients.
-    #[pyo3(name = "_sweeps_back", signature = (plan, parameters, losses=1))]
-    fn sweeps_back(
+    #[pyo3(signature = (plan, parameters, losses=1))]
+    fn _sweeps_back(
         &self,
         plan: &Plan,
         parameters: Vec<Bound<'_, Parameter>>,
@@ -258,14 +255,17 @@ impl World {
 
     /// Compares the derivatives of the recorded positions with the slopes of the motion over a width on either side.
     ///
-    /// The check takes 4 + 4 p rollouts at tight tolerances, and a Jacobian at tight tolerances if a derivative is not right. The verdicts
-    /// on a derivative are:
+    /// The first state is omitted. Slopes are differences of rollouts at tight tolerances. A derivative agrees with a slope if they differ
+    /// by at most 3 % plus the noise of the rollouts. The verdicts on a derivative are:
     ///
-    /// - "right": the derivative is the slope.
-    /// - "kink": the derivative is the slope on one side only.
-    /// - "unresolved": the derivative is right at tight tolerances, but not at the tolerances of the plan.
-    /// - "chaotic": the derivative is not the slope at any tolerance.
-    /// - "noisy": the derivative agrees only because the noise of the rollouts exceeds 3 % of the slope. Use a larger width.
+    /// - "right": the derivative agrees with the slope.
+    /// - "kink": the derivative of the plan or at tight tolerances agrees with the slope on one side only.
+    /// - "unresolved": the derivative agrees with the slope at tight tolerances, but not at the tolerances of the plan.
+    /// - "chaotic": the derivative does not agree with the slope even at tight tolerances.
+    /// - "noisy": the derivative agrees with the slope, but the noise of the rollouts exceeds 3 % of the slope. Use a larger width.
+    ///
+    /// The check takes a Jacobian of the plan, 2 + 4 p rollouts at tight tolerances and 2 rollouts at tighter tolerances. If a derivative
+    /// does not agree with the slope, it also takes a Jacobian at tight tolerances.
     ///
     /// Parameters
     /// ----------
@@ -274,8 +274,8 @@ impl World {
     /// parameters : list of Parameter
     ///     Parameters to check, with p components in total.
     /// width : float
-    ///     Width in typical changes of each number: the value of a material number or a mass, and 1 SI unit otherwise. Choose the
-    ///     accuracy to which the numbers matter.
+    ///     Width in typical changes of each number. A typical change is the value of a material number, a mass or a force parameter
+    ///     that is not zero, and 1 SI unit otherwise. Choose the smallest change that matters.
     ///
     /// Returns
     /// -------
@@ -285,7 +285,7 @@ impl World {
     /// Raises
     /// ------
     /// HydroelasticError
-    ///     If a parameter does not belong to the world, the width is out of range, or a derivative is not finite.
+    ///     If a parameter does not belong to the world, the width is not positive or makes a mass zero, or a derivative is not finite.
     /// RolloutError
     ///     If a rollout ends early. The error has no trajectory.
     #[pyo3(signature = (plan, parameters, *, width=1e-3))]
@@ -305,7 +305,7 @@ impl World {
 
     /// Compares the derivatives of the recorded states with central differences of the same time steps, at seven step sizes.
     ///
-    /// The check takes 1 + 14 p rollouts.
+    /// The check takes a Jacobian and 14 p rollouts. If a derivative is not finite, its errors are infinite.
     ///
     /// Parameters
     /// ----------
@@ -322,7 +322,7 @@ impl World {
     /// Raises
     /// ------
     /// HydroelasticError
-    ///     If a parameter does not belong to the world, or a derivative is not finite.
+    ///     If a parameter does not belong to the world.
     /// RolloutError
     ///     If a rollout ends early. The error has no trajectory.
     fn difference_check(

@@ -537,19 +537,42 @@ def test_scenes_that_rest_raise_nothing_over_many_steps():
 def test_a_state_that_is_not_finite_is_named_with_its_step():
     model, contacts = drop()
     data = mujoco.MjData(model)
-    with pytest.raises(he.RolloutError, match=r"after step 4 \(t = 0.0004 s\) the motion has diverged"), contacts:
+    with pytest.raises(he.RolloutError, match=r"after step 4 \(t = 0.0004 s\) the motion has diverged.*qvel\[0\]"), contacts:
         mujoco.mj_step(model, data, 5)
         data.qvel[0] = np.nan
         mujoco.mj_step(model, data)
     data = mujoco.MjData(model)
-    with pytest.raises(he.RolloutError, match=r"at the first step the motion has diverged"), contacts:
+    with pytest.raises(he.RolloutError, match=r"at the first step the motion has diverged.*qpos\[0\]"), contacts:
         data.qpos[0] = np.inf
         mujoco.mj_step(model, data)
     data = mujoco.MjData(model)
     data.time, data.qpos[2], data.qvel[0] = 3e-4, 0.19, np.nan
-    with pytest.raises(he.RolloutError, match=r"step 3 \(t = 0.0003 s\), geom 'ball' and geom 'block': .*finite"), contacts:
+    with pytest.raises(he.RolloutError, match=r"step 3 \(t = 0.0003 s\): qvel\[0\] is not finite"), contacts:
         mujoco.mj_fwdPosition(model, data)
         mujoco.mj_fwdVelocity(model, data)
+
+
+@pytest.mark.parametrize(
+    ("flag", "message"),
+    [
+        ("enable", r"after step 4 \(t = 0.0004 s\) the motion has diverged, .*qacc\[0\]"),
+        ("disable", r"step 5 \(t = 0.0005 s\): qpos\[0\] is not finite"),
+    ],
+)
+def test_a_nan_of_a_body_without_contacts_is_an_error_without_a_stability_check(flag, message):
+    body = '<body><joint type="slide"/><geom size=".1" mass="1"/></body>'
+    xml = DROP.format(more=EXCLUDE).replace("<worldbody>", f"<worldbody>{body}")
+    xml = xml.replace('integrator="Euler"/>', f'integrator="Euler"><flag autoreset="{flag}" contact="disable"/></option>')
+    model = mujoco.MjModel.from_xml_string(xml)
+    contact = soft.ContactPair(ball_pair(), soft.geom("ball"), soft.geom("block"))
+    data = mujoco.MjData(model)
+    with (
+        pytest.raises(he.RolloutError, match=message),
+        soft.PassiveContacts(model, [contact], check_stability=False),
+    ):
+        mujoco.mj_step(model, data, 4)
+        data.xfrc_applied[1] = np.nan
+        mujoco.mj_step(model, data, 3)
 
 
 def test_shapes_of_geoms():

@@ -1,7 +1,8 @@
-"""The package: stubs, README files and import."""
+"""The package: stub, README files and import."""
 
 import os
 import re
+import runpy
 import subprocess
 import sys
 from pathlib import Path
@@ -15,8 +16,13 @@ READMES = [PACKAGE / "README.md", PACKAGE.parent / "README.md"]
 CHAPTERS = sorted((PACKAGE.parent / "docs" / "guide").glob("*.md"))
 
 
-def test_stubs_fit_the_module():
-    """The stubs are those of the compiled part. The Python modules have inline types."""
+def test_the_stub_is_generated():
+    generator = runpy.run_path(str(PACKAGE / "generate_stub.py"))
+    assert generator["STUB"].read_text() == generator["stub"](), "run python generate_stub.py"
+
+
+def test_mypy_accepts_the_stub():
+    """The stub is that of the compiled part. The Python modules have inline types."""
     pytest.importorskip("mypy")
     command = [sys.executable, "-m", "mypy.stubtest", "hydroelastic._core"]
     completed = subprocess.run(command, capture_output=True, text=True, cwd=os.sep)

@@ -182,6 +182,28 @@ def test_ctrl_c_ends_a_step_in_progress(work):
     assert_ctrl_c_ends(LONG_STEP.format(work=work))
 
 
+def test_ctrl_c_ends_the_product_of_one_thread_only():
+    _, vjp = long_world().vjp(he.Plan(2e-4, 4_000, record_every=4_000), [he.Parameter.gravity()], memory=0)
+    by_states = np.ones((2, 2, 4, 4)), np.ones((2, 2, 6))
+    results = []
+
+    def pull_back():
+        results.append(vjp(*by_states))
+
+    thread = threading.Thread(target=pull_back)
+    before = signal.signal(signal.SIGALRM, lambda *_: 1 / 0)
+    try:
+        thread.start()
+        signal.setitimer(signal.ITIMER_REAL, 0.05)
+        with pytest.raises(ZeroDivisionError):
+            vjp(*by_states)
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
+        thread.join()
+    assert results[0].tobytes() == vjp(*by_states).tobytes()
+
+
 def test_a_stopped_rollout_can_go_on():
     rollout = long_world().rollout(he.Plan(2e-4, 2_000, record_every=2_000))
     with pytest.raises(ZeroDivisionError):

@@ -6,6 +6,7 @@ use crate::parallel::contained;
 use nalgebra::DVector;
 use std::fmt;
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 /// Vector–Jacobian product of a rollout: maps derivatives of a scalar with respect to the recorded states to its derivatives with
 /// respect to parameters.
@@ -65,6 +66,13 @@ impl VectorJacobianProduct {
         &self.trajectory
     }
 
+    /// Replaces the cancel flag of the experiment. Copies that are pulled back at the same time can have a flag each.
+    #[must_use]
+    pub fn with_cancel_flag(self, flag: Arc<AtomicBool>) -> Self {
+        let experiment = self.experiment.with_cancel_flag(flag);
+        Self { experiment, ..self }
+    }
+
     /// Derivatives of a scalar with respect to the parameters, from its derivatives with respect to all bodies in all recorded states,
     /// in the order of [`Self::trajectory`]. Derivatives with respect to kinematic bodies are ignored.
     ///
@@ -72,7 +80,7 @@ impl VectorJacobianProduct {
     /// - [`GradientError::CovectorCount`] if there is not one [`StateGradient`] for each body in each recorded state.
     /// - [`GradientError::BackwardNotFinite`] if one of the given derivatives, or a derivative
     ///   during the sweep, is not finite.
-    /// - [`RolloutError::Stopped`](crate::dynamics::RolloutError::Stopped) if the cancel flag of the experiment is true.
+    /// - [`RolloutError::Stopped`](crate::dynamics::RolloutError::Stopped) if the cancel flag is true.
     pub fn pull_back(
         self,
         by_states: Vec<Vec<StateGradient>>,

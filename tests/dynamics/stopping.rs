@@ -59,8 +59,10 @@ fn a_flag_that_is_set_after_the_rollout_stops_the_sweep_back() {
     let vjp = experiment.vjp(&[Parameter::Gravity]).unwrap();
     flag.store(true, Ordering::Relaxed);
     let by_states = vec![vec![StateGradient::zero()]; vjp.trajectory().states().len()];
-    let result = vjp.pull_back(by_states);
+    let result = vjp.clone().pull_back(by_states.clone());
     assert_eq!(result, Err(GradientError::Rollout(RolloutError::Stopped)));
+    let with_own_flag = vjp.with_cancel_flag(Arc::default());
+    assert!(with_own_flag.pull_back(by_states).is_ok());
 }
 
 #[test]

@@ -134,7 +134,9 @@ impl Repository {
         self.features_exist(&cargo_words)?;
         match cargo_words[..] {
             ["test", ..] if cargo_words.contains(&"--doc") => {
-                let mut filters = cargo_words.iter().filter(|word| word.starts_with("guide::"));
+                let mut filters = cargo_words
+                    .iter()
+                    .filter(|word| word.starts_with("guide::"));
                 filters.try_for_each(|filter| self.chapter(filter))
             }
             ["bench" | "run" | "test", ..] => self.target(&cargo_words, passed),
@@ -162,7 +164,10 @@ impl Repository {
         self.has_features(target, cargo_words, value("--features").unwrap_or_default())?;
         match kind {
             "test" => {
-                let after_name = cargo_words.iter().skip_while(|word| **word != "--test").skip(2);
+                let after_name = cargo_words
+                    .iter()
+                    .skip_while(|word| **word != "--test")
+                    .skip(2);
                 are_test_arguments(target, after_name.copied(), passed)
             }
             "bench" => knows_flags(folder_of(target), passed),
@@ -354,7 +359,8 @@ fn knows_flags(program: &Path, words: &[&str]) -> Verdict {
 
 /// Returns whether a file, or a Rust file in a folder, contains the text.
 fn is_in(path: &Path, text: &str) -> bool {
-    let has = |path: &PathBuf| fs::read_to_string(path).is_ok_and(|contents| contents.contains(text));
+    let has =
+        |path: &PathBuf| fs::read_to_string(path).is_ok_and(|contents| contents.contains(text));
     sources(path).iter().any(has)
 }
 

@@ -59,6 +59,7 @@ except ImportError:
     _buffer_callback = None  # type: ignore[assignment, unused-ignore]
 
 from . import _autodiff
+from ._autodiff_docs import documented
 from ._core import HydroelasticError, Pair, Parameter, Plan, World
 
 __all__ = ["State", "final_state", "initial_state", "moved_pose", "pose", "rollout", "step", "wrench"]
@@ -68,81 +69,30 @@ Array: TypeAlias = jax.Array
 _Array: TypeAlias = Any
 
 _log = logging.getLogger(__name__)
+_documented = documented("jax.Array")
 
 
+@_documented
 class State(NamedTuple):
-    """State of the n bodies of a world at one time. The bodies have the order of ``World.names``.
-
-    If a function returns k recorded states, both attributes have an additional first axis of length k.
-
-    Attributes
-    ----------
-    poses : (n, 4, 4) jax.Array of float64
-        Poses of the body frames in the world.
-    twists : (n, 6) jax.Array of float64
-        Angular velocity (rad/s), then velocity of the center of mass (m/s), in world axes.
-    """
-
     poses: Array
     twists: Array
 
 
+@_documented
 def pose(translation: _Array = (0.0, 0.0, 0.0), rotation_vector: _Array = (0.0, 0.0, 0.0)) -> Array:
-    """Creates the pose of a frame as a 4×4 homogeneous matrix.
-
-    Parameters
-    ----------
-    translation : (3,) array_like
-        Position (m) of the origin of the frame.
-    rotation_vector : (3,) array_like
-        Rotation of the frame: axis times angle (rad). Derivatives of all orders are right at zero too.
-
-    Returns
-    -------
-    (4, 4) jax.Array of float64
-        Matrix that maps coordinates in the frame to coordinates in the outer frame.
-
-    Raises
-    ------
-    HydroelasticError
-        If a number is not finite, or an argument has an unexpected shape.
-    TypeError
-        If an argument is not of float64 or integers.
-    """
     translation = _finite(_floats(translation, "translation", (3,)), "translation")
     vector = _finite(_floats(rotation_vector, "rotation_vector", (3,)), "rotation_vector")
     return _finite(_posed(vector, translation), "the pose")
 
 
+@_documented
 def moved_pose(pose: _Array, twist: _Array) -> Array:
-    """Moves a pose by a twist in world axes.
-
-    The frame turns about its own origin by the angular part, and its origin moves by the linear part.
-
-    Parameters
-    ----------
-    pose : (4, 4) array_like
-        Pose before the motion.
-    twist : (6,) array_like
-        Rotation vector (rad), then translation (m).
-
-    Returns
-    -------
-    (4, 4) jax.Array of float64
-        Pose after the motion.
-
-    Raises
-    ------
-    HydroelasticError
-        If a number is not finite, or an argument has an unexpected shape.
-    TypeError
-        If an argument is not of float64 or integers.
-    """
     pose = _finite(_floats(pose, "pose", (4, 4)), "pose")
     twist = _finite(_floats(twist, "twist", (6,)), "twist")
     return _finite(_moved(pose, twist), "the pose")
 
 
+@_documented
 def wrench(
     pair: Pair,
     pose_a: _Array,
@@ -153,59 +103,18 @@ def wrench(
     moduli: _Array | None = None,
     law: _Array | None = None,
 ) -> Array:
-    """Computes the wrenches on both bodies of a contact.
-
-    Without twists, the bodies are at rest. With a twist, the wrenches include dissipation and friction.
-
-    Parameters
-    ----------
-    pair : Pair
-        Shapes and default numbers. It has no derivative.
-    pose_a, pose_b : (4, 4) array_like
-        Poses of A and B in the world.
-    twist_a, twist_b : (6,) array_like, optional
-        Angular velocity (rad/s), then velocity (m/s) of the origin of the body frame, in world axes. If one is given,
-        the other is zero by default.
-    moduli : (2,) array_like, optional
-        Moduli (Pa) of A and B, in place of those of the pair. If B is rigid, the second has no effect.
-    law : (2,) array_like, optional
-        Dissipation (s/m) and friction coefficient, in place of those of the pair. They have no effect without twists.
-
-    Returns
-    -------
-    (12,) jax.Array of float64
-        Torque (N m) and force (N) on A about the origin of its frame, then on B about the origin of its frame, in world
-        axes.
-
-    Raises
-    ------
-    HydroelasticError
-        If an argument is not valid, as in ``Pair.wrench``.
-    TypeError
-        If an argument is not of float64 or integers.
-    """
     wrenches: Array = _autodiff.wrench(_Arrays(), pair, (pose_a, pose_b), (twist_a, twist_b), moduli, law)
     return wrenches
 
 
+@_documented
 def initial_state(world: World) -> State:
-    """Returns the initial state of rollouts of a world.
-
-    Parameters
-    ----------
-    world : World
-        World.
-
-    Returns
-    -------
-    State
-        Initial state.
-    """
     _check_precision()
     state = world.initial_state
     return State(jnp.asarray(state.poses), jnp.asarray(state.twists))
 
 
+@_documented
 def rollout(
     world: World,
     plan: Plan,
@@ -215,50 +124,10 @@ def rollout(
     start: State | None = None,
     start_step: _Array | int = 0,
 ) -> State:
-    """Runs a rollout and returns the recorded states, as a function of its initial state and of changes of parameters.
-
-    Gradients with respect to more than 12 numbers (more than 96 numbers if steps are implicit)
-    use reverse mode, whose time does not depend on p. With ``start``, each dynamic body adds 12 numbers. Otherwise, and
-    in forward mode, the Jacobian is computed, whose time grows with the number of numbers.
-
-    Parameters
-    ----------
-    world : World
-        World. It has no derivative except with respect to its parameters.
-    plan : Plan
-        Steps, and the states to record.
-    parameters : sequence of Parameter, or mapping
-        Parameters to change, with p components in total. A mapping has new values instead, without ``changes``: for each body
-        a mapping of "position", "velocity", "angular_velocity" (3,), "modulus", "dissipation", "friction" and "mass";
-        "gravity" (3,); and the names of force parameters.
-    changes : (p,) array_like, optional
-        Changes that are added to the parameters, as in ``World.perturbed``. Default: zeros.
-    start : State, optional
-        Initial state. Default: the initial state of the world, which has no derivative except with respect to
-        parameters. The default is faster if there are few parameters. Fixed and kinematic bodies keep their state of
-        the world, so their part of ``start`` has no effect.
-    start_step : int or array of int
-        Number of time steps between the initial time of the world and the start. It needs ``start``, and matters for
-        worlds with controls and paths. An integer has no derivatives.
-
-    Returns
-    -------
-    State
-        k recorded states: poses (k, n, 4, 4), twists (k, n, 6).
-
-    Raises
-    ------
-    HydroelasticError
-        If a parameter does not belong to the world, an argument has an unexpected shape, a number is not valid, or
-        ``start_step`` is given without ``start``.
-    TypeError
-        If an argument is not of float64 or integers, or ``start_step`` is not an integer.
-    RolloutError
-        If the rollout ends early.
-    """
     return _states(world, plan, parameters, changes, start, start_step, only_last=False)
 
 
+@_documented
 def final_state(
     world: World,
     plan: Plan,
@@ -268,28 +137,10 @@ def final_state(
     start: State | None = None,
     start_step: _Array | int = 0,
 ) -> State:
-    """Runs a rollout and returns its last state.
-
-    Parameters
-    ----------
-    world, plan, parameters, changes, start, start_step
-        Arguments of ``rollout``.
-
-    Returns
-    -------
-    State
-        Last state: poses (n, 4, 4), twists (n, 6).
-
-    Raises
-    ------
-    HydroelasticError
-        If an argument is not valid, as in ``rollout``.
-    RolloutError
-        If the rollout ends early.
-    """
     return _states(world, plan, parameters, changes, start, start_step, only_last=True)
 
 
+@_documented
 def step(
     world: World,
     plan: Plan,
@@ -299,29 +150,6 @@ def step(
     *,
     start_step: _Array | int = 0,
 ) -> State:
-    """Takes a single time step.
-
-    To differentiate with respect to a control, use ``Parameter.control`` of the interval that contains the step.
-
-    Parameters
-    ----------
-    world, plan, parameters, changes, start_step
-        Arguments of ``rollout``. The number of steps and the recording of the plan are ignored.
-    state : State
-        State before the step.
-
-    Returns
-    -------
-    State
-        State after the step: poses (n, 4, 4), twists (n, 6).
-
-    Raises
-    ------
-    HydroelasticError
-        If an argument is not valid, as in ``rollout``.
-    RolloutError
-        If the step fails.
-    """
     return _states(world, _autodiff.one_step(plan), parameters, changes, state, start_step, only_last=True)
 
 

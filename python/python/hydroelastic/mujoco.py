@@ -27,7 +27,8 @@ Limits:
   allows up to 2.5 times this limit. There, bodies chatter at about 2.3 slip tolerances and creep 2.5 times as fast.
   ``hydroelastic.pin`` allows no chatter, because derivatives grow in it. ``World.largest_stable_step`` allows none
   either.
-- If MuJoCo resets a state that is not finite, the check raises ``RolloutError``.
+- If a position, a velocity or an acceleration is not finite, ``RolloutError`` names the number, the step and the time.
+  This does not depend on ``check_stability``. MuJoCo itself only writes a warning and resets the state.
 - ``mjd_transitionFD`` differentiates through the callback by finite differences. ``hydroelastic.pin`` has exact
   derivatives.
 - The callback takes the GIL, so threads wait for each other in it, including the threads of ``mujoco.rollout``. Use
@@ -72,7 +73,12 @@ _NO_PASSIVE_FORCES = sum(int(getattr(mujoco.mjtDisableBit, name, 0)) for name in
 _NO_EULER_DAMPING = int(mujoco.mjtDisableBit.mjDSBL_EULERDAMP)
 _IMPLICIT = (int(mujoco.mjtIntegrator.mjINT_IMPLICIT), int(mujoco.mjtIntegrator.mjINT_IMPLICITFAST))
 _RK4 = int(mujoco.mjtIntegrator.mjINT_RK4)
-_DIVERGED = (mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL, mujoco.mjtWarning.mjWARN_BADQACC)
+# Warnings of a state that is not finite, by the array of ``mujoco.MjData`` with the number.
+_DIVERGED = {
+    "qpos": mujoco.mjtWarning.mjWARN_BADQPOS,
+    "qvel": mujoco.mjtWarning.mjWARN_BADQVEL,
+    "qacc": mujoco.mjtWarning.mjWARN_BADQACC,
+}
 # Round-off of the time, relative to the time step.
 _CLOCK = 1e-3
 # Steps of x times the limit of sticking friction make bodies chatter at √(x² − 1) slip tolerances. The check allows x
@@ -445,9 +451,9 @@ class PassiveContacts:
         # This method must not call MuJoCo. In versions before 4, an error after such a call in the callback ends the
         # process.
         try:
+            self._check_finite(data)
             forces = [self._joint_forces(number, data) for number in range(len(self._sides))]
-            if self._checks_stability:
-                self._check(data, forces)
+            self._check(data, forces)
         except HydroelasticError as error:
             if not isinstance(threading.current_thread(), threading._DummyThread):
                 raise
@@ -503,8 +509,16 @@ class PassiveContacts:
     def _step_of(self, data: Any) -> str:
         return f"step {round(data.time / self._model.opt.timestep)} (t = {data.time:.6g} s)"
 
+    def _check_finite(self, data: Any) -> None:
+        for name in ("qpos", "qvel"):
+            is_finite = np.isfinite(getattr(data, name))
+            if not is_finite.all():
+                index = int(np.argmin(is_finite))
+                raise RolloutError(f"{self._step_of(data)}: {name}[{index}] is not finite: the motion has diverged")
+
     def _check(self, data: Any, forces: Forces) -> None:
-        """Compares the evaluation with the evaluation a time step earlier, if there is one.
+        """Raises an error if MuJoCo has reset the state. Then compares the evaluation with the evaluation a time step
+        earlier, if there is one.
 
         Evaluations within a step are skipped. Other evaluations, for example of a state that was set, only start a new
         history.
@@ -520,12 +534,14 @@ class PassiveContacts:
             return
         if not abs(passed - time_step) < _CLOCK * time_step:
             before, history.time = history.time, time
-            if passed <= 0.0 and any(data.warning[kind].number for kind in _DIVERGED):
+            warnings = [(name, data.warning[kind]) for name, kind in _DIVERGED.items() if data.warning[kind].number]
+            if passed <= 0.0 and warnings:
+                name, warning = warnings[0]
                 is_first = not math.isfinite(before)
                 where = "at the first step" if is_first else f"after step {round(before / time_step)} (t = {before:.6g} s)"
                 raise RolloutError(
-                    f"{where} the motion has diverged, and MuJoCo resets the state: a position, a velocity or an acceleration was "
-                    "not finite or beyond 1e10"
+                    f"{where} the motion has diverged, and MuJoCo resets the state: {name}[{warning.lastinfo}] was not "
+                    "finite or beyond 1e10"
                 )
             history.watch.keep(forces, velocity)
             return
@@ -533,6 +549,8 @@ class PassiveContacts:
             history.saw_last_stage = True
             return
         history.time, history.saw_last_stage = time, False
+        if not self._checks_stability:
+            return
         fault = history.watch.fault(
             forces, velocity, time_step, lambda: self._mass(data), lambda velocity: self._rates(data, velocity)
         )

@@ -1,0 +1,201 @@
+"""Docstrings of ``hydroelastic.jax`` and ``hydroelastic.torch``, whose functions differ only in the type of their arrays."""
+
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+_T = TypeVar("_T", bound=Callable[..., Any])
+
+
+def documented(array: str) -> Callable[[_T], _T]:
+    """Returns a decorator that sets the docstring of a function or class, for the type of an array."""
+
+    def decorated(function: _T) -> _T:
+        function.__doc__ = _DOCSTRINGS[function.__name__].replace("ARRAY", array)
+        return function
+
+    return decorated
+
+
+_DOCSTRINGS = {
+    "State": """State of the n bodies of a world at one time. The bodies have the order of ``World.names``.
+
+If a function returns k recorded states, both attributes have an additional first axis of length k.
+
+Attributes
+----------
+poses : (n, 4, 4) ARRAY of float64
+    Poses of the body frames in the world.
+twists : (n, 6) ARRAY of float64
+    Angular velocity (rad/s), then velocity of the center of mass (m/s), in world axes.
+""",
+    "pose": """Creates the pose of a frame as a 4×4 homogeneous matrix.
+
+Parameters
+----------
+translation : (3,) array_like
+    Position (m) of the origin of the frame.
+rotation_vector : (3,) array_like
+    Rotation of the frame: axis times angle (rad). Derivatives of all orders are right at zero too.
+
+Returns
+-------
+(4, 4) ARRAY of float64
+    Matrix that maps coordinates in the frame to coordinates in the outer frame.
+
+Raises
+------
+HydroelasticError
+    If a number is not finite, or an argument has an unexpected shape.
+TypeError
+    If an argument is not of float64 or integers.
+""",
+    "moved_pose": """Moves a pose by a twist in world axes.
+
+The frame turns about its own origin by the angular part, and its origin moves by the linear part.
+
+Parameters
+----------
+pose : (4, 4) array_like
+    Pose before the motion.
+twist : (6,) array_like
+    Rotation vector (rad), then translation (m).
+
+Returns
+-------
+(4, 4) ARRAY of float64
+    Pose after the motion.
+
+Raises
+------
+HydroelasticError
+    If a number is not finite, or an argument has an unexpected shape.
+TypeError
+    If an argument is not of float64 or integers.
+""",
+    "wrench": """Computes the wrenches on both bodies of a contact.
+
+Without twists, the bodies are at rest. With a twist, the wrenches include dissipation and friction.
+
+Parameters
+----------
+pair : Pair
+    Shapes and default numbers. It has no derivative.
+pose_a, pose_b : (4, 4) array_like
+    Poses of A and B in the world.
+twist_a, twist_b : (6,) array_like, optional
+    Angular velocity (rad/s), then velocity (m/s) of the origin of the body frame, in world axes. If one is given,
+    the other is zero by default.
+moduli : (2,) array_like, optional
+    Moduli (Pa) of A and B, in place of those of the pair. If B is rigid, the second has no effect.
+law : (2,) array_like, optional
+    Dissipation (s/m) and friction coefficient, in place of those of the pair. They have no effect without twists.
+
+Returns
+-------
+(12,) ARRAY of float64
+    Torque (N m) and force (N) on A about the origin of its frame, then on B about the origin of its frame, in world
+    axes.
+
+Raises
+------
+HydroelasticError
+    If an argument is not valid, as in ``Pair.wrench``.
+TypeError
+    If an argument is not of float64 or integers.
+""",
+    "initial_state": """Returns the initial state of rollouts of a world.
+
+Parameters
+----------
+world : World
+    World.
+
+Returns
+-------
+State
+    Initial state.
+""",
+    "rollout": """Runs a rollout and returns the recorded states, as a function of its initial state and of changes of parameters.
+
+Gradients with respect to more than 12 numbers (more than 96 numbers if steps are implicit) use reverse mode, whose
+time does not depend on p. With ``start``, each dynamic body adds 12 numbers. Otherwise, and in forward mode, the
+Jacobian is computed, whose time grows with the number of numbers.
+
+Parameters
+----------
+world : World
+    World. It has no derivative except with respect to its parameters.
+plan : Plan
+    Steps, and the states to record.
+parameters : sequence of Parameter, or mapping
+    Parameters to change, with p components in total. A mapping has new values instead, without ``changes``: for each body
+    a mapping of "position", "velocity", "angular_velocity" (3,), "modulus", "dissipation", "friction" and "mass";
+    "gravity" (3,); and the names of force parameters.
+changes : (p,) array_like, optional
+    Changes that are added to the parameters, as in ``World.perturbed``. Default: zeros.
+start : State, optional
+    Initial state. Default: the initial state of the world, which has no derivative except with respect to
+    parameters. The default is faster if there are few parameters. Fixed and kinematic bodies keep their state of
+    the world, so their part of ``start`` has no effect.
+start_step : int or array of int
+    Number of time steps between the initial time of the world and the start. It needs ``start``, and matters for
+    worlds with controls and paths. An integer has no derivatives.
+
+Returns
+-------
+State
+    k recorded states: poses (k, n, 4, 4), twists (k, n, 6).
+
+Raises
+------
+HydroelasticError
+    If a parameter does not belong to the world, an argument has an unexpected shape, a number is not valid, or
+    ``start_step`` is given without ``start``.
+TypeError
+    If an argument is not of float64 or integers, or ``start_step`` is not an integer.
+RolloutError
+    If the rollout ends early.
+""",
+    "final_state": """Runs a rollout and returns its last state.
+
+Parameters
+----------
+world, plan, parameters, changes, start, start_step
+    Arguments of ``rollout``.
+
+Returns
+-------
+State
+    Last state: poses (n, 4, 4), twists (n, 6).
+
+Raises
+------
+HydroelasticError
+    If an argument is not valid, as in ``rollout``.
+RolloutError
+    If the rollout ends early.
+""",
+    "step": """Takes a single time step.
+
+To differentiate with respect to a control, use ``Parameter.control`` of the interval that contains the step.
+
+Parameters
+----------
+world, plan, parameters, changes, start_step
+    Arguments of ``rollout``. The number of steps and the recording of the plan are ignored.
+state : State
+    State before the step.
+
+Returns
+-------
+State
+    State after the step: poses (n, 4, 4), twists (n, 6).
+
+Raises
+------
+HydroelasticError
+    If an argument is not valid, as in ``rollout``.
+RolloutError
+    If the step fails.
+""",
+}
