@@ -5,8 +5,9 @@
 )]
 
 use crate::support::scenes::pair;
+use crate::support::worlds::{cuboid, icosphere};
 use hydroelastic::contact::{ContactPair, Culling, Search, Shape};
-use hydroelastic::mesh::{PressureField, TetMesh, shapes};
+use hydroelastic::mesh::{PressureField, TetMesh};
 use hydroelastic::spatial::Pose;
 use nalgebra::{Vector3, vector};
 use std::f64::consts::PI;
@@ -55,7 +56,7 @@ fn icosphere_pairs_have_the_force_of_three_independent_codes() {
         ),
     ];
     for (subdivisions, force) in expected {
-        let shape = Shape::new(shapes::icosphere(1.0, subdivisions).unwrap());
+        let shape = icosphere(1.0, subdivisions);
         let found = icospheres_of_the_paper(&shape).wrench().on_a.force;
         assert!((found - force).amax() <= EXACT, "{found:?}");
     }
@@ -63,7 +64,7 @@ fn icosphere_pairs_have_the_force_of_three_independent_codes() {
 
 #[test]
 fn work_counts_of_the_papers_scene_stay_as_they_are() {
-    let shape = Shape::new(shapes::icosphere(1.0, 2).unwrap());
+    let shape = icosphere(1.0, 2);
     let pair = icospheres_of_the_paper(&shape);
     let followed = pair.work_count();
     let culled = pair
@@ -118,8 +119,8 @@ mod cube_on_box {
     const KAPPA: [f64; 2] = [MODULI[0] / (EDGE / 2.0), MODULI[1] / 0.5];
 
     fn shapes_and<R>(depth: f64, read: impl Fn(&ContactPair) -> R) -> R {
-        let cube = Shape::new(shapes::cuboid([EDGE; 3]).unwrap());
-        let ground = Shape::new(shapes::cuboid([2.0, 2.0, 1.0]).unwrap());
+        let cube = cuboid([EDGE; 3]);
+        let ground = cuboid([2.0, 2.0, 1.0]);
         let above = at(0.013, -0.007, 0.5 + EDGE / 2.0 - depth);
         read(&pair(
             (&cube, above, MODULI[0]),
@@ -186,7 +187,7 @@ mod cube_on_box {
 #[test]
 fn cubes_offset_along_an_axis_have_the_force_of_the_papers_figure_3() {
     for (edge, modulus) in [(1.0, 0.5), (0.2, 1e6)] {
-        let cube = Shape::new(shapes::cuboid([edge; 3]).unwrap());
+        let cube = cuboid([edge; 3]);
         for axis in 0..3 {
             for step in (-40..=40).filter(|&step| step != 0) {
                 let s = f64::from(step) / 40.0;
@@ -207,7 +208,7 @@ fn cubes_offset_along_an_axis_have_the_force_of_the_papers_figure_3() {
 
 #[test]
 fn coincident_cubes_have_no_force() {
-    let cube = Shape::new(shapes::cuboid([1.0; 3]).unwrap());
+    let cube = cuboid([1.0; 3]);
     let there = (&cube, Pose::identity(), 0.5);
     let pair = pair(there, there);
     assert_eq!(pair.wrench().on_a.force, Vector3::zeros());
@@ -224,7 +225,7 @@ fn mirrored_icospheres_approach_the_force_of_spheres_at_second_order() {
     assert!((smooth / 0.029_321_531_43 - 1.0).abs() < 1e-9);
     let errors = [-0.694, -0.214, -0.0561, -0.0144, -0.0036];
     for (subdivisions, expected) in (1..).zip(errors) {
-        let sphere = Shape::new(shapes::icosphere(1.0, subdivisions).unwrap());
+        let sphere = icosphere(1.0, subdivisions);
         let force = pair(
             (&sphere, Pose::identity(), 1.0),
             (&sphere, at(0.0, 0.0, 2.0 - overlap), 1.0),

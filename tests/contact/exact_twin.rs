@@ -9,6 +9,7 @@ use crate::support::hostile::{Family, Hostile};
 use crate::support::scenes::{Random, pair};
 use crate::support::subdivisions::{Division, divided};
 use crate::support::sweep::{in_batches, range_from_environment};
+use crate::support::worlds::cuboid;
 use hydroelastic::contact::{ContactPair, Shape};
 use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::Pose;
@@ -210,7 +211,7 @@ fn exact_force(a: &Shape, b: &Shape, at: Vector3<f64>, moduli: [f64; 2]) -> Vect
 /// force is E·(1 − s³)/3, and by symmetry there is no other force. Figure 3 of the paper has E = 1/2.
 #[test]
 fn twin_has_the_closed_form_of_the_papers_cubes() {
-    let cube = Shape::new(shapes::cuboid([1.0; 3]).unwrap());
+    let cube = cuboid([1.0; 3]);
     for s in [0.125, 0.25, 0.5, 0.75, 0.875, 0.984_375] {
         let force = exact_force(&cube, &cube, vector![s, 0.0, 0.0], [1.0; 2]);
         let expected = vector![-(1.0 - s * s * s) / 3.0, 0.0, 0.0];

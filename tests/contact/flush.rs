@@ -6,6 +6,7 @@ use crate::support::hostile::kinks::kink_of;
 use crate::support::hostile::measures::Measures;
 use crate::support::hostile::{Family, Hostile};
 use crate::support::scenes::{Random, mixed_shapes, pair, random_pair};
+use crate::support::worlds::{at, cuboid};
 use hydroelastic::contact::{ContactBody, ContactPair, Shape};
 use hydroelastic::gradient::dual_wrench_jacobian;
 use hydroelastic::mesh::shapes;
@@ -91,7 +92,7 @@ fn assert_equal_differences(shape: &Shape, pose: Pose, moduli: [f64; 2]) {
 
 #[test]
 fn stacked_cubes_with_flush_sides_have_the_jacobian_of_differences() {
-    let cube = Shape::new(shapes::cuboid([1.0; 3]).unwrap());
+    let cube = cuboid([1.0; 3]);
     for moduli in [[1.0, 2.0], [2.0, 1.0], [1.0, 30.0]] {
         for offset in [vector![0.0, 0.0, 0.9], vector![0.7, 0.0, 0.0]] {
             assert_equal_differences(&cube, Pose::from_translation(offset), moduli);
@@ -103,7 +104,7 @@ fn stacked_cubes_with_flush_sides_have_the_jacobian_of_differences() {
 fn stacked_boxes_with_true_distances_have_the_jacobian_of_differences() {
     let block = Shape::new(shapes::distance_cuboid([1.0, 0.6, 0.4]).unwrap());
     for moduli in [[1.0, 2.0], [3.0, 1.0]] {
-        let above = Pose::from_translation(vector![0.0, 0.0, 0.35]);
+        let above = at(0.0, 0.0, 0.35);
         assert_equal_differences(&block, above, moduli);
     }
 }
@@ -112,9 +113,9 @@ fn stacked_boxes_with_true_distances_have_the_jacobian_of_differences() {
 /// except for a rim of width δ, which leads up or down to the edges of the stiffer cube.
 #[test]
 fn flush_sides_belong_to_no_contact_surface() {
-    let cube = Shape::new(shapes::cuboid([1.0; 3]).unwrap());
+    let cube = cuboid([1.0; 3]);
     let depth = 0.1;
-    let above = Pose::from_translation(vector![0.0, 0.0, 1.0 - depth]);
+    let above = at(0.0, 0.0, 1.0 - depth);
     for [a, b] in [[1.0, 2.0], [2.0, 1.0], [1.0, 5.0]] {
         let pair = pair((&cube, above, a), (&cube, Pose::identity(), b));
         let (softer, stiffer) = (f64::min(a, b), f64::max(a, b));
@@ -133,7 +134,7 @@ fn flush_sides_belong_to_no_contact_surface() {
 /// Opposite faces lie in one plane, so the bodies touch without pressure.
 #[test]
 fn cubes_that_only_touch_have_no_contact() {
-    let cube = Shape::new(shapes::cuboid([1.0; 3]).unwrap());
+    let cube = cuboid([1.0; 3]);
     for offset in [vector![0.0, 0.0, 1.0], vector![-1.0, 0.25, 0.0]] {
         for [a, b] in [[1.0, 2.0], [2.0, 1.0], [1.0, 1.0]] {
             let place = Pose::from_translation(offset);

@@ -2,8 +2,9 @@
 //! differences.
 
 use crate::support::scenes::{Random, pair};
+use crate::support::worlds::{at, cuboid, falling, fixed, rubbing};
 use hydroelastic::contact::{ContactBody, ContactPair, Shape, SurfaceLaw};
-use hydroelastic::dynamics::{Body, Mass, Material, Plan, State, World};
+use hydroelastic::dynamics::{Body, Mass, Plan, State, World};
 use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::{Pose, Twist};
 use nalgebra::{SMatrix, SVector, Vector3, vector};
@@ -152,16 +153,12 @@ const BOX: [f64; 3] = [0.2, 0.2, 0.1];
 /// Returns boxes on top of each other that slide along a floor.
 fn stack(count: usize) -> World {
     let [dissipation, friction, slip_tolerance] = LAW;
-    let skin = |modulus| {
-        Material::elastic(modulus)
-            .with_dissipation(dissipation)
-            .with_friction(friction)
-    };
-    let floor = Shape::new(shapes::cuboid([2.0, 2.0, 0.2]).unwrap());
-    let floor = Body::fixed("floor", floor, skin(2e5)).unwrap();
-    let mut bodies = vec![floor.with_pose(Pose::from_translation(vector![0.0, 0.0, -0.1]))];
+    let skin = |modulus| rubbing(modulus, dissipation, friction);
+    let floor = cuboid([2.0, 2.0, 0.2]);
+    let floor = fixed("floor", floor, skin(2e5));
+    let mut bodies = vec![floor.with_pose(at(0.0, 0.0, -0.1))];
     for number in 0..count {
-        let (part, shape) = (number as f64, Shape::new(shapes::cuboid(BOX).unwrap()));
+        let (part, shape) = (number as f64, cuboid(BOX));
         let mass = Mass::Total(1.0 - 0.5 * part / (count - 1) as f64);
         let body = Body::dynamic(
             &number.to_string(),
@@ -169,15 +166,14 @@ fn stack(count: usize) -> World {
             skin(1e5 * (1.0 + 0.3 * part)),
             mass,
         );
-        let place = Pose::from_translation(vector![0.0, 0.0, 0.0495 + 0.0995 * part]);
+        let place = at(0.0, 0.0, 0.0495 + 0.0995 * part);
         bodies.push(
             body.unwrap()
                 .with_pose(place)
                 .with_velocity(vector![0.5, 0.0, 0.0]),
         );
     }
-    let world = World::new(bodies).unwrap();
-    let heavy = world.with_gravity(vector![0.0, 0.0, -9.81]).unwrap();
+    let heavy = falling(bodies);
     heavy.with_slip_tolerance(slip_tolerance).unwrap()
 }
 
@@ -245,7 +241,7 @@ const ACROSS: [usize; 2] = [8, 10];
 
 #[test]
 fn derivatives_at_poses_flush_up_to_round_off_are_those_of_differences() {
-    let whole = Shape::new(shapes::cuboid(BOX).unwrap());
+    let whole = cuboid(BOX);
     let layers = Shape::new(shapes::distance_cuboid(BOX).unwrap());
     for spin in [0.0, 3.0] {
         tally_near_flush(&whole, LAW, spin, 4_000, &ACROSS);
@@ -258,6 +254,6 @@ fn derivatives_at_poses_flush_up_to_round_off_are_those_of_differences() {
 /// Half a polygon lies on either side of each of two flush sides. Either both sides cut it, or neither.
 #[test]
 fn elastic_derivatives_at_poses_flush_up_to_round_off_are_those_of_differences() {
-    let shape = Shape::new(shapes::cuboid(BOX).unwrap());
+    let shape = cuboid(BOX);
     tally_near_flush(&shape, [0.0, 0.0, 0.02], 0.0, 1_000, &ACROSS);
 }

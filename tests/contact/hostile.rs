@@ -7,8 +7,8 @@ use crate::support::hostile::shapes::off_center;
 use crate::support::hostile::{Family, Hostile};
 use crate::support::scenes::{Random, pair};
 use crate::support::sweep::{in_batches, range_from_environment};
+use crate::support::worlds::{cuboid, turned};
 use hydroelastic::contact::{ContactPair, Shape};
-use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::Pose;
 use nalgebra::{Vector3, vector};
 use std::f64::consts::{FRAC_PI_4, SQRT_2};
@@ -153,7 +153,7 @@ fn hostile_pairs_keep_every_claim() {
 /// cube's own, except in a skin of 1e-12.
 #[test]
 fn a_soft_body_inside_a_hard_one_keeps_the_energy_of_its_own_field() {
-    let [soft, hard] = [0.5, 2.0].map(|edge| Shape::new(shapes::cuboid([edge; 3]).unwrap()));
+    let [soft, hard] = [0.5, 2.0].map(|edge| cuboid([edge; 3]));
     let (soft, hard) = (
         (&soft, Pose::identity(), 1.0),
         (&hard, Pose::identity(), 1e12),
@@ -167,8 +167,8 @@ fn a_soft_body_inside_a_hard_one_keeps_the_energy_of_its_own_field() {
 /// The steepest field of a mesh, in its flattest tetrahedron, must not set the tolerance for differences elsewhere.
 #[test]
 fn a_sliver_does_not_hide_the_contact_of_other_tetrahedra() {
-    let cube = Shape::new(shapes::cuboid([1.0; 3]).unwrap());
-    let above = Pose::from_rotation_vector(&vector![0.1, 0.2, 0.3], vector![0.1, 0.0, 1.1]);
+    let cube = cuboid([1.0; 3]);
+    let above = turned([0.1, 0.2, 0.3], [0.1, 0.0, 1.1]);
     let force = |thickness: f64| {
         let shape = Shape::new(off_center(1.0, thickness).unwrap());
         let pair = pair((&cube, above, 1.0), (&shape, Pose::identity(), 1.0));
@@ -186,7 +186,7 @@ fn a_sliver_does_not_hide_the_contact_of_other_tetrahedra() {
 /// surface lies there too, up to round-off, but only near the small cube.
 #[test]
 fn a_polygon_in_a_face_of_a_much_larger_tetrahedron_is_counted_once() {
-    let [large, small] = [1.0, 1e-3].map(|edge| Shape::new(shapes::cuboid([edge; 3]).unwrap()));
+    let [large, small] = [1.0, 1e-3].map(|edge| cuboid([edge; 3]));
     let (half, half_diagonal) = (0.5e-3, 0.5e-3 * SQRT_2);
     let position = vector![0.5 - half_diagonal, -0.5, -0.5 + half];
     let turn = Pose::from_rotation_vector(&(Vector3::z() * FRAC_PI_4), position);

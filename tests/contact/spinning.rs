@@ -1,6 +1,7 @@
 //! Coulomb friction of flat bodies that slide and spin. The polygons are large, and the direction of slip varies within a polygon.
 
 use crate::support::scenes::pair;
+use crate::support::worlds::{cuboid, turned};
 use hydroelastic::contact::{ContactPair, Shape, SurfaceLaw};
 use hydroelastic::mesh::{PressureField, shapes};
 use hydroelastic::spatial::{Pose, Twist, Wrench};
@@ -128,7 +129,7 @@ const SIZE: [f64; 3] = [0.2, 0.2, 0.04];
 
 /// Returns the pose of the brick, rotated and beside the floor's middle.
 fn place() -> Pose {
-    Pose::from_rotation_vector(&vector![0.0, 0.0, 0.3], vector![0.3, 0.2, 0.2198])
+    turned([0.0, 0.0, 0.3], [0.3, 0.2, 0.2198])
 }
 
 fn bricks() -> [PressureField; 2] {
@@ -136,7 +137,7 @@ fn bricks() -> [PressureField; 2] {
 }
 
 fn floor() -> Shape {
-    Shape::new(shapes::cuboid([4.0, 4.0, 0.4]).unwrap())
+    cuboid([4.0, 4.0, 0.4])
 }
 
 #[test]

@@ -2,12 +2,12 @@
 //! and for dual numbers.
 
 use crate::support::scenes::{Random, mixed_shapes, pair, random_pair};
-use hydroelastic::contact::{ContactBody, ContactPair, ContactWrench, Shape};
+use crate::support::worlds::{at, cuboid, icosphere};
+use hydroelastic::contact::{ContactBody, ContactPair, ContactWrench};
 use hydroelastic::gradient::dual_wrench_jacobian;
-use hydroelastic::mesh::shapes;
 use hydroelastic::scalar::{Scalar, lift};
 use hydroelastic::spatial::{Pose, Twist, skew};
-use nalgebra::{Matrix3, SMatrix, SVector, Vector6, vector};
+use nalgebra::{Matrix3, SMatrix, SVector, Vector6};
 use num_dual::{DualSVec64, gradient};
 
 /// Rounding error of a wrench.
@@ -188,20 +188,16 @@ fn the_surface_adds_up_to_the_wrench() {
 /// all of its energy. Bodies in contact or apart are not submerged. The energy is complete at any radius and modulus of the soft body.
 #[test]
 fn a_soft_body_within_a_hard_one_has_sunk_through_and_bodies_in_contact_or_apart_have_not() {
-    let cube = Shape::new(shapes::cuboid([1.0; 3]).unwrap());
+    let cube = cuboid([1.0; 3]);
     let hard = (&cube, Pose::identity(), 1e5);
     for (radius, softer) in [(0.1, 1.0), (0.1, 1e-6), (1e-4, 1.0), (1e-4, 1e-6)] {
-        let ball = Shape::new(shapes::icosphere(radius, 1).unwrap());
+        let ball = icosphere(radius, 1);
         for (x, modulus, has_sunk) in [
             (0.1, softer, true),
             (0.5 + 0.3 * radius, 1e5, false),
             (0.5 + 3.0 * radius, softer, false),
         ] {
-            let ball = (
-                &ball,
-                Pose::from_translation(vector![x, 0.13, -0.07]),
-                modulus,
-            );
+            let ball = (&ball, at(x, 0.13, -0.07), modulus);
             for pair in [pair(ball, hard), pair(hard, ball)] {
                 let found = pair.has_sunk_through();
                 assert_eq!(found, has_sunk, "{x}, {radius} m, {modulus} Pa");
@@ -209,6 +205,6 @@ fn a_soft_body_within_a_hard_one_has_sunk_through_and_bodies_in_contact_or_apart
         }
     }
     // In these pairs, all polygons lie on faces.
-    let above = Pose::from_translation(vector![0.0, 0.0, 0.9]);
+    let above = at(0.0, 0.0, 0.9);
     assert!(!pair((&cube, above, 1e5), hard).has_sunk_through());
 }

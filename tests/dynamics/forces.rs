@@ -1,12 +1,13 @@
 //! Forces, controls, single steps, and rollouts linearized with respect to them.
 
-use hydroelastic::contact::Shape;
+use crate::support::worlds::{
+    IMPLICIT, at, cuboid, dynamic, falling, fixed, icosphere, plan_of, push,
+};
 use hydroelastic::dynamics::{
     Body, Control, Drag, Force, ForceContext, Integrator, Mass, Material, Plan, Spring, State,
     Thruster, Trajectory, World, WorldError, WrenchAccumulator,
 };
 use hydroelastic::gradient::{Experiment, FinalState, GradientError, Mode, Outcome, Parameter};
-use hydroelastic::mesh::shapes;
 use hydroelastic::scalar::{Scalar, lift};
 use hydroelastic::spatial::{Pose, Wrench};
 use nalgebra::{DMatrix, DVector, Vector3, vector};
@@ -16,9 +17,9 @@ use std::sync::Arc;
 const INTEGRATORS: [Integrator; 2] = [Integrator::SymplecticEuler, Integrator::Leapfrog];
 
 fn cube(name: &str, mass: f64, position: Vector3<f64>) -> Body {
-    let shape = Shape::new(shapes::cuboid([0.1, 0.2, 0.3]).unwrap());
+    let shape = cuboid([0.1, 0.2, 0.3]);
     let skin = Material::elastic(1e5);
-    let body = Body::dynamic(name, shape, skin, Mass::Total(mass)).unwrap();
+    let body = dynamic(name, shape, skin, mass);
     body.with_pose(Pose::from_translation(position))
 }
 
@@ -44,19 +45,15 @@ fn everything() -> World<f64, (Spring, Drag, Thruster)> {
     let skin = Material::elastic(1e5)
         .with_friction(0.3)
         .with_dissipation(0.3);
-    let brick = Arc::new(Shape::new(shapes::cuboid([0.2, 0.2, 0.1]).unwrap()));
-    let floor = Shape::new(shapes::cuboid([2.0, 2.0, 0.2]).unwrap());
-    let place = |x: f64| Pose::from_translation(vector![x, 0.02, 0.1495]);
+    let brick = Arc::new(cuboid([0.2, 0.2, 0.1]));
+    let floor = cuboid([2.0, 2.0, 0.2]);
+    let place = |x: f64| at(x, 0.02, 0.1495);
     let body = |name, x| {
         let body = Body::dynamic(name, Arc::clone(&brick), skin, Mass::Total(1.0));
         body.unwrap().with_pose(place(x))
     };
     let left = body("left", -0.3).with_velocity(vector![0.4, 0.1, 0.0]);
-    let bodies = vec![
-        left,
-        body("right", 0.3),
-        Body::fixed("floor", floor, skin).unwrap(),
-    ];
+    let bodies = vec![left, body("right", 0.3), fixed("floor", floor, skin)];
     let pushes = [[3.0, 1.0], [-2.0, 0.5]].map(|[x, y]| Wrench {
         force: vector![x, y, 0.0],
         torque: vector![0.0, 0.0, 0.1],
@@ -72,9 +69,8 @@ fn everything() -> World<f64, (Spring, Drag, Thruster)> {
         point: [0.02, 0.0, 0.0],
         force: [0.0, 1.0, 0.0],
     };
-    World::new(bodies)
-        .and_then(|world| world.with_gravity(vector![0.0, 0.0, -9.81]))
-        .and_then(|world| world.with_slip_tolerance(1e-2))
+    falling(bodies)
+        .with_slip_tolerance(1e-2)
         .and_then(|world| world.with_control(Control::new("right", 5e-3, pushes.into())?))
         .and_then(|world| world.with_forces((spring, drag, thruster)))
         .unwrap()
@@ -103,7 +99,7 @@ fn springs_with_dampers_keep_momentum_and_lose_energy() {
     };
     let world = two().with_forces(spring).unwrap();
     for integrator in INTEGRATORS {
-        let plan = Plan::new(1e-3, 3000).unwrap().with_integrator(integrator);
+        let plan = plan_of(integrator, 1e-3, 3000);
         let end = world.rollout(&plan).run().unwrap();
         let [before, after] =
             [&end.states()[0], end.last()].map(|state| world.diagnostics(state).unwrap());
@@ -175,11 +171,11 @@ impl Force for Suction {
 #[test]
 fn forces_may_depend_on_what_contact_does() {
     let skin = Material::elastic(1e5);
-    let ball = Shape::new(shapes::icosphere(0.1, 1).unwrap());
-    let floor = Shape::new(shapes::cuboid([1.0, 1.0, 0.2]).unwrap());
-    let ball = Body::dynamic("ball", ball, skin, Mass::Total(1.0)).unwrap();
-    let ball = ball.with_pose(Pose::from_translation(vector![0.0, 0.0, 0.19]));
-    let world = World::new(vec![ball, Body::fixed("floor", floor, skin).unwrap()]).unwrap();
+    let ball = icosphere(0.1, 1);
+    let floor = cuboid([1.0, 1.0, 0.2]);
+    let ball = dynamic("ball", ball, skin, 1.0);
+    let ball = ball.with_pose(at(0.0, 0.0, 0.19));
+    let world = World::new(vec![ball, fixed("floor", floor, skin)]).unwrap();
     let plan = Plan::new(1e-4, 1).unwrap();
     let state = world.initial_state();
     let speed = |state: State| state.bodies[0].velocity().z;
@@ -218,19 +214,14 @@ fn forces_in_any_list_add_up() {
 
 #[test]
 fn controls_give_the_momentum_of_their_intervals() {
-    let push = |x: f64| Wrench {
-        force: vector![x, 0.0, 0.0],
-        ..Wrench::zero()
-    };
+    let push = |x: f64| push([x, 0.0, 0.0]);
     // The intervals have 1 and 4 time steps. They are not multiples of the time step in binary floating point.
     for (interval, steps_each) in [(0.1, 1), (0.4, 4)] {
         let wrenches = vec![push(1.0), push(-3.0), push(7.0)];
         let control = Control::new("left", interval, wrenches).unwrap();
         let world = two().with_control(control).unwrap();
         for integrator in INTEGRATORS {
-            let plan = Plan::new(0.1, 3 * steps_each + 2)
-                .unwrap()
-                .with_integrator(integrator);
+            let plan = plan_of(integrator, 0.1, 3 * steps_each + 2);
             let trajectory = world.rollout(&plan).run().unwrap();
             let mut expected = 0.0;
             for (step, pair) in trajectory.states().windows(2).enumerate() {
@@ -260,19 +251,16 @@ fn controls_act_by_their_mean_where_steps_and_intervals_do_not_fit() {
     const INTERVAL: f64 = 0.03;
     const STEP: f64 = 0.05;
     let forces = [1.0, -3.0, 7.0, 2.0, -1.0];
-    let push = |x: &f64| Wrench {
-        force: vector![*x, 0.0, 0.0],
-        ..Wrench::zero()
-    };
+    let push = |x: &f64| push([*x, 0.0, 0.0]);
     let control = Control::new("left", INTERVAL, forces.iter().map(push).collect()).unwrap();
     let world = two().with_control(control).unwrap();
     let by: Vec<_> = (0..forces.len())
         .map(|interval| Parameter::control("left", interval))
         .collect();
-    let implicit = [Integrator::Sdirk3, Integrator::ImplicitEuler];
+    let implicit = IMPLICIT;
     for integrator in INTEGRATORS.into_iter().chain(implicit) {
         for steps in 1..5 {
-            let plan = Plan::new(STEP, steps).unwrap().with_integrator(integrator);
+            let plan = plan_of(integrator, STEP, steps);
             let experiment = Experiment::new(&world, &plan);
             let found = experiment.jacobian(&by, &FirstSpeed).unwrap();
             let mut momentum = 0.0;
@@ -410,10 +398,10 @@ fn bodies_that_forces_do_not_move_are_where_they_belong_from_the_first_kick_on()
     let start = world.initial_state();
     let mut astray = start.clone();
     let floor = &mut astray.bodies[2];
-    floor.pose = Pose::from_translation(vector![0.0, 0.0, 0.05]);
+    floor.pose = at(0.0, 0.0, 0.05);
     floor.twist.linear.x = 3.0;
     for integrator in INTEGRATORS {
-        let plan = Plan::new(5e-4, 1).unwrap().with_integrator(integrator);
+        let plan = plan_of(integrator, 5e-4, 1);
         let expected = world.step(&start, &plan).unwrap();
         let rollout = world.rollout(&plan).with_state(astray.clone()).unwrap();
         let moved = world.clone().with_initial_state(&astray).unwrap();
@@ -444,8 +432,8 @@ fn displacements_take_one_state_to_the_other() {
 
 /// Returns a world with a floor and no dynamic body.
 fn floor() -> World {
-    let slab = Shape::new(shapes::cuboid([1.0; 3]).unwrap());
-    let slab = Body::fixed("floor", slab, Material::elastic(1e5)).unwrap();
+    let slab = cuboid([1.0; 3]);
+    let slab = fixed("floor", slab, Material::elastic(1e5));
     World::new(vec![slab]).unwrap()
 }
 
@@ -498,10 +486,7 @@ fn what_cannot_act_is_refused() {
 
 #[test]
 fn controls_and_states_that_cannot_be_are_refused() {
-    let push = Wrench {
-        force: vector![f64::INFINITY, 0.0, 0.0],
-        ..Wrench::zero()
-    };
+    let push = push([f64::INFINITY, 0.0, 0.0]);
     assert!(Control::new("left", 0.1, vec![push]).is_err());
     assert!(Control::new("left", 0.0, Vec::new()).is_err());
     let control = || Control::new("floor", 0.1, vec![Wrench::zero()]).unwrap();

@@ -20,3 +20,4 @@ pub mod scenes;
 pub mod starts;
 pub mod subdivisions;
 pub mod sweep;
+pub mod worlds;

@@ -2,6 +2,7 @@
 
 use super::rigid;
 use crate::support::scenes::{Random, grid};
+use crate::support::worlds::{cuboid, icosphere};
 use hydroelastic::contact::{ContactBody, ContactPair, Partner, RigidShape, Shape};
 use hydroelastic::mesh::{TriangleSurface, shapes};
 use hydroelastic::spatial::{Pose, Wrench};
@@ -49,7 +50,7 @@ impl Scene {
 fn scenes(count: usize, seed: u8) -> impl Iterator<Item = Scene> {
     let mut random = Random::new(seed);
     (0..count).map(move |_| Scene {
-        soft: Shape::new(shapes::icosphere(0.8, 1).unwrap()),
+        soft: icosphere(0.8, 1),
         pose: Pose::from_rotation_vector(&random.rotation_vector(), random.vector() * 0.9),
     })
 }
@@ -103,7 +104,7 @@ fn a_solid_that_is_not_convex_is_the_sum_of_its_boxes() {
 /// If a surface intersects itself, each layer has its own pressure, so a point inside twice is pushed out twice.
 #[test]
 fn parts_that_overlap_press_each_by_itself() {
-    let cube = Shape::new(shapes::cuboid([0.8; 3]).unwrap());
+    let cube = cuboid([0.8; 3]);
     let (left, right) = (vector![-0.3, 0.0, 0.0], vector![0.2, 0.13, 0.07]);
     let both = together(&[(&cube, left, false), (&cube, right, false)]);
     let cube = rigid(&cube);
@@ -115,9 +116,9 @@ fn parts_that_overlap_press_each_by_itself() {
 /// Bodies that do not touch are not submerged in each other, wherever the origin of the surface's frame is.
 #[test]
 fn bodies_beside_each_other_have_not_sunk_through() {
-    let small = Shape::new(shapes::icosphere(0.1, 1).unwrap());
+    let small = icosphere(0.1, 1);
     let l = grid(&[3, 3, 1], 0.5, |[i, j, _]| i == 0 || j == 0).unwrap();
-    let cube = Shape::new(shapes::cuboid([1.0; 3]).unwrap());
+    let cube = cuboid([1.0; 3]);
     let away = together(&[(&cube, vector![3.0, 0.2, 0.1], false)]);
     let l = rigid(&Shape::new(l));
     let mut random = Random::new(74);
@@ -138,8 +139,8 @@ fn bodies_beside_each_other_have_not_sunk_through() {
 /// A body inside another is submerged with all of its energy, wherever the origin is.
 #[test]
 fn bodies_inside_have_sunk_through_with_all_of_their_energy() {
-    let small = Shape::new(shapes::icosphere(0.1, 1).unwrap());
-    let cube = Shape::new(shapes::cuboid([1.0; 3]).unwrap());
+    let small = icosphere(0.1, 1);
+    let cube = cuboid([1.0; 3]);
     let most = 1e5 * small.field().mesh().volume() / 4.0;
     for distance in [0.0, 0.5, 3.0, 1e3, 1e6] {
         let place = vector![distance, 0.2 * distance, 0.1 * distance];

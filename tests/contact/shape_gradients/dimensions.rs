@@ -3,6 +3,7 @@
 
 use crate::support::moved_meshes::{moved_mesh, moved_vertices};
 use crate::support::scenes::Random;
+use crate::support::worlds::{cuboid, icosphere};
 use hydroelastic::contact::{ContactBody, ContactPair, Partner, RigidShape, Shape};
 use hydroelastic::mesh::{MeshError, PressureField, ShapeRates, TetMesh, TriangleSurface, shapes};
 use hydroelastic::spatial::Pose;
@@ -137,7 +138,7 @@ fn wrenches_by_dimensions_equal_differences_at_every_scale() {
 #[test]
 fn a_rigid_box_by_its_edges() {
     let (edges, mut random) = ([0.3, 0.4, 0.5], Random::new(82));
-    let ball = Shape::new(shapes::icosphere(0.5, 2).unwrap());
+    let ball = icosphere(0.5, 2);
     let rigid = |edges: [f64; 3]| {
         let field = shapes::cuboid(edges).unwrap();
         RigidShape::new(TriangleSurface::around(field.mesh()).unwrap())
@@ -176,7 +177,7 @@ fn a_rigid_box_by_its_edges() {
 fn a_cube_flush_on_a_plane_by_its_size() {
     for a in [0.2, 0.2e-6, 0.2e6] {
         let (modulus, x) = (1e6, 0.05 * a);
-        let cube = Shape::new(shapes::cuboid([a; 3]).unwrap());
+        let cube = cuboid([a; 3]);
         let above = Pose::from_translation(vector![0.0, 0.0, a / 2.0 - x]);
         let pair = ContactPair::new(
             ContactBody::new(&cube, above, modulus).unwrap(),
@@ -263,7 +264,7 @@ fn the_center_of_a_star_shaped_solid_follows_its_surface() {
         let surface = TriangleSurface::new(vertices, triangles.clone()).unwrap();
         Shape::new(shapes::star_shaped(&surface).unwrap())
     };
-    let (original, other) = (shape(0.0), Shape::new(shapes::cuboid([0.8; 3]).unwrap()));
+    let (original, other) = (shape(0.0), cuboid([0.8; 3]));
     let poses = [Vector3::zeros(), vector![0.2, 0.3, 0.6]]
         .map(|at| Pose::from_rotation_vector(&random.rotation_vector(), at));
     let weights = weights(&mut random, 1.0);

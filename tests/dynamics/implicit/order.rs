@@ -2,8 +2,9 @@
 
 use super::scenes::IMPLICIT;
 use crate::support::scenes::Random;
+use crate::support::worlds::{falling, fixed, plan_of, rubbing};
 use hydroelastic::contact::{HalfSpace, Shape};
-use hydroelastic::dynamics::{Body, Integrator, Mass, Material, Plan, World};
+use hydroelastic::dynamics::{Body, Integrator, Mass, Material};
 use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::Pose;
 use nalgebra::{Vector3, vector};
@@ -31,9 +32,11 @@ fn bodies(random: &mut Random) -> Vec<Body> {
     let shapes = shapes.map(|field| Arc::new(Shape::new(field)));
     let count = 3 + random.below(2);
     let body = |place: usize| {
-        let skin = Material::elastic(10_f64.powf(random.between(5.0, 7.0)))
-            .with_dissipation(random.between(0.0, 1.0))
-            .with_friction(random.between(0.0, 0.8));
+        let skin = rubbing(
+            10_f64.powf(random.between(5.0, 7.0)),
+            random.between(0.0, 1.0),
+            random.between(0.0, 0.8),
+        );
         let shape = Arc::clone(&shapes[random.below(3)]);
         let at = vector![0.0, 0.0, 0.12 + 0.2 * place as f64] + random.vector() * 0.05;
         let pose = Pose::from_rotation_vector(&random.rotation_vector(), at);
@@ -43,15 +46,14 @@ fn bodies(random: &mut Random) -> Vec<Body> {
     };
     let mut bodies: Vec<_> = (0..count).map(body).collect();
     let hard = Material::rigid().with_friction(0.5);
-    bodies.push(Body::fixed("floor", HalfSpace::rigid(), hard).unwrap());
+    bodies.push(fixed("floor", HalfSpace::rigid(), hard));
     bodies
 }
 
 /// Returns the final positions of the bodies, sorted by their names.
 fn ends(bodies: &[Body], integrator: Integrator) -> Vec<Vector3<f64>> {
-    let world = World::new(bodies.to_vec()).unwrap();
-    let world = world.with_gravity(vector![0.0, 0.0, -9.81]).unwrap();
-    let plan = Plan::new(1e-2, 40).unwrap().with_integrator(integrator);
+    let world = falling(bodies.to_vec());
+    let plan = plan_of(integrator, 1e-2, 40);
     let end = world.rollout(&plan).run().unwrap();
     let mut ends: Vec<_> = world.bodies().iter().zip(&end.last().bodies).collect();
     ends.sort_by_key(|(body, _)| body.name().to_owned());

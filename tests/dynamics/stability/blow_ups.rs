@@ -4,8 +4,9 @@ use super::scenes::{
     EDGE, REST, assert_close, bisected, cube, cube_on_slab, limit, slab, with_gravity,
 };
 use crate::scenes::{GRAVITY, at};
+use crate::support::worlds::dynamic;
 use hydroelastic::contact::Shape;
-use hydroelastic::dynamics::{Body, BodyState, Mass, Material, Plan, State, World};
+use hydroelastic::dynamics::{Body, BodyState, Material, Plan, State, World};
 use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::Pose;
 use nalgebra::{Rotation3, Vector3, vector};
@@ -124,7 +125,7 @@ fn ball_on_slab(skin: Material) -> Vec<Body> {
         .unwrap();
     let turn = Rotation3::rotation_between(&normal, &-Vector3::z()).unwrap();
     let place = vector![0.03, 0.05, distance - 1e-5];
-    let ball = Body::dynamic("ball", Shape::new(field), skin, Mass::Total(0.2)).unwrap();
+    let ball = dynamic("ball", Shape::new(field), skin, 0.2);
     vec![
         ball.with_pose(Pose::new(turn.into_inner(), place).unwrap()),
         slab(skin),
