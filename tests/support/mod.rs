@@ -8,7 +8,6 @@ pub mod exact;
 pub mod exact_claims;
 pub mod falling;
 pub mod glb;
-pub mod half_planes;
 pub mod hostile;
 pub mod hulls;
 pub mod impacts;
