@@ -143,19 +143,6 @@ fn whole_surface_has_the_area_center_force_and_energy_of_the_roof() {
 }
 
 #[test]
-fn bodies_apart_have_an_empty_surface() {
-    let shape = octahedron(0);
-    let far = at(0.0, 0.0, 3.0);
-    let apart = pair((&shape, far, 1e5), (&shape, Pose::identity(), 1e5));
-    let surface = apart.surface();
-    assert!(surface.is_empty());
-    assert!(surface.area().abs() <= 0.0);
-    assert!(surface.center_of_pressure().is_none());
-    assert!(apart.touching_tets().is_empty());
-    assert!(apart.potential_energy().abs() <= 0.0);
-}
-
-#[test]
 fn derivatives_of_area_and_center_by_an_approach_are_the_closed_ones() {
     use hydroelastic::contact::{ContactBody, ContactPair};
     use num_dual::Dual64;

@@ -2,6 +2,7 @@
 #![allow(clippy::float_cmp, reason = "where nothing touches, zeros are exact")]
 
 use crate::support::differences::{at_rest, by_motion, central_difference};
+use crate::support::moving::{Scene, jacobian_of, numbers, seeds};
 use crate::support::scenes::{Random, mixed_shapes, pair, random_pair};
 use crate::support::worlds::{at, icosphere, turned};
 use hydroelastic::contact::{ContactBody, ContactPair, Culling, Search};
@@ -134,14 +135,22 @@ fn bodies_apart_have_no_surface_no_wrench_and_no_derivatives() {
     let ball = icosphere(1.0, 1);
     let there = at(3.0, 0.0, 0.0);
     let pair = pair((&ball, Pose::identity(), 1.0), (&ball, there, 1.0));
-    assert!(pair.surface().is_empty());
-    assert!(pair.surface().center_of_pressure().is_none());
-    assert_eq!(pair.potential_energy(), 0.0);
+    let surface = pair.surface();
+    assert!(surface.is_empty() && surface.center_of_pressure().is_none());
+    assert!(pair.touching_tets().is_empty());
+    assert_eq!([surface.area(), pair.potential_energy()], [0.0; 2]);
     let contact = pair.linearized();
     let closed = (contact.wrench, contact.jacobian());
     for (wrench, jacobian) in [closed, dual_wrench_jacobian(&pair)] {
         assert_eq!(wrench.on_a.to_vector().amax(), 0.0);
         assert_eq!(jacobian.amax(), 0.0);
+    }
+    // Wrenches of first order, elastic and in motion.
+    let scene = Scene::at_random(&pair, &mut Random::new(1));
+    let (pair, law, twists) = scene.changed(&seeds());
+    for wrench in [pair.wrench(), pair.moving(law, twists).wrench()] {
+        assert!(numbers(&wrench).iter().all(|n| n.re == 0.0));
+        assert!(jacobian_of(&wrench).iter().all(|&slope| slope == 0.0));
     }
 }
 

@@ -2,12 +2,11 @@
 
 use crate::support::moving::{COLUMNS, Scene, Wide, jacobian_of, numbers, seeds};
 use crate::support::scenes::{Random, dented_ball, mixed_shapes, pair, random_pair};
-use crate::support::worlds::{cuboid, dynamic, falling, fixed, icosphere};
-use hydroelastic::contact::{ContactBody, ContactPair, ContactWrench, Shape, SurfaceLaw};
+use crate::support::worlds::{cuboid, dynamic, falling, fixed};
+use hydroelastic::contact::{ContactWrench, Shape, SurfaceLaw};
 use hydroelastic::dynamics::{Material, Plan, State, World};
 use hydroelastic::gradient::{Experiment, FinalState, Outcome, Parameter, dual_wrench_jacobian};
 use hydroelastic::mesh::shapes;
-use hydroelastic::scalar::lift;
 use hydroelastic::spatial::{Pose, Twist};
 use nalgebra::{SVector, vector};
 use num_dual::Dual2_64;
@@ -110,20 +109,6 @@ fn contacts_at_generic_poses_have_no_kinks() {
         let contact = scene.pair.moving(scene.law(), scene.twists).linearized();
         assert!(!contact.kinks.is_any(), "{:?}", contact.kinks);
     });
-}
-
-#[test]
-fn bodies_that_are_apart_have_a_wrench_of_zero() {
-    let ball = icosphere(0.1, 1);
-    let at =
-        |x| Pose::<Wide>::from_translation(vector![Wide::variable(x, 0), lift(0.0), lift(0.0)]);
-    let body = |x| ContactBody::new(&ball, at(x), lift(1e5)).unwrap();
-    let pair = ContactPair::new(body(0.0), body(1.0));
-    let law = SurfaceLaw::new(lift(0.5), lift(0.5), 0.01).unwrap();
-    for wrench in [pair.wrench(), pair.moving(law, [Twist::zero(); 2]).wrench()] {
-        assert!(numbers(&wrench).iter().all(|n| n.re == 0.0));
-        assert!(jacobian_of(&wrench).iter().all(|&slope| slope == 0.0));
-    }
 }
 
 /// Returns an ellipsoid that is thrown on a slab and is in contact for a part of the rollout.
