@@ -2,11 +2,12 @@
 //! tight tolerances over changes wider than their noise.
 
 use crate::support::impacts::rebound;
+use crate::support::worlds::{dynamic, fixed, icosphere, plan_of, rubbing, sliding_at};
 use hydroelastic::contact::{HalfSpace, RigidShape, Shape};
 use hydroelastic::dynamics::{Accuracy, Body, BodyState, Integrator, Mass, Material, Plan, World};
 use hydroelastic::gradient::{Experiment, FinalState, Parameter};
 use hydroelastic::mesh::{TriangleSurface, shapes};
-use hydroelastic::spatial::{Pose, Twist};
+use hydroelastic::spatial::Pose;
 use nalgebra::{DMatrix, DVector, Vector3, vector};
 use std::sync::Arc;
 
@@ -23,10 +24,7 @@ pub fn tight() -> Accuracy {
 }
 
 pub fn plan(steps: usize) -> Plan {
-    Plan::new(TIME_STEP, steps)
-        .unwrap()
-        .with_integrator(Integrator::Sdirk3)
-        .recording_every(steps)
+    plan_of(Integrator::Sdirk3, TIME_STEP, steps).recording_every(steps)
 }
 
 pub fn at(x: f64, y: f64, z: f64) -> Pose {
@@ -35,17 +33,17 @@ pub fn at(x: f64, y: f64, z: f64) -> Pose {
 
 pub fn rigid_floor(friction: f64) -> Body {
     let skin = Material::rigid().with_friction(friction);
-    Body::fixed("floor", HalfSpace::rigid(), skin).unwrap()
+    fixed("floor", HalfSpace::rigid(), skin)
 }
 
 pub fn ball(radius: f64, skin: Material) -> Body {
-    let shape = Shape::new(shapes::icosphere(radius, 2).unwrap());
-    Body::dynamic("body", shape, skin, Mass::Total(1.0)).unwrap()
+    let shape = icosphere(radius, 2);
+    dynamic("body", shape, skin, 1.0)
 }
 
 pub fn cuboid(edges: [f64; 3], skin: Material) -> Body {
     let shape = Shape::new(shapes::cuboid(edges).unwrap());
-    Body::dynamic("body", shape, skin, Mass::Total(1.0)).unwrap()
+    dynamic("body", shape, skin, 1.0)
 }
 
 pub fn falling(bodies: Vec<Body>) -> World {
@@ -92,17 +90,13 @@ fn check((label, world, plan): (&str, &World, &Plan), by: &Parameter, change: f6
 /// The ball of the guide: E 1e9 Pa, friction and dissipation, four heights.
 #[test]
 fn a_thrown_ball_has_the_derivatives_of_its_motion() {
-    let skin = Material::elastic(1e9)
-        .with_dissipation(0.3)
-        .with_friction(0.4);
+    let skin = rubbing(1e9, 0.3, 0.4);
     for rise in [0.0, 0.002, 0.004, 0.006] {
         let body = ball(0.05, skin)
             .with_pose(at(0.013, 0.017, 0.25 + rise))
             .with_velocity(vector![0.3, 0.1, 0.0]);
         let floor = Shape::new(shapes::cuboid([2.0, 2.0, 0.4]).unwrap());
-        let floor = Body::fixed("floor", floor, skin)
-            .unwrap()
-            .with_pose(at(0.0, 0.0, -0.2));
+        let floor = fixed("floor", floor, skin).with_pose(at(0.0, 0.0, -0.2));
         let world = falling(vec![body, floor]);
         let label = format!("throw from {rise}");
         check(
@@ -161,10 +155,10 @@ fn a_flat_fall_has_the_derivatives_of_the_closed_form() {
 
 #[test]
 fn two_balls_exchange_their_velocities() {
-    let shape = || Shape::new(shapes::icosphere(0.1, 1).unwrap());
+    let shape = || icosphere(0.1, 1);
     let skin = Material::elastic(1e9);
-    let left = Body::dynamic("left", shape(), skin, Mass::Total(1.0)).unwrap();
-    let right = Body::dynamic("body", shape(), skin, Mass::Total(1.0)).unwrap();
+    let left = dynamic("left", shape(), skin, 1.0);
+    let right = dynamic("body", shape(), skin, 1.0);
     let world = World::new(vec![
         left.with_velocity(vector![1.0, 0.0, 0.0]),
         right.with_pose(at(0.52, 0.0, 0.0)),
@@ -217,9 +211,7 @@ fn an_impact_with_dissipation_has_the_derivative_of_the_closed_form() {
 /// The stopping distance is v²/(2μg).
 #[test]
 fn a_slide_to_a_stop_has_the_derivatives_of_the_textbook() {
-    let skin = Material::elastic(1e9)
-        .with_dissipation(0.5)
-        .with_friction(0.5);
+    let skin = rubbing(1e9, 0.5, 0.5);
     let depth = 9.81 * 0.05 / (0.2 * 0.2 * 1e9);
     let body = cuboid([0.2, 0.2, 0.1], skin)
         .with_pose(at(0.0, 0.0, 0.05 - depth))
@@ -246,13 +238,13 @@ fn a_slide_to_a_stop_has_the_derivatives_of_the_textbook() {
 #[test]
 fn fast_balls_do_not_pass_through_thin_bodies() {
     let small = |modulus| {
-        let shape = Shape::new(shapes::icosphere(0.01, 2).unwrap());
+        let shape = icosphere(0.01, 2);
         let mass = Mass::Density(1000.0);
         Body::dynamic("body", shape, Material::elastic(modulus), mass).unwrap()
     };
     let plate = shapes::cuboid([1.0, 1.0, 0.01]).unwrap();
     let plate = RigidShape::new(TriangleSurface::around(plate.mesh()).unwrap());
-    let plate = || Body::fixed("plate", plate.clone(), Material::rigid()).unwrap();
+    let plate = || fixed("plate", plate.clone(), Material::rigid());
     let thrown = |modulus: f64, speed: f64, height: f64| {
         let body = small(modulus).with_pose(at(0.013, 0.017, height));
         body.with_velocity(vector![0.0, 0.0, -speed])
@@ -286,10 +278,7 @@ fn a_bounce_on_a_train_has_the_derivatives_of_one_at_rest() {
         let floor = Shape::new(shapes::cuboid([1.0, 1.0, 0.4]).unwrap());
         let ride = move |time: f64| BodyState {
             pose: at(speed * time, 0.0, -0.2),
-            twist: Twist {
-                linear: vector![speed, 0.0, 0.0],
-                ..Twist::zero()
-            },
+            twist: sliding_at(vector![speed, 0.0, 0.0]),
         };
         let floor = Body::kinematic("floor", floor, skin, Arc::new(ride)).unwrap();
         let world = falling(vec![body, floor]);

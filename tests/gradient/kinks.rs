@@ -1,5 +1,6 @@
 //! The kinks of a rollout are counted completely, without false positives.
 
+use crate::support::worlds::{dynamic, fixed, icosphere};
 use hydroelastic::contact::{HalfSpace, RigidShape, Shape};
 use hydroelastic::dynamics::{
     Body, BodyShape, Integrator, Kink, KinkSummary, Mass, Material, Plan, Trajectory, World,
@@ -34,7 +35,7 @@ fn cuboid(edges: [f64; 3]) -> Shape {
 }
 
 fn at(shape: Shape, skin: Material, place: Vector3<f64>) -> Body {
-    let body = Body::dynamic("body", shape, skin, Mass::Total(1.0)).unwrap();
+    let body = dynamic("body", shape, skin, 1.0);
     body.with_pose(Pose::from_translation(place))
 }
 
@@ -48,7 +49,7 @@ fn steps(count: usize) -> Plan {
 fn flush_faces() {
     let skin = Material::elastic(1e5).with_friction(0.3);
     let brick = at(cuboid([0.2, 0.1, 0.1]), skin, vector![0.0, 0.0, 0.0995]);
-    let block = Body::fixed("block", cuboid([0.4, 0.1, 0.1]), skin).unwrap();
+    let block = fixed("block", cuboid([0.4, 0.1, 0.1]), skin);
     let sliding = brick.with_velocity(vector![0.2, 0.0, 0.0]);
     let world = World::new(vec![sliding, block.clone()]).unwrap();
     let all = kinks(&world, &steps(20));
@@ -65,8 +66,8 @@ fn flush_faces() {
 #[test]
 fn clamped_pressure() {
     let skin = Material::elastic(1e5).with_dissipation(2.0);
-    let ball = || Shape::new(shapes::icosphere(0.1, 1).unwrap());
-    let floor = Body::fixed("floor", HalfSpace::rigid(), Material::rigid()).unwrap();
+    let ball = || icosphere(0.1, 1);
+    let floor = fixed("floor", HalfSpace::rigid(), Material::rigid());
     let leaving = |speed: f64| {
         let ball = at(ball(), skin, vector![0.01, 0.02, 0.09]);
         let ball = ball.with_velocity(vector![0.0, 0.0, speed]);
@@ -82,7 +83,7 @@ fn equal_fields() {
     let skin = Material::elastic(1e5);
     let edges = [0.2, 0.15, 0.1];
     let beside = |place| {
-        let block = Body::fixed("block", cuboid(edges), skin).unwrap();
+        let block = fixed("block", cuboid(edges), skin);
         let body = at(cuboid(edges), skin, place);
         let world = World::new(vec![body, block]).unwrap();
         let all = kinks(&world, &steps(5));
@@ -112,7 +113,7 @@ fn equal_fields() {
 fn equal_fields_in_a_layer() {
     let floor = HalfSpace::layer(0.1).unwrap();
     let skin = Material::elastic(1e5);
-    let floor = Body::fixed("floor", floor, skin).unwrap();
+    let floor = fixed("floor", floor, skin);
     let world = |height: f64| {
         let cube = at(cuboid([0.2; 3]), skin, vector![0.0, 0.0, height]);
         World::new(vec![cube, floor.clone()]).unwrap()
@@ -130,11 +131,11 @@ fn equal_fields_in_a_layer() {
 #[test]
 fn unresolved_steps() {
     let skin = Material::elastic(1e6).with_dissipation(1.0);
-    let floor = Body::fixed("floor", HalfSpace::rigid(), Material::rigid()).unwrap();
+    let floor = fixed("floor", HalfSpace::rigid(), Material::rigid());
     let world = |count: usize, height: f64, speed: f64| {
         let mut bodies = vec![floor.clone()];
         for number in 0..count {
-            let shape = Shape::new(shapes::icosphere(0.1, 2).unwrap());
+            let shape = icosphere(0.1, 2);
             // Neighbors overlap slightly, so all balls are one island.
             let place = vector![0.1995 * number as f64, 0.0, height];
             let ball = Body::dynamic(&format!("ball {number}"), shape, skin, Mass::Total(1.0));

@@ -8,6 +8,7 @@
 //! are offset from their neighbors by 1e-11 to 1e-7 m. Differences straddle the kink although the derivative is correct
 //! (`tests/contact/flush_motion.rs` tests such states with suitable steps).
 
+use crate::support::worlds::{at, cuboid, falling, fixed, rubbing};
 use hydroelastic::contact::Shape;
 use hydroelastic::dynamics::{Body, Mass, Material, Plan, Trajectory, World};
 use hydroelastic::gradient::{Experiment, FinalState, Outcome, Parameter};
@@ -43,9 +44,7 @@ const LEAST: f64 = 1e-4;
 const STEPS: [f64; 8] = [3e-3, 1e-6, 3e-7, 1e-7, 5e-8, 3e-8, 2e-8, 1e-8];
 
 fn material([modulus, dissipation, friction]: [f64; 3]) -> Material {
-    Material::elastic(modulus)
-        .with_dissipation(dissipation)
-        .with_friction(friction)
+    rubbing(modulus, dissipation, friction)
 }
 
 fn dynamic(name: &str, field: PressureField, skin: [f64; 3], mass: f64) -> Body {
@@ -53,14 +52,13 @@ fn dynamic(name: &str, field: PressureField, skin: [f64; 3], mass: f64) -> Body 
 }
 
 fn floor(stage: Pose, skin: [f64; 3]) -> Body {
-    let shape = Shape::new(shapes::cuboid([2.0, 2.0, 0.2]).unwrap());
-    let floor = Body::fixed("floor", shape, material(skin)).unwrap();
-    floor.with_pose(stage * Pose::from_translation(vector![0.0, 0.0, -0.1]))
+    let shape = cuboid([2.0, 2.0, 0.2]);
+    let floor = fixed("floor", shape, material(skin));
+    floor.with_pose(stage * at(0.0, 0.0, -0.1))
 }
 
 fn world(bodies: Vec<Body>) -> World {
-    let world = World::new(bodies).unwrap();
-    let heavy = world.with_gravity(vector![0.0, 0.0, -9.81]).unwrap();
+    let heavy = falling(bodies);
     heavy.with_slip_tolerance(0.02).unwrap()
 }
 
@@ -92,7 +90,7 @@ impl Stack<'_> {
             let body = dynamic(name, field, skin, 1.0 - 0.15 * number as f64);
             let along = self.stagger * number as f64;
             let height = top + size[2] / 2.0 - PRESSED;
-            let place = self.stage * Pose::from_translation(vector![along, 0.0, height]);
+            let place = self.stage * at(along, 0.0, height);
             let velocity = self.stage.rotation() * Vector3::from(velocity);
             bodies.push(body.with_pose(place).with_velocity(velocity));
             top = height + size[2] / 2.0;
@@ -303,7 +301,7 @@ fn on_floor(body: Body) -> World {
 fn ball() -> World {
     let ball = dynamic("ball", shapes::icosphere(0.1, 2).unwrap(), SKIN, 1.0);
     on_floor(
-        ball.with_pose(Pose::from_translation(vector![0.2, 0.1, 0.098]))
+        ball.with_pose(at(0.2, 0.1, 0.098))
             .with_velocity(SLIDING.into())
             .with_angular_velocity(vector![0.0, 5.0, 0.0]),
     )
@@ -369,7 +367,7 @@ fn sideways(dissipation: f64, friction: f64) -> [f64; 2] {
     let skin = |modulus| [modulus, dissipation, friction];
     let sliding = |name, modulus, mass, height| {
         let body = dynamic(name, shapes::cuboid(BOX).unwrap(), skin(modulus), mass);
-        body.with_pose(Pose::from_translation(vector![0.0, 0.0, height]))
+        body.with_pose(at(0.0, 0.0, height))
             .with_velocity(SLIDING.into())
     };
     let world = world(vec![
