@@ -43,6 +43,9 @@ fn add(tally: &mut Tally, number: usize, pair: &ContactPair) {
     };
     tally.count("touching", usize::from(found.polygons > 0));
     tally.count("polygons", found.polygons);
+    if found.standing == Standing::Determined {
+        tally.note(found.ratio);
+    }
     tally.count("agreeing", usize::from(agrees));
     tally.count(format!("{:?}", found.standing), 1);
     // NaN must fail.

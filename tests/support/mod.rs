@@ -1,4 +1,4 @@
-//! Common parts of the tests: reference data, random poses, finite differences, and slow, independent twins of the contact kernel.
+//! Common parts of the tests: reference data, random poses, finite differences, worlds, and a slow, exact twin of the contact kernel.
 #![allow(dead_code, reason = "each test file uses its own part of the support")]
 
 pub mod aligned;

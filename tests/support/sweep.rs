@@ -60,6 +60,8 @@ pub struct Tally {
     failing: usize,
     /// Numbers of cases with a property, by its name.
     counts: BTreeMap<String, usize>,
+    /// Largest noted error, divided by its tolerance.
+    worst: f64,
     /// Number of the case, description, and error divided by its tolerance.
     failures: Vec<(usize, String, f64)>,
 }
@@ -79,6 +81,10 @@ impl Tally {
         *self.counts.entry(name.into()).or_default() += count;
     }
 
+    pub fn note(&mut self, ratio: f64) {
+        self.worst = self.worst.max(ratio);
+    }
+
     /// Asserts that at least one of `one_of` cases has a property.
     pub fn assert_often(&self, name: &str, one_of: usize) {
         let count = self.counts.get(name).copied().unwrap_or(0);
@@ -91,6 +97,7 @@ pub fn merge<const N: usize>(total: &mut [Tally; N], tallies: [Tally; N]) {
     for (tally, other) in total.iter_mut().zip(tallies) {
         tally.cases += other.cases;
         tally.failing += other.failing;
+        tally.worst = tally.worst.max(other.worst);
         for (name, count) in other.counts {
             tally.count(name, count);
         }
@@ -107,11 +114,14 @@ pub fn report<F: Debug, const N: usize>(families: &[F; N], tallies: &[Tally; N])
         }
     }
     for (family, tally) in families.iter().zip(tallies) {
-        let (cases, failing) = (tally.cases, tally.failing);
-        println!(
-            "{family:?}: {cases} pairs, {failing} failing, {:?}",
-            tally.counts
-        );
+        let Tally {
+            cases,
+            failing,
+            worst,
+            counts,
+            ..
+        } = tally;
+        println!("{family:?}: {cases} pairs, {failing} failing, worst {worst:.1e}, {counts:?}");
     }
     let failing: usize = tallies.iter().map(|tally| tally.failing).sum();
     assert_eq!(failing, 0, "failing pairs");
