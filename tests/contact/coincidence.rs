@@ -5,12 +5,11 @@ use crate::support::moving::bodies::Bodies;
 use crate::support::moving::differences::{BLOCKS, Scaled, Wrenches};
 use crate::support::moving::motions::set_in_motion;
 use crate::support::moving::poses::{Family, scene};
-use crate::support::moving::verdict::{Finding, checked, names};
+use crate::support::moving::verdict::{checked, names};
 use crate::support::moving::{COLUMNS, Jacobian, Scene, jacobian_of, seeds, with_names_exchanged};
 use crate::support::scenes::{Random, mixed_shapes, random_pair};
-use crate::support::sweep::{in_batches, range_from_environment};
+use crate::support::sweep::{Tally, in_batches, merge, range_from_environment, report};
 use nalgebra::SVector;
-use std::collections::BTreeMap;
 use std::ops::Range;
 
 /// Number of pairs that share a set of shapes.
@@ -21,9 +20,6 @@ const SHORT: usize = 2 * BATCH;
 
 /// Number of pairs in the long form, unless COINCIDENCE_PAIRS is set.
 const LONG: usize = 1_000_000;
-
-/// Number of columns that the report lists individually.
-const NAMED: usize = 200;
 
 /// Numbers of generic pairs in the short form and in the long form.
 const GENERIC: [usize; 2] = [200, 1000];
@@ -53,59 +49,30 @@ const EXCHANGED: [f64; 2] = [1e-8, 1e-6];
 /// of one side.
 const BETWEEN: std::ops::Range<f64> = 1e-11..1e-8;
 
-/// Results of the pairs of a family.
-#[derive(Debug, Default, Clone)]
-pub(super) struct Tally {
-    pairs: usize,
-    failing: usize,
-    /// Number of pairs with a column at a kink, by kind of kink.
-    kinks: BTreeMap<String, usize>,
-    /// Number of the pair, column, description, and error.
-    failures: Vec<(usize, usize, String, f64)>,
-}
-
 pub(super) type Tallies = [Tally; Family::ALL.len()];
 
-impl Tally {
-    pub(super) fn add(&mut self, number: usize, scene: &Scene) {
-        let findings = checked(scene);
-        self.pairs += 1;
-        for name in names(&findings) {
-            *self.kinks.entry(name).or_default() += 1;
-        }
-        let describe = |finding: Finding| {
-            let (name, missed) = (finding.name(), scene.missed);
-            format!("{name} where the position is missed by {missed:.1e}")
-        };
-        let failures: Vec<_> = findings
-            .iter()
-            .filter_map(|c| Some((number, c.column, describe(c.finding), c.finding.failure()?)))
-            .collect();
-        self.failing += usize::from(!failures.is_empty());
-        self.failures.extend(failures);
+/// Adds the columns that differ from differences.
+pub(super) fn add(tally: &mut Tally, number: usize, scene: &Scene) {
+    let found = checked(scene);
+    for name in names(&found) {
+        tally.count(name, 1);
     }
-
-    fn merge(&mut self, other: Self) {
-        self.pairs += other.pairs;
-        self.failing += other.failing;
-        for (name, count) in other.kinks {
-            *self.kinks.entry(name).or_default() += count;
-        }
-        self.failures.extend(other.failures);
-        self.failures.truncate(NAMED);
-    }
+    let failures = found.iter().filter_map(|c| {
+        let (name, missed) = (c.finding.name(), scene.missed);
+        let what = format!(
+            "column {}: {name} at a position missed by {missed:.1e}",
+            c.column
+        );
+        Some((what, c.finding.failure()?))
+    });
+    tally.add(number, failures);
 }
 
 /// Adds the pair with a number, made from the shapes of its batch.
 fn add_pair(tallies: &mut Tallies, bodies: &Bodies, number: usize) {
     let family = number % Family::ALL.len();
-    tallies[family].add(number, &scene(bodies, Family::ALL[family], number as u64));
-}
-
-pub(super) fn merge(total: &mut Tallies, tallies: Tallies) {
-    for (tally, thread_tally) in total.iter_mut().zip(tallies) {
-        tally.merge(thread_tally);
-    }
+    let scene = scene(bodies, Family::ALL[family], number as u64);
+    add(&mut tallies[family], number, &scene);
 }
 
 /// Checks `count` consecutive pairs, beginning with pair `first`, on all threads.
@@ -117,31 +84,9 @@ fn swept(first: usize, count: usize) -> Tallies {
     in_batches((first, count), BATCH, work, merge)
 }
 
-/// Prints the results, and fails if any pair failed.
-pub(super) fn report(tallies: &Tallies) {
-    for (family, tally) in Family::ALL.iter().zip(tallies) {
-        for (number, column, description, error) in &tally.failures {
-            println!(
-                "{family:?}, pair {number}, column {column}: {description}, off by {error:.1e}"
-            );
-        }
-    }
-    for (family, tally) in Family::ALL.iter().zip(tallies) {
-        let Tally {
-            pairs,
-            failing,
-            kinks,
-            ..
-        } = tally;
-        println!("{family:?}: {pairs} pairs, {failing} failing, {kinks:?}");
-    }
-    let failing: usize = tallies.iter().map(|tally| tally.failing).sum();
-    assert_eq!(failing, 0, "failing pairs");
-}
-
 #[test]
 fn linearized_contacts_at_special_positions_are_those_of_differences() {
-    report(&swept(0, SHORT));
+    report(&Family::ALL, &swept(0, SHORT));
 }
 
 /// 389: sides are flush to 1e-12 of the size, but no polygon shows it. 456, 1996: sides are flush to within the round-off margin, on one
@@ -165,7 +110,7 @@ fn pairs_that_once_failed_are_those_of_differences() {
     ] {
         add_pair(&mut tallies, &Bodies::new((number / BATCH) as u64), number);
     }
-    report(&tallies);
+    report(&Family::ALL, &tallies);
 }
 
 /// Faces inside both bodies coincide, and B is rotated out of coincidence about each of A's axes. The remaining error is round-off divided
@@ -210,7 +155,7 @@ fn forces_are_continuous_where_faces_inside_bodies_part() {
 #[ignore = "hours: a million pairs"]
 fn many_linearized_contacts_at_special_positions_are_those_of_differences() {
     let (first, count) = range_from_environment("COINCIDENCE", (SHORT, LONG));
-    report(&swept(first, count));
+    report(&Family::ALL, &swept(first, count));
 }
 
 /// Visits `count` generic moving pairs.
@@ -227,10 +172,10 @@ fn for_generic_scenes(count: usize, mut check: impl FnMut(&Scene)) {
 }
 
 /// Returns the largest error of a block, relative to the larger of the block's largest entry and `least`.
-fn error(least: f64, actual: &Jacobian, expected: &Jacobian) -> f64 {
+fn error(least: f64, found: &Jacobian, expected: &Jacobian) -> f64 {
     let of_block = |columns: std::ops::Range<usize>| {
         let (start, count) = (columns.start, columns.len());
-        let error = (actual - expected).columns(start, count).amax();
+        let error = (found - expected).columns(start, count).amax();
         error / expected.columns(start, count).amax().max(least)
     };
     BLOCKS.into_iter().map(of_block).fold(0.0, f64::max)
@@ -239,26 +184,26 @@ fn error(least: f64, actual: &Jacobian, expected: &Jacobian) -> f64 {
 /// Returns the largest error relative to the best differences.
 pub(super) fn error_of_differences(scene: &Scene) -> f64 {
     let scaled = Scaled::of(scene);
-    let jacobian = scaled.relative(&scene.linearized());
+    let found = scaled.relative(&scene.linearized());
     let mut best = Jacobian::zeros();
     for column in 0..COLUMNS {
-        let column_slope = jacobian.column(column);
-        let off = |differences: &Wrenches| (differences - column_slope).amax();
+        let own = found.column(column);
+        let off = |differences: &Wrenches| (differences - own).amax();
         let mut nearest = scaled.central(column, STEPS[0]);
         for step in &STEPS[1..] {
-            if off(&nearest) <= GOOD * column_slope.amax() {
+            if off(&nearest) <= GOOD * own.amax() {
                 break;
             }
-            let difference = scaled.central(column, *step);
-            nearest = if off(&difference) < off(&nearest) {
-                difference
+            let other = scaled.central(column, *step);
+            nearest = if off(&other) < off(&nearest) {
+                other
             } else {
                 nearest
             };
         }
         best.set_column(column, &nearest);
     }
-    error(LEAST * scaled.elastic().0, &jacobian, &best)
+    error(LEAST * scaled.elastic().0, &found, &best)
 }
 
 /// Returns the median, the 99th percentile and the maximum.
@@ -296,9 +241,9 @@ pub(super) fn error_of_pipeline(scene: &Scene) -> f64 {
     let (pair, law, twists) = scene.changed(&seeds());
     let expected = jacobian_of(&pair.moving(law, twists).pipeline().wrench());
     let scaled = Scaled::of(scene);
-    let [actual, expected] =
+    let [found, expected] =
         [scene.linearized(), expected].map(|jacobian| scaled.relative(&jacobian));
-    error(LEAST * scaled.elastic().0, &actual, &expected)
+    error(LEAST * scaled.elastic().0, &found, &expected)
 }
 
 #[test]
@@ -314,8 +259,8 @@ fn linearized_contacts_at_generic_poses_are_those_of_the_pipeline() {
 fn bodies_exchanged_have_the_same_linearized_contact() {
     let exchanged = |scene: &Scene| {
         let scaled = Scaled::of(scene);
-        let exchanged = with_names_exchanged(&scene.exchanged().linearized());
-        let ways = [exchanged, scene.linearized()].map(|jacobian| scaled.relative(&jacobian));
+        let other = with_names_exchanged(&scene.exchanged().linearized());
+        let ways = [other, scene.linearized()].map(|jacobian| scaled.relative(&jacobian));
         error(LEAST * scaled.force, &ways[0], &ways[1])
     };
     let mut generic = Vec::new();

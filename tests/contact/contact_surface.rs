@@ -2,8 +2,8 @@
 
 use crate::support::octahedra::{OVERLAP, fall, force, octahedron, poses, slope, stacked, stage};
 use crate::support::scenes::{Random, grid, mixed_shapes, pair, random_pair};
+use crate::support::worlds::{at, cuboid};
 use hydroelastic::contact::{ContactBody, ContactPair, ContactPolygon, Partner, Shape};
-use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::Pose;
 use nalgebra::{Vector3, vector};
 
@@ -143,19 +143,6 @@ fn whole_surface_has_the_area_center_force_and_energy_of_the_roof() {
 }
 
 #[test]
-fn bodies_apart_have_an_empty_surface() {
-    let shape = octahedron(0);
-    let far = Pose::from_translation(vector![0.0, 0.0, 3.0]);
-    let apart = pair((&shape, far, 1e5), (&shape, Pose::identity(), 1e5));
-    let surface = apart.surface();
-    assert!(surface.is_empty());
-    assert!(surface.area().abs() <= 0.0);
-    assert!(surface.center_of_pressure().is_none());
-    assert!(apart.touching_tets().is_empty());
-    assert!(apart.potential_energy().abs() <= 0.0);
-}
-
-#[test]
 fn derivatives_of_area_and_center_by_an_approach_are_the_closed_ones() {
     use hydroelastic::contact::{ContactBody, ContactPair};
     use num_dual::Dual64;
@@ -218,7 +205,7 @@ fn a_shape_is_printed_by_its_number_of_tetrahedra() {
 fn all_polygons_have_an_area_where_inner_faces_of_both_bodies_lie_in_the_surface() {
     let layers = Shape::new(grid(&[4, 4, 4], 0.25, |_| true).unwrap());
     for aside in [[0.03, 0.02], [0.0, 0.02], [0.125, 0.0]] {
-        let above = Pose::from_translation(vector![aside[0], aside[1], 0.5]);
+        let above = at(aside[0], aside[1], 0.5);
         let pair = pair((&layers, above, 2e4), (&layers, Pose::identity(), 2e4));
         let surface = pair.surface();
         assert!(!surface.polygons.is_empty());
@@ -229,8 +216,8 @@ fn all_polygons_have_an_area_where_inner_faces_of_both_bodies_lie_in_the_surface
 
 #[test]
 fn the_center_of_pressure_is_the_centroid_where_the_force_is_less_than_the_least_number() {
-    let cube = Shape::new(shapes::cuboid([1.0; 3]).unwrap());
-    let pressed_in = Pose::from_translation(vector![0.0, 0.0, 0.4]);
+    let cube = cuboid([1.0; 3]);
+    let pressed_in = at(0.0, 0.0, 0.4);
     let plane = Partner::rigid_half_space(Pose::identity()).unwrap();
     // With the first modulus, the pressure is 0 in double precision; with the second, the force of small polygons is 0.
     for modulus in [5e-324, 1e-322] {

@@ -2,13 +2,12 @@
 
 use crate::support::exact;
 use crate::support::hostile::claims::verdict;
-use crate::support::hostile::kinks::Kink;
 use crate::support::hostile::shapes::off_center;
 use crate::support::hostile::{Family, Hostile};
 use crate::support::scenes::{Random, pair};
-use crate::support::sweep::{in_batches, range_from_environment};
+use crate::support::sweep::{Tally, in_batches, merge, range_from_environment, report};
+use crate::support::worlds::{cuboid, turned};
 use hydroelastic::contact::{ContactPair, Shape};
-use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::Pose;
 use nalgebra::{Vector3, vector};
 use std::f64::consts::{FRAC_PI_4, SQRT_2};
@@ -26,66 +25,28 @@ const LONG: usize = 10_000_000;
 /// families.
 const ENERGY_EVERY: usize = 16;
 
-/// Number of failures that the report lists individually.
-const NAMED: usize = 100;
-
-/// Results of the pairs of a family.
-#[derive(Debug, Default, Clone)]
-pub(super) struct Tally {
-    pairs: usize,
-    touching: usize,
-    equal_fields: usize,
-    unresolved: usize,
-    ridges: usize,
-    blurred: usize,
-    grazing: usize,
-    failing: usize,
-    /// Number of the pair, claim, and error divided by its tolerance.
-    failures: Vec<(usize, &'static str, f64)>,
-}
-
 pub(super) type Tallies = [Tally; Family::ALL.len()];
 
-impl Tally {
-    /// Adds the result of the pair with a number.
-    pub(super) fn add(&mut self, number: usize, pair: &ContactPair) {
-        let with_energy = number.is_multiple_of(ENERGY_EVERY);
-        let verdict = verdict(pair, with_energy, &mut Random::numbered(!(number as u64)));
-        self.pairs += 1;
-        self.touching += usize::from(verdict.touches);
-        let kinks = [
-            (Kink::EqualFields, &mut self.equal_fields),
-            (Kink::Unresolved, &mut self.unresolved),
-            (Kink::Ridges, &mut self.ridges),
-            (Kink::Blurred, &mut self.blurred),
-            (Kink::Grazing, &mut self.grazing),
-        ];
-        for (kink, count) in kinks {
-            *count += usize::from(verdict.kink == Some(kink));
-        }
-        self.failing += usize::from(!verdict.failures.is_empty());
-        let failures = verdict.failures.into_iter();
-        let room = NAMED.saturating_sub(self.failures.len());
-        let named = failures.map(|(claim, ratio)| (number, claim, ratio));
-        self.failures.extend(named.take(room));
+/// Adds the result of the pair with a number.
+pub(super) fn add(tally: &mut Tally, number: usize, pair: &ContactPair) {
+    let with_energy = number.is_multiple_of(ENERGY_EVERY);
+    let verdict = verdict(pair, with_energy, &mut Random::numbered(!(number as u64)));
+    tally.count("touching", usize::from(verdict.touches));
+    if let Some(kink) = verdict.kink {
+        tally.count(format!("{kink:?}"), 1);
     }
+    let failures = verdict.failures.into_iter();
+    tally.add(
+        number,
+        failures.map(|(claim, ratio)| (claim.to_owned(), ratio)),
+    );
+}
 
-    /// Returns whether at least a quarter of the pairs touch.
-    pub(super) fn touches_often(&self) -> bool {
-        self.touching * 4 >= self.pairs
-    }
-
-    fn merge(&mut self, other: Self) {
-        self.pairs += other.pairs;
-        self.touching += other.touching;
-        self.equal_fields += other.equal_fields;
-        self.unresolved += other.unresolved;
-        self.ridges += other.ridges;
-        self.blurred += other.blurred;
-        self.grazing += other.grazing;
-        self.failing += other.failing;
-        self.failures.extend(other.failures);
-        self.failures.truncate(NAMED);
+/// Fails if any pair failed, or if less than a quarter of a family touches.
+pub(super) fn assert_touching(tallies: &Tallies) {
+    report(&Family::ALL, tallies);
+    for tally in tallies {
+        tally.assert_often("touching", 4);
     }
 }
 
@@ -95,7 +56,7 @@ fn tried(batch: usize, numbers: std::ops::Range<usize>) -> Tallies {
     for number in numbers {
         let family = number % Family::ALL.len();
         let pair = hostile.pair(Family::ALL[family], number as u64);
-        tallies[family].add(number, &pair);
+        add(&mut tallies[family], number, &pair);
     }
     tallies
 }
@@ -106,54 +67,16 @@ fn soaked(first: usize, count: usize) -> Tallies {
     in_batches((first, count), BATCH, work, merge)
 }
 
-pub(super) fn merge(tallies: &mut Tallies, others: Tallies) {
-    for (tally, thread_tally) in tallies.iter_mut().zip(others) {
-        tally.merge(thread_tally);
-    }
-}
-
-/// Prints the results, and fails if any pair failed.
-pub(super) fn report(tallies: &Tallies) {
-    println!(
-        "family          pairs   touching  equal fields  unresolved   ridges  blurred  grazing  failing"
-    );
-    for (family, tally) in Family::ALL.iter().zip(tallies) {
-        println!(
-            "{:15} {:9} {:9} {:13} {:10} {:8} {:8} {:8} {:8}",
-            format!("{family:?}"),
-            tally.pairs,
-            tally.touching,
-            tally.equal_fields,
-            tally.unresolved,
-            tally.ridges,
-            tally.blurred,
-            tally.grazing,
-            tally.failing
-        );
-    }
-    for (family, tally) in Family::ALL.iter().zip(tallies) {
-        for (number, claim, ratio) in &tally.failures {
-            println!("{family:?}, pair {number}: {claim}, {ratio:e} times the tolerance");
-        }
-    }
-    let failing: usize = tallies.iter().map(|tally| tally.failing).sum();
-    assert_eq!(failing, 0, "failing pairs");
-}
-
 #[test]
 fn hostile_pairs_keep_every_claim() {
-    let tallies = soaked(0, SHORT);
-    report(&tallies);
-    for (family, tally) in Family::ALL.iter().zip(&tallies) {
-        assert!(tally.touches_often(), "{family:?}: too few pairs touch");
-    }
+    assert_touching(&soaked(0, SHORT));
 }
 
 /// The pressure of a cube is a pyramid over each face, with a mean of 1/4 of its maximum. Inside so hard a body, the lower pressure is the
 /// cube's own, except in a skin of 1e-12.
 #[test]
 fn a_soft_body_inside_a_hard_one_keeps_the_energy_of_its_own_field() {
-    let [soft, hard] = [0.5, 2.0].map(|edge| Shape::new(shapes::cuboid([edge; 3]).unwrap()));
+    let [soft, hard] = [0.5, 2.0].map(|edge| cuboid([edge; 3]));
     let (soft, hard) = (
         (&soft, Pose::identity(), 1.0),
         (&hard, Pose::identity(), 1e12),
@@ -167,8 +90,8 @@ fn a_soft_body_inside_a_hard_one_keeps_the_energy_of_its_own_field() {
 /// The steepest field of a mesh, in its flattest tetrahedron, must not set the tolerance for differences elsewhere.
 #[test]
 fn a_sliver_does_not_hide_the_contact_of_other_tetrahedra() {
-    let cube = Shape::new(shapes::cuboid([1.0; 3]).unwrap());
-    let above = Pose::from_rotation_vector(&vector![0.1, 0.2, 0.3], vector![0.1, 0.0, 1.1]);
+    let cube = cuboid([1.0; 3]);
+    let above = turned([0.1, 0.2, 0.3], [0.1, 0.0, 1.1]);
     let force = |thickness: f64| {
         let shape = Shape::new(off_center(1.0, thickness).unwrap());
         let pair = pair((&cube, above, 1.0), (&shape, Pose::identity(), 1.0));
@@ -186,7 +109,7 @@ fn a_sliver_does_not_hide_the_contact_of_other_tetrahedra() {
 /// surface lies there too, up to round-off, but only near the small cube.
 #[test]
 fn a_polygon_in_a_face_of_a_much_larger_tetrahedron_is_counted_once() {
-    let [large, small] = [1.0, 1e-3].map(|edge| Shape::new(shapes::cuboid([edge; 3]).unwrap()));
+    let [large, small] = [1.0, 1e-3].map(|edge| cuboid([edge; 3]));
     let (half, half_diagonal) = (0.5e-3, 0.5e-3 * SQRT_2);
     let position = vector![0.5 - half_diagonal, -0.5, -0.5 + half];
     let turn = Pose::from_rotation_vector(&(Vector3::z() * FRAC_PI_4), position);
@@ -216,7 +139,7 @@ fn pairs_that_once_failed_keep_every_claim() {
         74_598_472,
     ];
     for number in numbers {
-        report(&tried(number / BATCH, number..number + 1));
+        report(&Family::ALL, &tried(number / BATCH, number..number + 1));
     }
 }
 
@@ -226,5 +149,5 @@ fn pairs_that_once_failed_keep_every_claim() {
 #[ignore = "hours: ten million pairs"]
 fn many_hostile_pairs_keep_every_claim() {
     let (first, count) = range_from_environment("HOSTILE", (SHORT, LONG));
-    report(&soaked(first, count));
+    report(&Family::ALL, &soaked(first, count));
 }

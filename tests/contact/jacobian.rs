@@ -2,10 +2,11 @@
 #![allow(clippy::float_cmp, reason = "where nothing touches, zeros are exact")]
 
 use crate::support::differences::{at_rest, by_motion, central_difference};
+use crate::support::moving::{Scene, jacobian_of, numbers, seeds};
 use crate::support::scenes::{Random, mixed_shapes, pair, random_pair};
-use hydroelastic::contact::{ContactBody, ContactPair, Culling, Search, Shape};
+use crate::support::worlds::{at, icosphere, turned};
+use hydroelastic::contact::{ContactBody, ContactPair, Culling, Search};
 use hydroelastic::gradient::dual_wrench_jacobian;
-use hydroelastic::mesh::shapes;
 use hydroelastic::scalar::DenseDual;
 use hydroelastic::spatial::Pose;
 use nalgebra::{SMatrix, SVector, vector};
@@ -113,8 +114,8 @@ fn the_jacobian_of_the_wrench_on_b_is_the_one_of_exchanged_bodies() {
 /// A culling search sums the polygons in another order than a tracing search, so the last bits differ.
 #[test]
 fn the_jacobian_by_dual_numbers_keeps_the_search() {
-    let ball = Shape::new(shapes::icosphere(1.0, 2).unwrap());
-    let there = Pose::from_rotation_vector(&vector![0.3, -0.2, 0.5], vector![0.9, 0.5, 0.3]);
+    let ball = icosphere(1.0, 2);
+    let there = turned([0.3, -0.2, 0.5], [0.9, 0.5, 0.3]);
     let followed = pair((&ball, Pose::identity(), 1.0), (&ball, there, 2.0));
     let culled = followed.with_search(Search::Culling(Culling::default()));
     let [by_following, by_culling] =
@@ -131,17 +132,25 @@ fn the_jacobian_by_dual_numbers_keeps_the_search() {
 
 #[test]
 fn bodies_apart_have_no_surface_no_wrench_and_no_derivatives() {
-    let ball = Shape::new(shapes::icosphere(1.0, 1).unwrap());
-    let there = Pose::from_translation(vector![3.0, 0.0, 0.0]);
+    let ball = icosphere(1.0, 1);
+    let there = at(3.0, 0.0, 0.0);
     let pair = pair((&ball, Pose::identity(), 1.0), (&ball, there, 1.0));
-    assert!(pair.surface().is_empty());
-    assert!(pair.surface().center_of_pressure().is_none());
-    assert_eq!(pair.potential_energy(), 0.0);
+    let surface = pair.surface();
+    assert!(surface.is_empty() && surface.center_of_pressure().is_none());
+    assert!(pair.touching_tets().is_empty());
+    assert_eq!([surface.area(), pair.potential_energy()], [0.0; 2]);
     let contact = pair.linearized();
     let closed = (contact.wrench, contact.jacobian());
     for (wrench, jacobian) in [closed, dual_wrench_jacobian(&pair)] {
         assert_eq!(wrench.on_a.to_vector().amax(), 0.0);
         assert_eq!(jacobian.amax(), 0.0);
+    }
+    // Wrenches of first order, elastic and in motion.
+    let scene = Scene::at_random(&pair, &mut Random::new(1));
+    let (pair, law, twists) = scene.changed(&seeds());
+    for wrench in [pair.wrench(), pair.moving(law, twists).wrench()] {
+        assert!(numbers(&wrench).iter().all(|n| n.re == 0.0));
+        assert!(jacobian_of(&wrench).iter().all(|&slope| slope == 0.0));
     }
 }
 
@@ -149,7 +158,7 @@ fn bodies_apart_have_no_surface_no_wrench_and_no_derivatives() {
 /// the result carries their derivatives.
 #[test]
 fn num_dual_differentiates_by_parameters_of_ones_own() {
-    let ball = Shape::new(shapes::icosphere(1.0, 1).unwrap());
+    let ball = icosphere(1.0, 1);
     let along = |s: SVector<DualSVec64<1>, 1>| {
         let position = vector![s[0].sin() * 0.3, s[0] * s[0], -s[0].cos() * 1.6];
         let a = ContactBody::new(&ball, Pose::from_translation(position), 2.0.into()).unwrap();

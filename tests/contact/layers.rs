@@ -1,6 +1,7 @@
 //! A mesh layer across which the field does not change its gradient has no effect, no matter how near the contact surface is.
 
 use crate::support::scenes::{layered, pair};
+use crate::support::worlds::cuboid;
 use hydroelastic::contact::{Kinks, Shape, SurfaceLaw};
 use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::{Pose, Twist};
@@ -33,7 +34,7 @@ fn by_motions(edge: f64, gap: f64) -> [(Matrix6<f64>, Kinks); 2] {
         [-0.2, 0.1, 0.1, 0.3, 0.2, -0.1],
     ]
     .map(|numbers| Twist::from_vector(&Vector6::from(numbers)));
-    let large = Shape::new(shapes::cuboid([LARGE; 3]).unwrap());
+    let large = cuboid([LARGE; 3]);
     [whole, with_layer].map(|field| {
         let small = Shape::new(field);
         let bodies = (

@@ -2,11 +2,11 @@
 
 use crate::support::moving::{COLUMNS, Scene, Wide, jacobian_of, numbers, seeds};
 use crate::support::scenes::{Random, dented_ball, mixed_shapes, pair, random_pair};
-use hydroelastic::contact::{ContactBody, ContactPair, ContactWrench, Shape, SurfaceLaw};
-use hydroelastic::dynamics::{Body, Mass, Material, Plan, State, World};
+use crate::support::worlds::{cuboid, dynamic, falling, fixed};
+use hydroelastic::contact::{ContactWrench, Shape, SurfaceLaw};
+use hydroelastic::dynamics::{Material, Plan, State, World};
 use hydroelastic::gradient::{Experiment, FinalState, Outcome, Parameter, dual_wrench_jacobian};
 use hydroelastic::mesh::shapes;
-use hydroelastic::scalar::lift;
 use hydroelastic::spatial::{Pose, Twist};
 use nalgebra::{SVector, vector};
 use num_dual::Dual2_64;
@@ -111,35 +111,18 @@ fn contacts_at_generic_poses_have_no_kinks() {
     });
 }
 
-#[test]
-fn bodies_that_are_apart_have_a_wrench_of_zero() {
-    let ball = Shape::new(shapes::icosphere(0.1, 1).unwrap());
-    let at =
-        |x| Pose::<Wide>::from_translation(vector![Wide::variable(x, 0), lift(0.0), lift(0.0)]);
-    let body = |x| ContactBody::new(&ball, at(x), lift(1e5)).unwrap();
-    let pair = ContactPair::new(body(0.0), body(1.0));
-    let law = SurfaceLaw::new(lift(0.5), lift(0.5), 0.01).unwrap();
-    for wrench in [pair.wrench(), pair.moving(law, [Twist::zero(); 2]).wrench()] {
-        assert!(numbers(&wrench).iter().all(|n| n.re == 0.0));
-        assert!(jacobian_of(&wrench).iter().all(|&slope| slope == 0.0));
-    }
-}
-
 /// Returns an ellipsoid that is thrown on a slab and is in contact for a part of the rollout.
 fn thrown(skin: Material) -> World {
     let ball = Shape::new(shapes::ellipsoid([0.1, 0.11, 0.09], 1).unwrap());
-    let slab = Shape::new(shapes::cuboid([1.0; 3]).unwrap());
-    let ball = Body::dynamic("ball", ball, skin, Mass::Total(1.0)).unwrap();
-    let slab = Body::fixed("slab", slab, skin).unwrap();
-    World::new(vec![
+    let slab = cuboid([1.0; 3]);
+    let ball = dynamic("ball", ball, skin, 1.0);
+    let slab = fixed("slab", slab, skin);
+    falling(vec![
         ball.with_pose(Pose::from_translation(vector![0.05, 0.02, 0.1]))
             .with_velocity(vector![0.3, 0.1, -0.5])
             .with_angular_velocity(vector![1.0, 2.0, 0.5]),
         slab.with_pose(Pose::from_translation(vector![0.0, 0.0, -0.5])),
     ])
-    .unwrap()
-    .with_gravity(vector![0.0, 0.0, -9.81])
-    .unwrap()
 }
 
 fn start() -> [Parameter; 4] {
@@ -268,14 +251,14 @@ fn layers_of_equal_pressure_have_the_derivatives_of_differences_by_either_modulu
 fn faces_that_are_hardly_pressed_in_do_not_just_touch() {
     /// Stiffness (N/m) of an area of 0.1 m × 0.1 m between two fields of 1e11 Pa over 0.05 m.
     const STIFFNESS: f64 = 1e10;
-    let cube = Shape::new(shapes::cuboid([0.1; 3]).unwrap());
+    let cube = cuboid([0.1; 3]);
     for (width, depth) in [
         (2.0, 9.81e-10),
         (20.0, 9.81e-10),
         (20.0, 1e-11),
         (2000.0, 1e-9),
     ] {
-        let slab = Shape::new(shapes::cuboid([width, width, 0.1]).unwrap());
+        let slab = cuboid([width, width, 0.1]);
         let pair = pair(
             (
                 &cube,

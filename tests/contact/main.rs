@@ -7,7 +7,6 @@ mod degenerate;
 mod exact_twin;
 mod flush;
 mod flush_motion;
-mod half_plane_twin;
 mod hostile;
 mod jacobian;
 mod layers;

@@ -1,8 +1,8 @@
 //! Wrenches and Jacobians against the numbers of independent programs.
 
+use super::structure::both_ways;
 use crate::support::reference::{jacobian_cases, wrench_cases};
-use hydroelastic::contact::{ContactPair, ContactWrench};
-use hydroelastic::gradient::dual_wrench_jacobian;
+use hydroelastic::contact::ContactWrench;
 use nalgebra::{DMatrix, SMatrix, SVector, Vector3};
 
 /// Tolerance of wrenches. The programs agree with each other to 1.5e-14; meshes with larger torque arms need more.
@@ -25,15 +25,6 @@ fn in_reference_order(jacobian: &SMatrix<f64, 12, 28>) -> DMatrix<f64> {
         };
         jacobian[(swap(row), column)]
     })
-}
-
-/// Returns wrenches and Jacobians in closed form and by dual numbers.
-fn both_ways(pair: &ContactPair) -> [(ContactWrench, SMatrix<f64, 12, 28>); 2] {
-    let contact = pair.linearized();
-    [
-        (contact.wrench, contact.jacobian()),
-        dual_wrench_jacobian(pair),
-    ]
 }
 
 fn wrench_in_reference_order(wrench: &ContactWrench) -> SVector<f64, 12> {

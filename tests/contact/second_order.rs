@@ -1,10 +1,9 @@
 //! Second derivatives through num-dual's second-order types: the Hessian of the energy and of a
 //! force component.
 
-use crate::support::scenes::{Random, mixed_shapes, random_pair};
-use hydroelastic::contact::{ContactBody, ContactPair};
-use hydroelastic::scalar::{Scalar, lift};
-use hydroelastic::spatial::{Pose, Twist};
+use super::structure::{self, for_random_pairs};
+use hydroelastic::contact::ContactPair;
+use hydroelastic::scalar::Scalar;
 use nalgebra::{SMatrix, SVector, Vector6};
 use num_dual::{Dual2SVec64, HyperDual64, hessian, second_partial_derivative};
 
@@ -18,20 +17,7 @@ const STEP: f64 = 1e-6;
 
 /// Returns the pair in `T` with A moved by a twist.
 fn moved<'a, T: Scalar>(pair: &ContactPair<'a>, twist: &Vector6<T>) -> ContactPair<'a, T> {
-    let pose = Pose::lifted(pair.a().pose()).moved_by(&Twist::from_vector(twist));
-    let modulus = lift(pair.a().modulus());
-    let (b, modulus_b) = (pair.b(), lift(pair.b().modulus().unwrap()));
-    ContactPair::new(
-        ContactBody::new(pair.a().shape(), pose, modulus).unwrap(),
-        ContactBody::new(b.shape().unwrap(), Pose::lifted(b.pose()), modulus_b).unwrap(),
-    )
-}
-
-fn for_random_pairs(count: usize, seed: u8, check: impl Fn(&ContactPair)) {
-    let (shapes, mut random) = (mixed_shapes(), Random::new(seed));
-    for _ in 0..count {
-        check(&random_pair(&shapes, &mut random));
-    }
+    structure::moved(pair, twist, &Vector6::zeros())
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! Coulomb friction of flat bodies that slide and spin. The polygons are large, and the direction of slip varies within a polygon.
 
 use crate::support::scenes::pair;
+use crate::support::worlds::{cuboid, turned};
 use hydroelastic::contact::{ContactPair, Shape, SurfaceLaw};
 use hydroelastic::mesh::{PressureField, shapes};
 use hydroelastic::spatial::{Pose, Twist, Wrench};
@@ -127,8 +128,8 @@ fn integrated(pair: &ContactPair, law: [f64; 3], motion: &Twist) -> Wrench {
 const SIZE: [f64; 3] = [0.2, 0.2, 0.04];
 
 /// Returns the pose of the brick, rotated and beside the floor's middle.
-fn brick_pose() -> Pose {
-    Pose::from_rotation_vector(&vector![0.0, 0.0, 0.3], vector![0.3, 0.2, 0.2198])
+fn place() -> Pose {
+    turned([0.0, 0.0, 0.3], [0.3, 0.2, 0.2198])
 }
 
 fn bricks() -> [PressureField; 2] {
@@ -136,14 +137,14 @@ fn bricks() -> [PressureField; 2] {
 }
 
 fn floor() -> Shape {
-    Shape::new(shapes::cuboid([4.0, 4.0, 0.4]).unwrap())
+    cuboid([4.0, 4.0, 0.4])
 }
 
 #[test]
 fn a_brick_that_spins_about_its_own_middle_is_not_pushed_sideways() {
     let floor = floor();
     for brick in bricks().map(Shape::new) {
-        let pair = pair((&brick, brick_pose(), 5e4), (&floor, Pose::identity(), 1e7));
+        let pair = pair((&brick, place(), 5e4), (&floor, Pose::identity(), 1e7));
         let law = SurfaceLaw::new(0.0, FRICTION, 1e-3).unwrap();
         let spin = Twist {
             angular: vector![0.0, 0.0, 10.0],
@@ -159,7 +160,7 @@ fn a_brick_that_spins_about_its_own_middle_is_not_pushed_sideways() {
 /// Returns the motion (about the world's origin) of a brick that spins (rad/s) about a vertical axis at this distance (m) from its middle.
 fn spin_about(spin: f64, aside: f64, tilt: f64) -> Twist {
     let angular = vector![0.0, tilt, spin];
-    let axis = brick_pose().translation() + vector![0.6 * aside, -0.8 * aside, 0.0];
+    let axis = place().translation() + vector![0.6 * aside, -0.8 * aside, 0.0];
     Twist {
         angular,
         linear: -angular.cross(&axis),
@@ -170,24 +171,21 @@ fn spin_about(spin: f64, aside: f64, tilt: f64) -> Twist {
 /// the brick's edge.
 fn integral_error(brick: &Shape, law: [f64; 3], motion: &Twist) -> f64 {
     let floor = floor();
-    let pair = pair((brick, brick_pose(), 5e4), (&floor, Pose::identity(), 1e7));
-    let origin = *brick_pose().translation();
+    let pair = pair((brick, place(), 5e4), (&floor, Pose::identity(), 1e7));
+    let origin = *place().translation();
     let at_origin = Twist {
         linear: motion.linear + motion.angular.cross(&origin),
         ..*motion
     };
     let [dissipation, friction, slip_tolerance] = law;
     let surface_law = SurfaceLaw::new(dissipation, friction, slip_tolerance).unwrap();
-    let actual = pair
+    let found = pair
         .moving(surface_law, [at_origin, Twist::zero()])
         .wrench()
         .on_a;
     let expected = integrated(&pair, law, motion).about(&origin);
     let scale = pair.wrench().on_a.force.norm() * friction.max(1.0);
-    let [force, torque] = [
-        actual.force - expected.force,
-        actual.torque - expected.torque,
-    ];
+    let [force, torque] = [found.force - expected.force, found.torque - expected.torque];
     (force.norm() / scale).max(torque.norm() / (0.5 * SIZE[0] * scale))
 }
 

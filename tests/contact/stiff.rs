@@ -2,10 +2,9 @@
 
 use crate::support::octahedra::{OVERLAP, fall, octahedron, stacked};
 use crate::support::scenes::pair;
+use crate::support::worlds::{cuboid, icosphere, turned};
 use hydroelastic::contact::Shape;
-use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::Pose;
-use nalgebra::vector;
 
 /// Remaining compliance of the stiff body at the reference ratio of 1e8.
 const RIGID: f64 = 1e-8;
@@ -18,8 +17,8 @@ const EXACT: f64 = 1e-12;
 
 #[test]
 fn contact_with_an_ever_stiffer_ball_tends_to_that_with_a_rigid_one() {
-    let ball = Shape::new(shapes::icosphere(1.0, 2).unwrap());
-    let above = Pose::from_rotation_vector(&vector![0.3, 0.2, 0.1], vector![0.1, 0.2, 1.6]);
+    let ball = icosphere(1.0, 2);
+    let above = turned([0.3, 0.2, 0.1], [0.1, 0.2, 1.6]);
     let force = |modulus| {
         let stiff = pair((&ball, above, modulus), (&ball, Pose::identity(), 1.0));
         let soft = pair((&ball, Pose::identity(), 1.0), (&ball, above, modulus));
@@ -39,10 +38,10 @@ fn contact_with_an_ever_stiffer_ball_tends_to_that_with_a_rigid_one() {
 /// No value overflows, even away from the contact surface, where p_A − p_B cannot be converted to a height above the surface.
 #[test]
 fn contact_is_finite_at_the_steepest_pressures() {
-    let ball = Shape::new(shapes::icosphere(1e5, 1).unwrap());
-    let block = Shape::new(shapes::cuboid([1e5, 7e4, 1.3e5]).unwrap());
+    let ball = icosphere(1e5, 1);
+    let block = cuboid([1e5, 7e4, 1.3e5]);
     let modulus = |shape: &Shape| STEEP / shape.field().steepest();
-    let pose = Pose::from_rotation_vector(&vector![0.3, -0.7, 0.4], vector![5e4, 3e4, 6e4]);
+    let pose = turned([0.3, -0.7, 0.4], [5e4, 3e4, 6e4]);
     let pair = pair(
         (&ball, Pose::identity(), modulus(&ball)),
         (&block, pose, 0.7 * modulus(&block)),

@@ -2,6 +2,7 @@
 
 use crate::support::octahedra::{HEIGHT, OVERLAP, force, octahedron, poses, stacked, stage};
 use crate::support::scenes::{Random, pair};
+use crate::support::worlds::{cuboid, icosphere};
 use hydroelastic::contact::{
     BodyError, ContactBody, ContactPair, ContactWrench, Shape, SurfaceLaw,
 };
@@ -312,8 +313,8 @@ fn numbers_out_of_range_make_no_law() {
 
 #[test]
 fn friction_depends_on_slip_over_slip_tolerance_alone_however_small_or_large() {
-    let ball = Shape::new(shapes::icosphere(0.1, 2).unwrap());
-    let block = Shape::new(shapes::cuboid([0.4, 0.4, 0.2]).unwrap());
+    let ball = icosphere(0.1, 2);
+    let block = cuboid([0.4, 0.4, 0.2]);
     let at = Pose::from_translation(vector![0.01, 0.02, 0.195]);
     let a = ContactBody::new(&ball, at, 1e5).unwrap();
     let b = ContactBody::new(&block, Pose::identity(), 1e6).unwrap();

@@ -5,10 +5,11 @@ use crate::support::aligned::{aligned_pose, bodies, polygons_in_faces};
 use crate::support::hostile::kinks::kink_of;
 use crate::support::scenes::{Random, pair};
 use crate::support::subdivisions::{Division, divided, shuffled};
+use crate::support::worlds::at;
 use hydroelastic::contact::{ContactPair, Shape};
 use hydroelastic::mesh::{PressureField, shapes};
 use hydroelastic::spatial::Pose;
-use nalgebra::{Vector3, vector};
+use nalgebra::Vector3;
 
 /// Required agreement of sums over the same surface in other pieces, relative to the sum. The largest observed difference is 1.2e-14.
 const SAME: f64 = 1e-10;
@@ -171,7 +172,7 @@ fn aligned_pairs_keep_their_sums() {
 fn cube_pressed_into_a_box_has_the_closed_form_however_they_are_divided() {
     let (side, depth, random) = (0.5, 0.25, &mut Random::new(81));
     let fields = [shapes::cuboid([side; 3]), shapes::cuboid([2.0, 2.0, 1.0])].map(Result::unwrap);
-    let pose = Pose::from_translation(vector![0.0, 0.0, depth - 0.5 * side - 0.5]);
+    let pose = at(0.0, 0.0, depth - 0.5 * side - 0.5);
     let mut in_faces = 0;
     // With moduli of 1 and 2, the square lies in faces of the cube in halves and of the box in quarters.
     for modulus in [2.0, 3.0, 20.0] {

@@ -3,9 +3,8 @@
 use crate::scenes::{
     ROUND_OFF, SKIN, at, ball, ball_shape, box_shape, down, floor, leapfrog, still_at,
 };
-use hydroelastic::dynamics::{
-    Body, BodyState, Integrator, Mass, Material, Plan, World, WorldError,
-};
+use crate::support::worlds::{EXPLICIT, dynamic, plan_of, sliding_at, turned};
+use hydroelastic::dynamics::{Body, BodyState, Mass, Material, World, WorldError};
 use hydroelastic::gradient::Parameter;
 use hydroelastic::spatial::{Pose, Twist};
 use nalgebra::{Matrix3, Vector3, vector};
@@ -61,18 +60,15 @@ fn fixed_bodies_never_move() {
         friction: Some(0.5),
         ..SKIN
     };
-    let tilted = Pose::from_rotation_vector(&vector![0.1, 0.2, 0.3], vector![0.0, 0.0, -0.25]);
+    let tilted = turned([0.1, 0.2, 0.3], [0.0, 0.0, -0.25]);
     let rock = Body::fixed("rock", box_shape([1.0, 1.0, 0.4]), skin).unwrap();
     let rock = rock.with_pose(tilted);
     let thrown = ball("ball").with_velocity(vector![0.0, 0.0, -5.0]);
     let world = World::new(vec![rock, thrown.with_pose(at(0.0, 0.0, 0.1))]).unwrap();
     let start = world.initial_state();
     let mut hits = 0;
-    for integrator in [Integrator::Leapfrog, Integrator::SymplecticEuler] {
-        for state in world
-            .rollout(&Plan::new(1e-4, 1_000).unwrap().with_integrator(integrator))
-            .take(1_000)
-        {
+    for integrator in EXPLICIT {
+        for state in world.rollout(&plan_of(integrator, 1e-4, 1_000)).take(1_000) {
             let state = state.unwrap();
             assert_same(&state.bodies[0], &start.bodies[0]);
             hits += usize::from(world.topology(&state).unwrap().polygon_count() > 0);
@@ -99,10 +95,7 @@ fn bodies_that_forces_do_not_move_do_not_touch_each_other() {
 fn pushed_ball() -> World {
     let path = |time: f64| BodyState {
         pose: at(time, 0.0, 0.0),
-        twist: Twist {
-            angular: Vector3::zeros(),
-            linear: Vector3::x(),
-        },
+        twist: sliding_at(Vector3::x()),
     };
     let block = box_shape([0.2, 0.4, 0.4]);
     let pusher = Body::kinematic("pusher", block, SKIN, Arc::new(path)).unwrap();
@@ -112,11 +105,8 @@ fn pushed_ball() -> World {
 #[test]
 fn a_prescribed_body_follows_its_path_whatever_it_pushes() {
     let world = pushed_ball();
-    for integrator in [Integrator::Leapfrog, Integrator::SymplecticEuler] {
-        for state in world
-            .rollout(&Plan::new(1e-3, 200).unwrap().with_integrator(integrator))
-            .take(200)
-        {
+    for integrator in EXPLICIT {
+        for state in world.rollout(&plan_of(integrator, 1e-3, 200)).take(200) {
             let state = state.unwrap();
             let pusher = &state.bodies[1];
             let off_path = pusher.pose.translation() - vector![state.time, 0.0, 0.0];
@@ -172,7 +162,7 @@ fn a_turning_pusher_pushes_with_the_velocity_of_its_surface() {
         },
     };
     let roller = Body::kinematic("roller", ball_shape(), skin, Arc::new(turning)).unwrap();
-    let load = Body::dynamic("load", ball_shape(), skin, Mass::Total(1.0)).unwrap();
+    let load = dynamic("load", ball_shape(), skin, 1.0);
     let world = World::new(vec![roller, load.with_pose(at(0.0, 0.0, 0.19))]).unwrap();
     let world = world.with_gravity(down()).unwrap();
     let last = leapfrog(&world, 1e-4).nth(99).unwrap().unwrap();
@@ -203,7 +193,7 @@ fn bodies_may_share_a_shape() {
 #[test]
 fn a_world_with_a_body_on_a_turning_path_can_be_changed() {
     let path = |time: f64| BodyState {
-        pose: Pose::from_rotation_vector(&vector![0.3, 0.7 + time, -0.4], vector![3.0, 0.0, 0.0]),
+        pose: turned([0.3, 0.7 + time, -0.4], [3.0, 0.0, 0.0]),
         twist: Twist::zero(),
     };
     // The test uses many starts, because for some of them the path's rotation is not corrected for rounding.
@@ -211,7 +201,7 @@ fn a_world_with_a_body_on_a_turning_path_can_be_changed() {
         let turning = Arc::new(move |time: f64| path(time + 0.1 * f64::from(start)));
         let skin = Material::elastic(1e5);
         let world = World::new(vec![
-            Body::dynamic("ball", ball_shape(), skin, Mass::Total(1.0)).unwrap(),
+            dynamic("ball", ball_shape(), skin, 1.0),
             Body::kinematic("arm", ball_shape(), skin, turning).unwrap(),
         ]);
         let world = world.unwrap();
@@ -224,10 +214,7 @@ fn a_world_with_a_body_on_a_turning_path_can_be_changed() {
 #[test]
 fn a_path_is_taken_out_of_a_world_and_put_back_with_the_same_bits() {
     let path = Arc::new(|time: f64| BodyState {
-        twist: Twist {
-            linear: vector![1.0, 0.0, 0.0],
-            ..Twist::zero()
-        },
+        twist: sliding_at(vector![1.0, 0.0, 0.0]),
         ..still_at(time - 0.2)
     });
     let driven = Body::kinematic("driven", ball_shape(), SKIN, path.clone()).unwrap();

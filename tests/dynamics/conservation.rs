@@ -1,6 +1,7 @@
 //! Conserved quantities of a rollout: energy, momentum, angular momentum, orthonormality.
 
 use crate::scenes::at;
+use crate::support::worlds::{cuboid, dynamic, falling, fixed, icosphere, plan_of};
 use hydroelastic::contact::Shape;
 use hydroelastic::dynamics::{Body, Integrator, Mass, Material, Plan, State, World};
 use hydroelastic::mesh::shapes;
@@ -17,18 +18,15 @@ const MILLION_ROUNDINGS: f64 = 1e-8;
 
 /// Returns a ball that bounces on a box forever, without friction and dissipation.
 fn bouncing_ball() -> World {
-    let ball = Arc::new(Shape::new(shapes::icosphere(0.1, 1).unwrap()));
-    let slab = Arc::new(Shape::new(shapes::cuboid([1.0, 1.0, 0.4]).unwrap()));
+    let ball = Arc::new(icosphere(0.1, 1));
+    let slab = Arc::new(cuboid([1.0, 1.0, 0.4]));
     let skin = Material::elastic(2e4);
-    let ball = Body::dynamic("ball", ball, skin, Mass::Total(1.0)).unwrap();
-    let slab = Body::fixed("slab", slab, skin).unwrap();
-    World::new(vec![
+    let ball = dynamic("ball", ball, skin, 1.0);
+    let slab = fixed("slab", slab, skin);
+    falling(vec![
         ball.with_pose(at(0.0, 0.0, 0.15)),
         slab.with_pose(at(0.0, 0.0, -0.2)),
     ])
-    .unwrap()
-    .with_gravity(vector![0.0, 0.0, -9.81])
-    .unwrap()
 }
 
 fn total_energy(world: &World, state: &State) -> f64 {
@@ -43,11 +41,7 @@ fn energy_drift(time_step: f64, steps: usize, integrator: Integrator) -> f64 {
     // The ball falls 5 cm.
     let scale = 9.81 * 0.05;
     let rollout = world
-        .rollout(
-            &Plan::new(time_step, steps)
-                .unwrap()
-                .with_integrator(integrator),
-        )
+        .rollout(&plan_of(integrator, time_step, steps))
         .take(steps);
     let seen = rollout.map(Result::unwrap).step_by(97);
     seen.map(|state| (total_energy(&world, &state) - start).abs() / scale)
@@ -84,7 +78,7 @@ fn the_energy_of_a_million_steps_is_bounded() {
 
 #[test]
 fn two_colliding_bodies_conserve_momentum_and_angular_momentum_in_every_step() {
-    let block = Arc::new(Shape::new(shapes::cuboid([0.2, 0.3, 0.15]).unwrap()));
+    let block = Arc::new(cuboid([0.2, 0.3, 0.15]));
     let egg = Arc::new(Shape::new(shapes::ellipsoid([0.1, 0.14, 0.12], 1).unwrap()));
     // Momentum is conserved with friction and dissipation too, because all forces occur in opposite pairs.
     for (dissipation, friction) in [(0.0, 0.0), (0.5, 0.4)] {
@@ -94,7 +88,7 @@ fn two_colliding_bodies_conserve_momentum_and_angular_momentum_in_every_step() {
             ..Material::elastic(1e5)
         };
         let block = Body::dynamic("block", Arc::clone(&block), skin, Mass::Density(100.0)).unwrap();
-        let egg = Body::dynamic("egg", Arc::clone(&egg), skin, Mass::Total(0.8)).unwrap();
+        let egg = dynamic("egg", Arc::clone(&egg), skin, 0.8);
         let world = World::new(vec![
             block
                 .with_velocity(vector![0.3, 0.0, 0.1])
@@ -113,10 +107,7 @@ fn assert_momentum_stays(world: &World, integrator: Integrator) {
     let mut before = world.diagnostics(&world.initial_state()).unwrap().momentum;
     let exchanged = before.linear.norm() + before.angular.norm();
     let mut touching = 0;
-    for state in world
-        .rollout(&Plan::new(1e-3, 400).unwrap().with_integrator(integrator))
-        .take(400)
-    {
+    for state in world.rollout(&plan_of(integrator, 1e-3, 400)).take(400) {
         let state = state.unwrap();
         let after = world.diagnostics(&state).unwrap().momentum;
         let linear = (after.linear - before.linear).amax();
@@ -133,8 +124,8 @@ fn assert_momentum_stays(world: &World, integrator: Integrator) {
 
 /// Returns a body without neighbors that has the inertia of a box.
 fn free_box(lengths: [f64; 3], spin: Vector3<f64>) -> World {
-    let shape = Shape::new(shapes::cuboid(lengths).unwrap());
-    let body = Body::dynamic("box", shape, Material::elastic(1e5), Mass::Total(1.0)).unwrap();
+    let shape = cuboid(lengths);
+    let body = dynamic("box", shape, Material::elastic(1e5), 1.0);
     let tilted = Pose::from_rotation_vector(&vector![0.5, 0.1, -0.4], Vector3::zeros());
     World::new(vec![body.with_pose(tilted).with_angular_velocity(spin)]).unwrap()
 }
@@ -156,7 +147,7 @@ fn free_boxes_of_any_shape_keep_energy_and_momentum() {
         for integrator in [Integrator::SymplecticEuler, Integrator::Leapfrog] {
             let (mut energy, mut momentum) = (0.0_f64, 0.0_f64);
             for state in world
-                .rollout(&Plan::new(1e-3, 30_000).unwrap().with_integrator(integrator))
+                .rollout(&plan_of(integrator, 1e-3, 30_000))
                 .take(30_000)
             {
                 let now = world.diagnostics(&state.unwrap()).unwrap();
@@ -178,7 +169,7 @@ fn orientation_of(moments: [f64; 3], steps: usize) -> Matrix3<f64> {
         center_of_mass: Vector3::zeros(),
         inertia: Matrix3::from_diagonal(&Vector3::from(moments)),
     };
-    let shape = Shape::new(shapes::icosphere(0.1, 0).unwrap());
+    let shape = icosphere(0.1, 0);
     let mass = Mass::Properties(properties);
     let body = Body::dynamic("body", shape, Material::elastic(1e5), mass).unwrap();
     let world = World::new(vec![body.with_angular_velocity(vector![3.0, -5.0, 2.0])]).unwrap();
@@ -222,14 +213,12 @@ fn free_rotation_is_continuous_in_the_moments() {
 
 #[test]
 fn rotations_stay_orthonormal_over_a_million_steps() {
-    let brick = Arc::new(Shape::new(shapes::cuboid([0.1, 0.2, 0.3]).unwrap()));
+    let brick = Arc::new(cuboid([0.1, 0.2, 0.3]));
     let skin = Material::elastic(1e5);
-    let brick = Body::dynamic("brick", brick, skin, Mass::Total(1.0)).unwrap();
+    let brick = dynamic("brick", brick, skin, 1.0);
     let world = World::new(vec![brick.with_angular_velocity(vector![1.0, 5.0, -3.0])]).unwrap();
     for integrator in [Integrator::SymplecticEuler, Integrator::Leapfrog] {
-        let plan = Plan::new(1e-3, 1_000_000)
-            .unwrap()
-            .with_integrator(integrator);
+        let plan = plan_of(integrator, 1e-3, 1_000_000);
         let mut rollout = world.rollout(&plan);
         let last = rollout.nth(999_999).unwrap().unwrap();
         let rotation = last.bodies[0].pose.rotation();

@@ -1,9 +1,8 @@
 //! Contacts of a state: touching bodies and their contact forces.
 
 use crate::scenes::GRAVITY;
-use hydroelastic::contact::Shape;
-use hydroelastic::dynamics::{Body, Integrator, Mass, Material, Plan, World};
-use hydroelastic::mesh::shapes;
+use crate::support::worlds::{at, cuboid, dynamic, falling, fixed, icosphere, plan_of, rubbing};
+use hydroelastic::dynamics::{Integrator, World};
 use hydroelastic::spatial::Pose;
 use nalgebra::{Vector3, vector};
 use std::sync::Arc;
@@ -14,27 +13,18 @@ const ROUNDING: f64 = 1e-12;
 const MASS: f64 = 0.5;
 /// Returns two balls with friction, one on the floor and one on top, and a third ball far away.
 fn pile() -> World {
-    let skin = Material::elastic(1e5)
-        .with_dissipation(0.2)
-        .with_friction(0.5);
-    let shape = Arc::new(Shape::new(shapes::icosphere(0.1, 2).unwrap()));
-    let ball = |name, position| {
-        Body::dynamic(name, Arc::clone(&shape), skin, Mass::Total(MASS))
-            .unwrap()
-            .with_pose(Pose::from_translation(position))
+    let skin = rubbing(1e5, 0.2, 0.5);
+    let shape = Arc::new(icosphere(0.1, 2));
+    let ball = |name, place| {
+        dynamic(name, Arc::clone(&shape), skin, MASS).with_pose(Pose::from_translation(place))
     };
-    let floor = Shape::new(shapes::cuboid([2.0, 2.0, 0.2]).unwrap());
-    World::new(vec![
+    let floor = cuboid([2.0, 2.0, 0.2]);
+    falling(vec![
         ball("upper", vector![0.0, 0.0, 0.285]).with_velocity(vector![0.3, 0.1, -0.2]),
         ball("lower", vector![0.0, 0.0, 0.095]),
-        Body::fixed("floor", floor, skin)
-            .unwrap()
-            .with_pose(Pose::from_translation(vector![0.0, 0.0, -0.1])),
+        fixed("floor", floor, skin).with_pose(at(0.0, 0.0, -0.1)),
         ball("away", vector![0.7, 0.0, 0.5]),
     ])
-    .unwrap()
-    .with_gravity(vector![0.0, 0.0, -GRAVITY])
-    .unwrap()
 }
 
 #[test]
@@ -55,11 +45,7 @@ fn forces_of_contacts_are_those_that_a_step_feels() {
     let world = pile();
     let start = world.initial_state();
     let time_step = 1e-4;
-    let mut rollout = world.rollout(
-        &Plan::new(time_step, 1)
-            .unwrap()
-            .with_integrator(Integrator::SymplecticEuler),
-    );
+    let mut rollout = world.rollout(&plan_of(Integrator::SymplecticEuler, time_step, 1));
     let after = rollout.next().unwrap().unwrap();
 
     let mut forces = [Vector3::zeros(); 4];

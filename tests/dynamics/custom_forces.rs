@@ -1,8 +1,9 @@
 //! User-defined forces: the resulting motion and derivatives.
 
-use crate::scenes::{GRAVITY, ROUND_OFF, at, ball, down};
+use crate::scenes::{GRAVITY, ROUND_OFF, at, ball};
+use crate::support::worlds::{IMPLICIT, falling, plan_of};
 use hydroelastic::dynamics::{
-    Body, Force, ForceContext, Integrator, Plan, RolloutError, World, WorldError, WrenchAccumulator,
+    Body, Force, ForceContext, Plan, RolloutError, World, WorldError, WrenchAccumulator,
 };
 use hydroelastic::gradient::{Experiment, FinalState, Parameter};
 use hydroelastic::scalar::{Scalar, lift};
@@ -127,8 +128,7 @@ impl Force for Rocket {
 #[test]
 fn forces_of_the_users_own_know_the_time_and_the_body() {
     let rocket = ball("rocket").with_pose(at(0.0, 1.0, 0.0));
-    let world = World::new(vec![ball("ball"), rocket]).unwrap();
-    let world = world.with_gravity(down()).unwrap();
+    let world = falling(vec![ball("ball"), rocket]);
     let world = world.with_forces(Rocket(4.0)).unwrap();
     let plan = Plan::new(1e-2, 100).unwrap().recording_every(100);
     let last = world.rollout(&plan).run().unwrap().last().clone();
@@ -180,12 +180,12 @@ fn a_force_that_couples_an_index_out_of_range_is_refused() {
 
 #[test]
 fn implicit_steps_name_a_force_that_is_not_finite() {
-    for integrator in [Integrator::Sdirk3, Integrator::ImplicitEuler] {
+    for integrator in IMPLICIT {
         let world = with_broken(Broken {
             from: 0.25,
             coupled: 1,
         });
-        let plan = Plan::new(0.1, 5).unwrap().with_integrator(integrator);
+        let plan = plan_of(integrator, 0.1, 5);
         let interrupted = world.unwrap().rollout(&plan).run().unwrap_err();
         let RolloutError::ForceNotFinite { step, time, body } = interrupted.error else {
             panic!("{integrator:?}: {}", interrupted.error);

@@ -2,15 +2,17 @@
 
 use crate::scenes::bits;
 use crate::support::starts::starting_from;
+use crate::support::worlds::{
+    EXPLICIT, cuboid, dynamic, falling, fixed, icosphere, plan_of, sliding_at,
+};
 use hydroelastic::contact::Shape;
 use hydroelastic::dynamics::{
-    Batch, Body, BodyState, Force, ForceContext, Integrator, Mass, Material, Plan, Progress,
-    RolloutError, State, Trajectory, World, WrenchAccumulator,
+    Batch, Body, BodyState, Force, ForceContext, Material, Plan, Progress, RolloutError, State,
+    Trajectory, World, WrenchAccumulator,
 };
 use hydroelastic::gradient::{Experiment, FinalPosition, GradientError, Outcome, Parameter};
-use hydroelastic::mesh::shapes;
 use hydroelastic::scalar::Scalar;
-use hydroelastic::spatial::{Pose, Twist};
+use hydroelastic::spatial::Pose;
 use nalgebra::{Vector3, vector};
 use std::ops::ControlFlow;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -21,21 +23,20 @@ const TIME_STEP: f64 = 1e-3;
 
 /// Returns a ball that falls on a floor and hits it after about 45 steps.
 fn world_on(floor: Body, skin: Material) -> World {
-    let ball = Shape::new(shapes::icosphere(0.1, 1).unwrap());
-    let ball = Body::dynamic("ball", ball, skin, Mass::Total(1.0)).unwrap();
+    let ball = icosphere(0.1, 1);
+    let ball = dynamic("ball", ball, skin, 1.0);
     let ball = ball.with_pose(Pose::from_translation(vector![0.0, 0.0, 0.11]));
-    let world = World::new(vec![ball, floor]).unwrap();
-    world.with_gravity(vector![0.0, 0.0, -9.81]).unwrap()
+    falling(vec![ball, floor])
 }
 
 fn slab() -> Arc<Shape> {
-    Arc::new(Shape::new(shapes::cuboid([1.0, 1.0, 0.2]).unwrap()))
+    Arc::new(cuboid([1.0, 1.0, 0.2]))
 }
 
 const DOWN: Vector3<f64> = vector![0.0, 0.0, -0.1];
 
 fn world(skin: Material) -> World {
-    let floor = Body::fixed("floor", slab(), skin).unwrap();
+    let floor = fixed("floor", slab(), skin);
     world_on(floor.with_pose(Pose::from_translation(DOWN)), skin)
 }
 
@@ -78,9 +79,8 @@ fn panicked(message: &str) -> RolloutError {
 
 #[test]
 fn a_panic_in_a_force_is_an_error_with_the_trajectory_up_to_there() {
-    for integrator in [Integrator::Leapfrog, Integrator::SymplecticEuler] {
-        let plan = Plan::new(TIME_STEP, 80).unwrap();
-        let plan = plan.with_integrator(integrator);
+    for integrator in EXPLICIT {
+        let plan = plan_of(integrator, TIME_STEP, 80);
         let whole = all_bits(&soft_world().rollout(&plan).run().unwrap());
         for last in [1, 2, 50, 80] {
             // The force is evaluated once per step.
@@ -98,10 +98,7 @@ fn sinking_world() -> World {
         assert!(time < 50.25 * TIME_STEP, "the path ends at {time:.4} s");
         BodyState {
             pose: Pose::from_translation(DOWN * (1.0 + time)),
-            twist: Twist {
-                linear: DOWN,
-                ..Twist::zero()
-            },
+            twist: sliding_at(DOWN),
         }
     };
     let skin = Material::elastic(1e5);

@@ -1,12 +1,13 @@
 //! Forces, controls, single steps, and rollouts linearized with respect to them.
 
-use hydroelastic::contact::Shape;
+use crate::support::worlds::{
+    IMPLICIT, at, cuboid, dynamic, falling, fixed, icosphere, plan_of, push,
+};
 use hydroelastic::dynamics::{
     Body, Control, Drag, Force, ForceContext, Integrator, Mass, Material, Plan, Spring, State,
     Thruster, Trajectory, World, WorldError, WrenchAccumulator,
 };
 use hydroelastic::gradient::{Experiment, FinalState, GradientError, Mode, Outcome, Parameter};
-use hydroelastic::mesh::shapes;
 use hydroelastic::scalar::{Scalar, lift};
 use hydroelastic::spatial::{Pose, Wrench};
 use nalgebra::{DMatrix, DVector, Vector3, vector};
@@ -16,9 +17,9 @@ use std::sync::Arc;
 const INTEGRATORS: [Integrator; 2] = [Integrator::SymplecticEuler, Integrator::Leapfrog];
 
 fn cube(name: &str, mass: f64, position: Vector3<f64>) -> Body {
-    let shape = Shape::new(shapes::cuboid([0.1, 0.2, 0.3]).unwrap());
+    let shape = cuboid([0.1, 0.2, 0.3]);
     let skin = Material::elastic(1e5);
-    let body = Body::dynamic(name, shape, skin, Mass::Total(mass)).unwrap();
+    let body = dynamic(name, shape, skin, mass);
     body.with_pose(Pose::from_translation(position))
 }
 
@@ -44,19 +45,15 @@ fn everything() -> World<f64, (Spring, Drag, Thruster)> {
     let skin = Material::elastic(1e5)
         .with_friction(0.3)
         .with_dissipation(0.3);
-    let brick = Arc::new(Shape::new(shapes::cuboid([0.2, 0.2, 0.1]).unwrap()));
-    let floor = Shape::new(shapes::cuboid([2.0, 2.0, 0.2]).unwrap());
-    let pose_at = |x: f64| Pose::from_translation(vector![x, 0.02, 0.1495]);
+    let brick = Arc::new(cuboid([0.2, 0.2, 0.1]));
+    let floor = cuboid([2.0, 2.0, 0.2]);
+    let place = |x: f64| at(x, 0.02, 0.1495);
     let body = |name, x| {
         let body = Body::dynamic(name, Arc::clone(&brick), skin, Mass::Total(1.0));
-        body.unwrap().with_pose(pose_at(x))
+        body.unwrap().with_pose(place(x))
     };
-    let left_body = body("left", -0.3).with_velocity(vector![0.4, 0.1, 0.0]);
-    let bodies = vec![
-        left_body,
-        body("right", 0.3),
-        Body::fixed("floor", floor, skin).unwrap(),
-    ];
+    let left = body("left", -0.3).with_velocity(vector![0.4, 0.1, 0.0]);
+    let bodies = vec![left, body("right", 0.3), fixed("floor", floor, skin)];
     let pushes = [[3.0, 1.0], [-2.0, 0.5]].map(|[x, y]| Wrench {
         force: vector![x, y, 0.0],
         torque: vector![0.0, 0.0, 0.1],
@@ -72,9 +69,8 @@ fn everything() -> World<f64, (Spring, Drag, Thruster)> {
         point: [0.02, 0.0, 0.0],
         force: [0.0, 1.0, 0.0],
     };
-    World::new(bodies)
-        .and_then(|world| world.with_gravity(vector![0.0, 0.0, -9.81]))
-        .and_then(|world| world.with_slip_tolerance(1e-2))
+    falling(bodies)
+        .with_slip_tolerance(1e-2)
         .and_then(|world| world.with_control(Control::new("right", 5e-3, pushes.into())?))
         .and_then(|world| world.with_forces((spring, drag, thruster)))
         .unwrap()
@@ -103,7 +99,7 @@ fn springs_with_dampers_keep_momentum_and_lose_energy() {
     };
     let world = two().with_forces(spring).unwrap();
     for integrator in INTEGRATORS {
-        let plan = Plan::new(1e-3, 3000).unwrap().with_integrator(integrator);
+        let plan = plan_of(integrator, 1e-3, 3000);
         let end = world.rollout(&plan).run().unwrap();
         let [before, after] =
             [&end.states()[0], end.last()].map(|state| world.diagnostics(state).unwrap());
@@ -130,8 +126,8 @@ fn drag_takes_the_same_part_of_the_velocity_in_each_step() {
         linear: 0.4.into(),
         angular: 0.0.into(),
     };
-    let cube = cube("left", 2.0, Vector3::zeros()).with_velocity(vector![3.0, 0.0, 0.0]);
-    let world = World::new(vec![cube]).unwrap().with_forces(drag).unwrap();
+    let left = cube("left", 2.0, Vector3::zeros()).with_velocity(vector![3.0, 0.0, 0.0]);
+    let world = World::new(vec![left]).unwrap().with_forces(drag).unwrap();
     let end = world.rollout(&Plan::new(1e-2, 100).unwrap()).run().unwrap();
     let expected = 3.0 * (1.0 - 1e-2 * 0.4 / 2.0_f64).powi(100);
     assert!((end.last().bodies[0].velocity().x - expected).abs() < 1e-13);
@@ -175,11 +171,11 @@ impl Force for Suction {
 #[test]
 fn forces_may_depend_on_what_contact_does() {
     let skin = Material::elastic(1e5);
-    let ball = Shape::new(shapes::icosphere(0.1, 1).unwrap());
-    let floor = Shape::new(shapes::cuboid([1.0, 1.0, 0.2]).unwrap());
-    let ball = Body::dynamic("ball", ball, skin, Mass::Total(1.0)).unwrap();
-    let ball = ball.with_pose(Pose::from_translation(vector![0.0, 0.0, 0.19]));
-    let world = World::new(vec![ball, Body::fixed("floor", floor, skin).unwrap()]).unwrap();
+    let ball = icosphere(0.1, 1);
+    let floor = cuboid([1.0, 1.0, 0.2]);
+    let ball = dynamic("ball", ball, skin, 1.0);
+    let ball = ball.with_pose(at(0.0, 0.0, 0.19));
+    let world = World::new(vec![ball, fixed("floor", floor, skin)]).unwrap();
     let plan = Plan::new(1e-4, 1).unwrap();
     let state = world.initial_state();
     let speed = |state: State| state.bodies[0].velocity().z;
@@ -218,26 +214,21 @@ fn forces_in_any_list_add_up() {
 
 #[test]
 fn controls_give_the_momentum_of_their_intervals() {
-    let push = |x: f64| Wrench {
-        force: vector![x, 0.0, 0.0],
-        ..Wrench::zero()
-    };
+    let push = |x: f64| push([x, 0.0, 0.0]);
     // The intervals have 1 and 4 time steps. They are not multiples of the time step in binary floating point.
     for (interval, steps_each) in [(0.1, 1), (0.4, 4)] {
         let wrenches = vec![push(1.0), push(-3.0), push(7.0)];
         let control = Control::new("left", interval, wrenches).unwrap();
         let world = two().with_control(control).unwrap();
         for integrator in INTEGRATORS {
-            let plan = Plan::new(0.1, 3 * steps_each + 2)
-                .unwrap()
-                .with_integrator(integrator);
+            let plan = plan_of(integrator, 0.1, 3 * steps_each + 2);
             let trajectory = world.rollout(&plan).run().unwrap();
             let mut expected = 0.0;
             for (step, pair) in trajectory.states().windows(2).enumerate() {
                 expected += 0.1 * [1.0, -3.0, 7.0].get(step / steps_each).unwrap_or(&0.0);
-                let actual = pair[1].bodies[0].velocity().x;
+                let found = pair[1].bodies[0].velocity().x;
                 assert!(
-                    (actual - expected).abs() < 1e-14,
+                    (found - expected).abs() < 1e-14,
                     "{integrator:?}, step {step}"
                 );
             }
@@ -260,39 +251,36 @@ fn controls_act_by_their_mean_where_steps_and_intervals_do_not_fit() {
     const INTERVAL: f64 = 0.03;
     const STEP: f64 = 0.05;
     let forces = [1.0, -3.0, 7.0, 2.0, -1.0];
-    let push = |x: &f64| Wrench {
-        force: vector![*x, 0.0, 0.0],
-        ..Wrench::zero()
-    };
+    let push = |x: &f64| push([*x, 0.0, 0.0]);
     let control = Control::new("left", INTERVAL, forces.iter().map(push).collect()).unwrap();
     let world = two().with_control(control).unwrap();
     let by: Vec<_> = (0..forces.len())
         .map(|interval| Parameter::control("left", interval))
         .collect();
-    let implicit = [Integrator::Sdirk3, Integrator::ImplicitEuler];
+    let implicit = IMPLICIT;
     for integrator in INTEGRATORS.into_iter().chain(implicit) {
         for steps in 1..5 {
-            let plan = Plan::new(STEP, steps).unwrap().with_integrator(integrator);
+            let plan = plan_of(integrator, STEP, steps);
             let experiment = Experiment::new(&world, &plan);
-            let gradient = experiment.jacobian(&by, &FirstSpeed).unwrap();
+            let found = experiment.jacobian(&by, &FirstSpeed).unwrap();
             let mut momentum = 0.0;
             for (interval, force) in forces.iter().enumerate() {
                 let until = STEP * steps as f64;
                 let time = (until - INTERVAL * interval as f64).clamp(0.0, INTERVAL);
                 momentum += force * time;
-                let derivative = gradient.jacobian[(0, 6 * interval + 3)];
+                let derivative = found.jacobian[(0, 6 * interval + 3)];
                 let error = (derivative - time).abs();
                 assert!(
                     error < 1e-12,
                     "{integrator:?} {steps} {interval}: {error:e}"
                 );
             }
-            let error = (gradient.value[0] - momentum).abs();
+            let error = (found.value[0] - momentum).abs();
             assert!(error < 1e-12, "{integrator:?} {steps}: {error:e}");
             let (_, back) = experiment
                 .gradient_with_mode(Mode::Reverse, &by, &FirstSpeed)
                 .unwrap();
-            let error = (back - gradient.jacobian.row(0).transpose()).amax();
+            let error = (back - found.jacobian.row(0).transpose()).amax();
             assert!(error < 1e-12, "{integrator:?} {steps}: {error:e}");
         }
     }
@@ -359,35 +347,23 @@ fn linearized_rollouts_are_those_of_differences() {
     let control = Parameter::control("right", 0);
     for steps in [1, 8] {
         let plan = Plan::new(5e-4, steps).unwrap();
-        let linearization = Experiment::new(&world, &plan)
+        let found = Experiment::new(&world, &plan)
             .linearize(std::slice::from_ref(&control))
             .unwrap();
         let rollout = world.rollout(&plan).run().unwrap();
         // A rollout in dual numbers has the same real parts, but for rounding.
-        assert_eq!(
-            linearization.end.time.to_bits(),
-            rollout.last().time.to_bits()
-        );
-        assert!(
-            world
-                .difference(&linearization.end, rollout.last())
-                .unwrap()
-                .amax()
-                < 1e-12
-        );
+        assert_eq!(found.end.time.to_bits(), rollout.last().time.to_bits());
+        assert!(world.difference(&found.end, rollout.last()).unwrap().amax() < 1e-12);
         let expected = differences(&world, &plan, &control);
-        let (size, count) = (
-            linearization.by_state.nrows(),
-            linearization.by_parameters.ncols(),
-        );
+        let (size, count) = (found.by_state.nrows(), found.by_parameters.ncols());
         assert_eq!((size, count), (24, 6));
-        let error = |slopes: &DMatrix<f64>, columns: std::ops::Range<usize>| {
+        let error = |own: &DMatrix<f64>, columns: std::ops::Range<usize>| {
             let expected = expected.columns_range(columns);
-            (slopes - expected).amax() / expected.amax()
+            (own - expected).amax() / expected.amax()
         };
         let errors = [
-            error(&linearization.by_state, 0..size),
-            error(&linearization.by_parameters, size..size + count),
+            error(&found.by_state, 0..size),
+            error(&found.by_parameters, size..size + count),
         ];
         println!("{steps} steps: {errors:?}");
         assert!(errors.iter().all(|error| *error < 1e-9), "{errors:?}");
@@ -404,10 +380,10 @@ fn a_world_that_starts_from_a_state_goes_on_as_its_rollout_does() {
         .with_initial_state(&whole.states()[7])
         .unwrap();
     let rest = rest.rollout(&plan.with_steps(5)).run().unwrap();
-    let [expected, actual] = [&whole, &rest].map(|trajectory| trajectory.last().bodies.clone());
-    for (expected, actual) in expected.iter().zip(&actual) {
-        assert_eq!(expected.pose.rotation(), actual.pose.rotation());
-        assert_eq!(expected.twist.to_vector(), actual.twist.to_vector());
+    let [expected, found] = [&whole, &rest].map(|trajectory| trajectory.last().bodies.clone());
+    for (expected, found) in expected.iter().zip(&found) {
+        assert_eq!(expected.pose.rotation(), found.pose.rotation());
+        assert_eq!(expected.twist.to_vector(), found.twist.to_vector());
     }
     let next = world.step(&whole.states()[7], &plan).unwrap();
     assert_eq!(
@@ -422,21 +398,21 @@ fn bodies_that_forces_do_not_move_are_where_they_belong_from_the_first_kick_on()
     let start = world.initial_state();
     let mut astray = start.clone();
     let floor = &mut astray.bodies[2];
-    floor.pose = Pose::from_translation(vector![0.0, 0.0, 0.05]);
+    floor.pose = at(0.0, 0.0, 0.05);
     floor.twist.linear.x = 3.0;
     for integrator in INTEGRATORS {
-        let plan = Plan::new(5e-4, 1).unwrap().with_integrator(integrator);
+        let plan = plan_of(integrator, 5e-4, 1);
         let expected = world.step(&start, &plan).unwrap();
         let rollout = world.rollout(&plan).with_state(astray.clone()).unwrap();
         let moved = world.clone().with_initial_state(&astray).unwrap();
-        let states = [
+        let found = [
             world.step(&astray, &plan).unwrap(),
             rollout.run().unwrap().last().clone(),
             moved.rollout(&plan).run().unwrap().last().clone(),
         ];
-        for state in states {
-            for (expected, actual) in expected.bodies.iter().zip(&state.bodies) {
-                assert_eq!(expected.twist.to_vector(), actual.twist.to_vector());
+        for state in found {
+            for (expected, found) in expected.bodies.iter().zip(&state.bodies) {
+                assert_eq!(expected.twist.to_vector(), found.twist.to_vector());
             }
         }
     }
@@ -450,14 +426,14 @@ fn displacements_take_one_state_to_the_other() {
         .map(|number| 0.3 * f64::sin(f64::from(number)))
         .collect();
     let moved = world.integrate(&start, &change).unwrap();
-    let difference = world.difference(&start, &moved).unwrap();
-    assert!((difference - DVector::from_vec(change)).amax() < 1e-15);
+    let found = world.difference(&start, &moved).unwrap();
+    assert!((found - DVector::from_vec(change)).amax() < 1e-15);
 }
 
 /// Returns a world with a floor and no dynamic body.
 fn floor() -> World {
-    let slab = Shape::new(shapes::cuboid([1.0; 3]).unwrap());
-    let slab = Body::fixed("floor", slab, Material::elastic(1e5)).unwrap();
+    let slab = cuboid([1.0; 3]);
+    let slab = fixed("floor", slab, Material::elastic(1e5));
     World::new(vec![slab]).unwrap()
 }
 
@@ -492,12 +468,12 @@ fn what_cannot_act_is_refused() {
             ..
         }
     ));
-    let self_spring = Spring {
+    let own = Spring {
         bodies: ["left", "left"].map(str::to_owned),
         ..spring([[0.0; 3]; 2])
     };
     assert!(matches!(
-        two().with_forces(self_spring).unwrap_err(),
+        two().with_forces(own).unwrap_err(),
         WorldError::SameBody(_)
     ));
     assert!(matches!(
@@ -510,10 +486,7 @@ fn what_cannot_act_is_refused() {
 
 #[test]
 fn controls_and_states_that_cannot_be_are_refused() {
-    let push = Wrench {
-        force: vector![f64::INFINITY, 0.0, 0.0],
-        ..Wrench::zero()
-    };
+    let push = push([f64::INFINITY, 0.0, 0.0]);
     assert!(Control::new("left", 0.1, vec![push]).is_err());
     assert!(Control::new("left", 0.0, Vec::new()).is_err());
     let control = || Control::new("floor", 0.1, vec![Wrench::zero()]).unwrap();

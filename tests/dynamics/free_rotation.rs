@@ -1,8 +1,9 @@
 //! Free rotating bodies: their path, energy, angular momentum, flips and time reversal.
 
-use crate::scenes::{ROUND_OFF, SKIN, asymmetric, at, ball_shape, down, floor, leapfrog};
+use crate::scenes::{ROUND_OFF, SKIN, asymmetric, at, ball_shape, floor, leapfrog};
+use crate::support::worlds::{EXPLICIT, dynamic, falling, plan_of};
 use hydroelastic::contact::Shape;
-use hydroelastic::dynamics::{Body, BodyState, Integrator, Mass, Plan, State, World};
+use hydroelastic::dynamics::{Body, BodyState, Mass, Plan, State, World};
 use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::{MassProperties, Pose, rotation_from_vector};
 use nalgebra::{Matrix3, Vector3, vector};
@@ -40,12 +41,9 @@ fn a_free_body_turns_about_its_center_of_mass_which_moves_straight() {
         let world = tumbling(properties, vector![3.0, -2.0, 5.0]);
         let start = world.initial_state();
         let [from, velocity] = [center_of_mass(&world, &start), start.bodies[0].twist.linear];
-        for integrator in [Integrator::Leapfrog, Integrator::SymplecticEuler] {
+        for integrator in EXPLICIT {
             let mut origin_strayed = 0.0_f64;
-            for state in world
-                .rollout(&Plan::new(1e-3, 5_000).unwrap().with_integrator(integrator))
-                .take(5_000)
-            {
+            for state in world.rollout(&plan_of(integrator, 1e-3, 5_000)).take(5_000) {
                 let state = state.unwrap();
                 let straight = from + velocity * state.time;
                 let off = center_of_mass(&world, &state) - straight;
@@ -68,10 +66,8 @@ fn a_body_of_equal_moments_turns_as_the_exponential_map_says() {
     let spin = vector![3.0, -2.0, 5.0];
     let world = tumbling(off_center_sphere(), spin);
     let start = *world.initial_state().bodies[0].pose.rotation();
-    for integrator in [Integrator::Leapfrog, Integrator::SymplecticEuler] {
-        let last = world
-            .rollout(&Plan::new(1e-2, 1_000).unwrap().with_integrator(integrator))
-            .nth(999);
+    for integrator in EXPLICIT {
+        let last = world.rollout(&plan_of(integrator, 1e-2, 1_000)).nth(999);
         let last = last.unwrap().unwrap();
         let exact = rotation_from_vector(&(spin * 10.0)) * start;
         let off = (last.bodies[0].pose.rotation() - exact).amax();
@@ -109,9 +105,9 @@ fn an_asymmetric_top_keeps_its_angular_momentum() {
         .unwrap()
         .momentum
         .angular;
-    for integrator in [Integrator::Leapfrog, Integrator::SymplecticEuler] {
+    for integrator in EXPLICIT {
         for state in world
-            .rollout(&Plan::new(1e-3, 10_000).unwrap().with_integrator(integrator))
+            .rollout(&plan_of(integrator, 1e-3, 10_000))
             .take(10_000)
         {
             let now = world.diagnostics(&state.unwrap()).unwrap().momentum.angular;
@@ -126,12 +122,11 @@ fn the_leapfrog_run_backwards_returns_to_the_start() {
     // A free top, and an elastic bounce with rotation.
     let top = tumbling(asymmetric(), vector![3.0, -2.0, 5.0]);
     let egg = Arc::new(Shape::new(shapes::ellipsoid([0.1, 0.14, 0.12], 1).unwrap()));
-    let egg = Body::dynamic("egg", egg, SKIN, Mass::Total(1.0)).unwrap();
+    let egg = dynamic("egg", egg, SKIN, 1.0);
     let thrown = egg
         .with_pose(at(0.0, 0.0, 0.2))
         .with_angular_velocity(vector![1.0, 2.0, 0.5]);
-    let bounce = World::new(vec![thrown, floor(SKIN)]).unwrap();
-    let bounce = bounce.with_gravity(down()).unwrap();
+    let bounce = falling(vec![thrown, floor(SKIN)]);
     for (world, touches) in [(top, false), (bounce, true)] {
         let plan = Plan::new(1e-3, 400).unwrap();
         let there = world.rollout(&plan).run().unwrap();

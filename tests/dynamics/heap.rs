@@ -5,9 +5,8 @@
 
 use crate::scenes::GRAVITY;
 use crate::support::scenes::Random;
-use hydroelastic::contact::Shape;
+use crate::support::worlds::{cuboid, fixed, icosphere, rubbing};
 use hydroelastic::dynamics::{Body, BodyState, Mass, Material, Plan, State, World};
-use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::Pose;
 use nalgebra::{Vector3, vector};
 use std::sync::Arc;
@@ -40,20 +39,18 @@ impl Heap {
     }
 
     fn skin() -> Material {
-        Material::elastic(1e5)
-            .with_dissipation(2.0)
-            .with_friction(0.3)
+        rubbing(1e5, 2.0, 0.3)
     }
 
     fn balls(&self) -> Vec<Body> {
         let mut random = Random::new(5);
-        let shape = Arc::new(Shape::new(shapes::icosphere(RADIUS, 1).unwrap()));
+        let shape = Arc::new(icosphere(RADIUS, 1));
         let ball = |index: usize| {
             let cell = [1, 2, 3].map(|power| index / self.across.pow(power - 1) % self.across);
-            let position = Vector3::from(cell.map(|count| SPACING * (count as f64 + 0.5)));
+            let place = Vector3::from(cell.map(|count| SPACING * (count as f64 + 0.5)));
             let middle = vector![self.width() / 2.0, self.width() / 2.0, 0.0];
-            let position = position - middle + random.vector() * OFF_PLACE;
-            let pose = Pose::from_rotation_vector(&random.rotation_vector(), position);
+            let place = place - middle + random.vector() * OFF_PLACE;
+            let pose = Pose::from_rotation_vector(&random.rotation_vector(), place);
             let (name, mass) = (format!("ball {index}"), Mass::Total(MASS));
             let ball = Body::dynamic(&name, Arc::clone(&shape), Self::skin(), mass);
             ball.unwrap().with_pose(pose)
@@ -64,10 +61,10 @@ impl Heap {
     /// Returns a floor and four walls, open at the top. The floor's top is z = 0.
     fn container(&self) -> [Body; 5] {
         let (outer, off) = (self.width() + 2.0 * WALL, self.width() / 2.0 + WALL / 2.0);
-        let side = |name, lengths: [f64; 3], position| {
-            let slab = Shape::new(shapes::cuboid(lengths).unwrap());
-            let side = Body::fixed(name, slab, Self::skin()).unwrap();
-            side.with_pose(Pose::from_translation(position))
+        let side = |name, lengths: [f64; 3], place| {
+            let slab = cuboid(lengths);
+            let side = fixed(name, slab, Self::skin());
+            side.with_pose(Pose::from_translation(place))
         };
         let (along_x, along_y) = ([outer, WALL, HEIGHT], [WALL, outer, HEIGHT]);
         let middle = HEIGHT / 2.0;

@@ -4,10 +4,10 @@
 //! Run the long forms by `cargo test --test dynamics long_runs:: -- --ignored --nocapture --test-threads=1`, which prints the results.
 
 use crate::scenes::GRAVITY;
+use crate::support::worlds::{at, cuboid, dynamic, fixed, rubbing};
 use hydroelastic::contact::Shape;
-use hydroelastic::dynamics::{Body, Mass, Material, Plan, Rollout, State, World};
+use hydroelastic::dynamics::{Material, Plan, Rollout, State, World};
 use hydroelastic::mesh::{PressureField, shapes};
-use hydroelastic::spatial::Pose;
 use nalgebra::{Matrix3, Vector3, vector};
 use std::ops::Range;
 
@@ -22,10 +22,10 @@ const ORTHONORMAL: f64 = 1e-15;
 const OTHER_MEMORY: u64 = 256;
 
 fn on_floor(field: PressureField, height: f64, skin: Material, down: &Vector3<f64>) -> World {
-    let at_height = |z| Pose::from_translation(vector![0.0, 0.0, z]);
-    let body = Body::dynamic("body", Shape::new(field), skin, Mass::Total(1.0)).unwrap();
-    let floor = Shape::new(shapes::cuboid([2.0, 2.0, 0.4]).unwrap());
-    let floor = Body::fixed("floor", floor, skin).unwrap();
+    let at_height = |z| at(0.0, 0.0, z);
+    let body = dynamic("body", Shape::new(field), skin, 1.0);
+    let floor = cuboid([2.0, 2.0, 0.4]);
+    let floor = fixed("floor", floor, skin);
     let bodies = vec![
         body.with_pose(at_height(height)),
         floor.with_pose(at_height(-0.2)),
@@ -136,9 +136,7 @@ const AT_REST: f64 = 1e-12;
 
 /// Observes a brick of 1 kg on a floor whose slope has this tangent, released slightly above its rest position.
 fn decades_of_brick(slope: f64, steps: usize) -> Vec<Decade> {
-    let skin = Material::elastic(1e6)
-        .with_dissipation(10.0)
-        .with_friction(FRICTION);
+    let skin = rubbing(1e6, 10.0, FRICTION);
     let brick = shapes::cuboid([0.2, 0.15, 0.1]).unwrap();
     let down = vector![slope, 0.0, -1.0].normalize();
     decades(&on_floor(brick, 0.0499, skin, &down), 1e-4, steps)

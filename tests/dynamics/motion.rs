@@ -2,10 +2,9 @@
 
 use crate::scenes::{GRAVITY, at};
 use crate::support::balls::fine_ball;
-use hydroelastic::contact::Shape;
+use crate::support::worlds::{cuboid, dynamic, fixed, icosphere};
 use hydroelastic::dynamics::{Body, Mass, Material, Plan, State, World};
 use hydroelastic::gradient::{Experiment, FinalPosition, Parameter};
-use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::MassProperties;
 use nalgebra::{Matrix3, Vector3, vector};
 use std::sync::Arc;
@@ -27,10 +26,8 @@ const SUMS: f64 = 1e-9;
 
 /// Returns a floor whose surface is z = 0.
 fn floor(material: Material) -> Body {
-    let slab = Arc::new(Shape::new(shapes::cuboid([2.0, 2.0, 0.5]).unwrap()));
-    Body::fixed("floor", slab, material)
-        .unwrap()
-        .with_pose(at(0.0, 0.0, -0.25))
+    let slab = Arc::new(cuboid([2.0, 2.0, 0.5]));
+    fixed("floor", slab, material).with_pose(at(0.0, 0.0, -0.25))
 }
 
 fn sphere_inertia(mass: f64, radius: f64) -> Mass {
@@ -125,11 +122,11 @@ fn by_start(world: &World, body: &str, axis: usize, time_step: f64, steps: usize
 
 #[test]
 fn a_lossless_bounce_mirrors_the_start_at_any_stiffness() {
-    let ball = Arc::new(Shape::new(shapes::icosphere(0.1, 2).unwrap()));
+    let ball = Arc::new(icosphere(0.1, 2));
     // 0.3 s in steps of 50, 25 and 10 µs, because stiffer balls have shorter bounces.
     for (modulus, steps) in [(1e4, 6_000), (1e5, 12_000), (1e6, 30_000)] {
         let skin = Material::elastic(modulus);
-        let falling = Body::dynamic("ball", Arc::clone(&ball), skin, Mass::Total(1.0)).unwrap();
+        let falling = dynamic("ball", Arc::clone(&ball), skin, 1.0);
         let falling = falling
             .with_pose(at(0.0, 0.0, 0.15))
             .with_velocity(vector![0.0, 0.0, -1.0]);
@@ -141,9 +138,9 @@ fn a_lossless_bounce_mirrors_the_start_at_any_stiffness() {
 
 #[test]
 fn the_derivative_through_a_bounce_converges_at_second_order() {
-    let ball = Arc::new(Shape::new(shapes::icosphere(0.1, 2).unwrap()));
+    let ball = Arc::new(icosphere(0.1, 2));
     let skin = Material::elastic(1e4);
-    let falling = Body::dynamic("ball", ball, skin, Mass::Total(1.0)).unwrap();
+    let falling = dynamic("ball", ball, skin, 1.0);
     let falling = falling
         .with_pose(at(0.0, 0.0, 0.15))
         .with_velocity(vector![0.0, 0.0, -1.0]);
@@ -167,8 +164,8 @@ fn hunt_crossley_restitution_is_that_of_the_integrated_law() {
             dissipation: product,
             ..Material::elastic(1e5)
         };
-        let ball = Arc::new(Shape::new(shapes::icosphere(0.1, 2).unwrap()));
-        let falling = Body::dynamic("ball", ball, material, Mass::Total(1.0)).unwrap();
+        let ball = Arc::new(icosphere(0.1, 2));
+        let falling = dynamic("ball", ball, material, 1.0);
         let falling = falling
             .with_pose(at(0.0, 0.0, 0.11))
             .with_velocity(vector![0.0, 0.0, -1.0]);
@@ -245,8 +242,8 @@ fn two_stiff_balls_exchange_the_derivatives_by_their_starts() {
 
 /// Returns a flat block of 1 kg at rest on the floor, pressed in by its weight.
 fn resting_block(material: Material, tilt: f64) -> World {
-    let block = Arc::new(Shape::new(shapes::cuboid([0.3, 0.3, 0.04]).unwrap()));
-    let block = Body::dynamic("block", block, material, Mass::Total(1.0)).unwrap();
+    let block = Arc::new(cuboid([0.3, 0.3, 0.04]));
+    let block = dynamic("block", block, material, 1.0);
     let body_height = 0.02 - tilt.cos() * REST_DEPTH_OF_BLOCK;
     let world = World::new(vec![
         block.with_pose(at(0.0, 0.0, body_height)),

@@ -1,5 +1,6 @@
 //! Worlds with rigid bodies and half-spaces.
 
+use crate::support::worlds::{at, cuboid, dynamic, icosphere, plan_of, rubbing, turned};
 use approx::assert_relative_eq;
 use hydroelastic::contact::{ContactBody, ContactPair, HalfSpace, Partner, RigidShape, Shape};
 use hydroelastic::dynamics::{
@@ -21,13 +22,11 @@ const AT_REST: f64 = 1e-6;
 const GRAVITY: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
 
 fn skin() -> Material {
-    Material::elastic(1e6)
-        .with_dissipation(1.0)
-        .with_friction(0.4)
+    rubbing(1e6, 1.0, 0.4)
 }
 
 fn cube() -> Arc<Shape> {
-    Arc::new(Shape::new(shapes::cuboid([0.2; 3]).unwrap()))
+    Arc::new(cuboid([0.2; 3]))
 }
 
 fn rigid(field: &hydroelastic::mesh::PressureField) -> RigidShape {
@@ -43,13 +42,13 @@ fn floors() -> Vec<Body> {
         Body::fixed("floor", HalfSpace::layer(0.05).unwrap(), skin()).unwrap(),
         Body::fixed("floor", slab, hard)
             .unwrap()
-            .with_pose(Pose::from_translation(vector![0.1, -0.2, -0.05])),
+            .with_pose(at(0.1, -0.2, -0.05)),
     ]
 }
 
 fn thrown(floor: Body, shape: impl Into<BodyShape>, height: f64) -> World {
-    let ball = Body::dynamic("ball", shape, skin(), Mass::Total(2.0)).unwrap();
-    let start = Pose::from_rotation_vector(&vector![0.1, 0.2, 0.3], vector![0.0, 0.0, height]);
+    let ball = dynamic("ball", shape, skin(), 2.0);
+    let start = turned([0.1, 0.2, 0.3], [0.0, 0.0, height]);
     let ball = ball
         .with_pose(start)
         .with_velocity(vector![0.5, 0.1, -1.0])
@@ -65,13 +64,11 @@ fn a_cube_comes_to_rest_where_its_weight_is_carried() {
         let kappa = 2.0 * 1e6 / 0.2;
         let modulus = floor.material().modulus;
         let below = modulus.map(|modulus| modulus / 0.05);
-        let cube = Body::dynamic("cube", cube(), skin(), Mass::Total(2.0)).unwrap();
-        let start = Pose::from_translation(vector![0.0, 0.0, 0.1]);
+        let cube = dynamic("cube", cube(), skin(), 2.0);
+        let start = at(0.0, 0.0, 0.1);
         let world = World::new(vec![floor, cube.with_pose(start)]).unwrap();
         let world = world.with_gravity(GRAVITY).unwrap();
-        let plan = Plan::new(0.005, 400)
-            .unwrap()
-            .with_integrator(Integrator::Sdirk3);
+        let plan = plan_of(Integrator::Sdirk3, 0.005, 400);
         let end = world.rollout(&plan).run().unwrap();
         let state = end.last();
         let depth = 0.1 - state.bodies[1].position().z;
@@ -128,9 +125,7 @@ fn derivatives_of_throws_are_what_differences_say() {
         let ball = Shape::new(shapes::ellipsoid([0.1, 0.11, 0.09], 1).unwrap());
         let parameters = parameters(&floor);
         let world = thrown(floor, ball, 0.14);
-        let plan = Plan::new(time_step, steps)
-            .unwrap()
-            .with_integrator(integrator);
+        let plan = plan_of(integrator, time_step, steps);
         let outcome = FinalState::of_body(&world, "ball").unwrap();
         let experiment = Experiment::new(&world, &plan);
         let check = experiment.difference_check(&parameters, &outcome).unwrap();
@@ -147,8 +142,8 @@ fn derivatives_of_throws_are_what_differences_say() {
 
 #[test]
 fn a_rigid_tool_pushes_a_soft_block() {
-    let block = Arc::new(Shape::new(shapes::cuboid([0.3, 0.3, 0.1]).unwrap()));
-    let block = Body::dynamic("block", block, skin(), Mass::Total(1.0)).unwrap();
+    let block = Arc::new(cuboid([0.3, 0.3, 0.1]));
+    let block = dynamic("block", block, skin(), 1.0);
     let tool = rigid(&shapes::icosphere(0.05, 2).unwrap());
     let tool = Body::dynamic(
         "tool",
@@ -162,9 +157,8 @@ fn a_rigid_tool_pushes_a_soft_block() {
         Material::rigid().with_friction(0.5),
     );
     let bodies = vec![
-        block.with_pose(Pose::from_translation(vector![0.0, 0.0, 0.049])),
-        tool.unwrap()
-            .with_pose(Pose::from_translation(vector![0.05, 0.0, 0.16])),
+        block.with_pose(at(0.0, 0.0, 0.049)),
+        tool.unwrap().with_pose(at(0.05, 0.0, 0.16)),
         floor.unwrap(),
     ];
     let refused = World::new(bodies.clone()).unwrap_err();
@@ -172,9 +166,7 @@ fn a_rigid_tool_pushes_a_soft_block() {
     assert_eq!(refused, WorldError::NoContact(names));
     let world = World::builder().bodies(bodies).ignore("tool", "floor");
     let world = world.gravity(GRAVITY).build().unwrap();
-    let plan = Plan::new(0.002, 300)
-        .unwrap()
-        .with_integrator(Integrator::Sdirk3);
+    let plan = plan_of(Integrator::Sdirk3, 0.002, 300);
     let recorded = world.rollout(&plan).run().unwrap();
     let state = recorded.last();
     let height = state.bodies[1].position().z;
@@ -251,8 +243,8 @@ fn a_rigid_body_has_no_modulus_to_differentiate_by() {
 fn a_body_that_goes_through_a_floor_is_reported() {
     let floor = floors().remove(0);
     let soft = Material::elastic(1e2);
-    let brick = Body::dynamic("brick", cube(), soft, Mass::Total(50.0)).unwrap();
-    let start = Pose::from_translation(vector![0.0, 0.0, 0.15]);
+    let brick = dynamic("brick", cube(), soft, 50.0);
+    let start = at(0.0, 0.0, 0.15);
     let world = World::new(vec![brick.with_pose(start), floor]).unwrap();
     let world = world.with_gravity(GRAVITY).unwrap();
     let recorded = world.rollout(&Plan::new(1e-3, 600).unwrap()).run().unwrap();
@@ -271,9 +263,9 @@ fn a_body_that_goes_through_a_floor_is_reported() {
 fn the_largest_stable_step_on_a_half_space_is_that_of_its_stiffness() {
     let floor = floors().remove(0);
     let mass = 2.0;
-    let body = Body::dynamic("cube", cube(), Material::elastic(1e6), Mass::Total(mass)).unwrap();
+    let body = dynamic("cube", cube(), Material::elastic(1e6), mass);
     let depth = 0.001;
-    let start = Pose::from_translation(vector![0.0, 0.0, 0.1 - depth]);
+    let start = at(0.0, 0.0, 0.1 - depth);
     let world = World::new(vec![body.with_pose(start), floor]).unwrap();
     let limit = world
         .largest_stable_step(&world.initial_state())
@@ -298,21 +290,18 @@ fn equal_boxes_that_pass_through_each_other_are_reported() {
         (2e5, [0.1, 0.05], false),
     ] {
         let cube = shapes::cuboid([1.0; 3]).unwrap();
-        let skin = Material::elastic(modulus)
-            .with_dissipation(1.0)
-            .with_friction(0.5);
+        let skin = rubbing(modulus, 1.0, 0.5);
         let soft = (BodyShape::from(Shape::new(cube.clone())), skin);
         let hard = (BodyShape::from(rigid(&cube)), Material::rigid());
         for [upper, lower] in [[&soft, &soft], [&soft, &hard], [&hard, &soft]] {
             let mass = Mass::Density(1000.0);
             let body = Body::dynamic("body", upper.0.clone(), upper.1, mass).unwrap();
             let [x, y] = offset;
-            let start = Pose::from_translation(vector![x, y, 1.5]);
+            let start = at(x, y, 1.5);
             let below = Body::fixed("below", lower.0.clone(), lower.1).unwrap();
             let world = World::new(vec![body.with_pose(start), below]).unwrap();
             let world = world.with_gravity(GRAVITY).unwrap();
-            let plan = Plan::new(1e-2, 100).unwrap();
-            let plan = plan.with_integrator(Integrator::Sdirk3);
+            let plan = plan_of(Integrator::Sdirk3, 1e-2, 100);
             let states = world.rollout(&plan).run().unwrap();
             let is_reported = |state| !world.fully_submerged(state).unwrap().is_empty();
             let reported = states.states().iter().filter(|state| is_reported(state));
@@ -325,7 +314,7 @@ fn equal_boxes_that_pass_through_each_other_are_reported() {
 /// contains.
 #[test]
 fn a_ball_that_passes_through_a_rigid_body_is_reported() {
-    let ball = Shape::new(shapes::icosphere(0.1, 1).unwrap());
+    let ball = icosphere(0.1, 1);
     let surface = |edges| rigid(&shapes::cuboid(edges).unwrap());
     let (table, block) = (surface([2.0, 2.0, 0.02]), surface([2.0; 3]));
     let rod = surface([0.02, 0.02, 1.0]);
@@ -337,7 +326,7 @@ fn a_ball_that_passes_through_a_rigid_body_is_reported() {
         ("on the tip of the rod", &rod, 0.5, 0.09, false),
         ("pierced by the rod", &rod, 0.5, 0.6, true),
     ] {
-        let pose = Pose::from_translation(vector![0.003, 0.002, top + 0.1 - depth]);
+        let pose = at(0.003, 0.002, top + 0.1 - depth);
         let ball = ContactBody::new(&ball, pose, 1e5).unwrap();
         let pair = ContactPair::new(ball, Partner::rigid(body, Pose::identity()).unwrap());
         assert_eq!(pair.has_sunk_through(), is_reported, "{name}");
@@ -347,13 +336,13 @@ fn a_ball_that_passes_through_a_rigid_body_is_reported() {
 /// A hard pebble wholly inside a soft block still has a contact surface.
 #[test]
 fn a_body_wholly_inside_another_has_sunk_through() {
-    let block = Shape::new(shapes::cuboid([1.0; 3]).unwrap());
+    let block = cuboid([1.0; 3]);
     let pebble = shapes::icosphere(0.05, 1).unwrap();
     let hard = rigid(&pebble);
     let pebble = Shape::new(pebble);
     let block = ContactBody::new(&block, Pose::identity(), 1e4).unwrap();
     for (height, is_inside) in [(0.3, true), (0.44, true), (0.47, false), (0.6, false)] {
-        let pose = Pose::from_translation(vector![0.1, 0.2, height]);
+        let pose = at(0.1, 0.2, height);
         let soft = ContactBody::new(&pebble, pose, 1e7).unwrap();
         let pairs = [
             ContactPair::new(soft, block),
@@ -371,11 +360,11 @@ fn a_body_wholly_inside_another_has_sunk_through() {
 fn a_rollout_may_start_below_a_soft_layer_that_pushes_the_body_out() {
     let layer = HalfSpace::layer(0.1).unwrap();
     let layer = Body::fixed("layer", layer, Material::elastic(3e4)).unwrap();
-    let ball = Arc::new(Shape::new(shapes::icosphere(0.01, 2).unwrap()));
-    let ball = Body::dynamic("ball", ball, Material::elastic(1e6), Mass::Total(0.008)).unwrap();
+    let ball = Arc::new(icosphere(0.01, 2));
+    let ball = dynamic("ball", ball, Material::elastic(1e6), 0.008);
     let plan = Plan::new(1e-4, 10).unwrap();
     for (height, is_lost) in [(-0.02, false), (-10.0, true)] {
-        let start = Pose::from_translation(vector![0.0, 0.0, height]);
+        let start = at(0.0, 0.0, height);
         let world = World::new(vec![ball.clone().with_pose(start), layer.clone()]).unwrap();
         match world.rollout(&plan).run() {
             Ok(states) => assert!(!is_lost && states.last().bodies[0].twist.linear.z > 0.0),
@@ -392,11 +381,11 @@ fn a_body_that_starts_below_a_floor_is_an_error() {
         let name = floor.name().to_owned();
         let fixed = floor.clone();
         for (height, is_below) in [(-0.11, true), (-0.09, false), (0.2, false)] {
-            let brick = Body::dynamic("brick", cube(), skin(), Mass::Total(1.0)).unwrap();
-            let start = Pose::from_translation(vector![0.0, 0.0, height]);
+            let brick = dynamic("brick", cube(), skin(), 1.0);
+            let start = at(0.0, 0.0, height);
             let world = World::new(vec![brick.with_pose(start), fixed.clone()]).unwrap();
             for integrator in [Integrator::Leapfrog, Integrator::Sdirk3] {
-                let plan = Plan::new(1e-4, 1).unwrap().with_integrator(integrator);
+                let plan = plan_of(integrator, 1e-4, 1);
                 let started = world.rollout(&plan).run();
                 let is_half_space = fixed.shape().bounds().is_none();
                 match started {

@@ -1,11 +1,10 @@
 //! A bounce against the trajectory of an independent program.
 
 use crate::support::reference::{Row, Scene, scaled_shape, scenes};
-use hydroelastic::contact::Shape;
+use crate::support::worlds::{at, cuboid, falling, fixed};
 use hydroelastic::dynamics::{Body, Mass, Material, Plan, State, World};
-use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::{MassProperties, Pose};
-use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3, vector};
+use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 use std::sync::Arc;
 
 /// Tolerance. The reference was integrated to 1e-10, and another program reproduced it to 4e-9. The rest is the error of extrapolation in
@@ -31,18 +30,15 @@ fn world(scene: &Scene) -> World {
         inertia: Matrix3::identity() * (scene.mass * scene.unit_inertia),
     });
     let ball = Arc::new(scaled_shape(&scene.mesh, scene.scale));
-    let cube = Arc::new(Shape::new(shapes::cuboid([1.0; 3]).unwrap()));
+    let cube = Arc::new(cuboid([1.0; 3]));
     let ball = Body::dynamic("ball", ball, Material::elastic(scene.modulus_ball), mass).unwrap();
-    let cube = Body::fixed("cube", cube, Material::elastic(scene.modulus_box)).unwrap();
-    World::new(vec![
+    let cube = fixed("cube", cube, Material::elastic(scene.modulus_box));
+    falling(vec![
         ball.with_pose(pose)
             .with_angular_velocity(vector_at(start, 7))
             .with_velocity(vector_at(start, 10)),
-        cube.with_pose(Pose::from_translation(vector![0.0, 0.0, -0.5])),
+        cube.with_pose(at(0.0, 0.0, -0.5)),
     ])
-    .unwrap()
-    .with_gravity(vector![0.0, 0.0, -9.81])
-    .unwrap()
 }
 
 fn states(world: &World, steps: usize, count: usize) -> Vec<State> {

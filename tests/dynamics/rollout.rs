@@ -1,10 +1,8 @@
 //! Rollouts: all ways to advance them agree, and a failure leaves a defined state.
 
 use crate::scenes::bits;
-use hydroelastic::contact::Shape;
-use hydroelastic::dynamics::{Body, Integrator, Mass, Material, Plan, Rollout, World};
-use hydroelastic::mesh::shapes;
-use hydroelastic::spatial::Pose;
+use crate::support::worlds::{EXPLICIT, at, cuboid, dynamic, falling, fixed, icosphere};
+use hydroelastic::dynamics::{Material, Plan, Rollout, World};
 use nalgebra::vector;
 use num_dual::Dual64;
 
@@ -12,16 +10,13 @@ const TIME_STEP: f64 = 1e-3;
 
 /// Returns a ball that falls on a floor.
 fn scene(skin: Material) -> World {
-    let ball = Shape::new(shapes::icosphere(0.1, 1).unwrap());
-    let floor = Shape::new(shapes::cuboid([1.0, 1.0, 0.2]).unwrap());
-    let ball = Body::dynamic("ball", ball, skin, Mass::Total(1.0)).unwrap();
-    World::new(vec![
-        ball.with_pose(Pose::from_translation(vector![0.0, 0.0, 0.21])),
-        Body::fixed("floor", floor, skin).unwrap(),
+    let ball = icosphere(0.1, 1);
+    let floor = cuboid([1.0, 1.0, 0.2]);
+    let ball = dynamic("ball", ball, skin, 1.0);
+    falling(vec![
+        ball.with_pose(at(0.0, 0.0, 0.21)),
+        fixed("floor", floor, skin),
     ])
-    .unwrap()
-    .with_gravity(vector![0.0, 0.0, -9.81])
-    .unwrap()
 }
 
 fn rollout(world: &World) -> Rollout {
@@ -76,11 +71,11 @@ const TANGENT: f64 = 1e-10;
 
 #[test]
 fn derivatives_of_a_rotation_stay_those_of_rotations_over_many_steps() {
-    let brick = Shape::new(shapes::cuboid([0.1, 0.2, 0.3]).unwrap());
-    let brick = Body::dynamic("brick", brick, Material::elastic(1e5), Mass::Total(1.0)).unwrap();
+    let brick = cuboid([0.1, 0.2, 0.3]);
+    let brick = dynamic("brick", brick, Material::elastic(1e5), 1.0);
     let world = World::new(vec![brick.with_angular_velocity(vector![1.0, 5.0, -3.0])]).unwrap();
     let world = world.lifted::<Dual64>();
-    for integrator in [Integrator::Leapfrog, Integrator::SymplecticEuler] {
+    for integrator in EXPLICIT {
         let mut start = world.initial_state();
         start.bodies[0].twist.angular.x.eps = 1.0;
         let plan = Plan::new(TIME_STEP, 20_000).unwrap();

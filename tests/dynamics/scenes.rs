@@ -1,10 +1,8 @@
 //! Balls, boxes, a floor and mass properties for several tests of worlds, and the bits of a state.
 
+use crate::support::worlds::{cuboid, dynamic, fixed, icosphere};
 use hydroelastic::contact::Shape;
-use hydroelastic::dynamics::{
-    Body, BodyState, Mass, Material, Plan, Rollout, State, World, WorldError,
-};
-use hydroelastic::mesh::shapes;
+use hydroelastic::dynamics::{Body, BodyState, Material, Plan, Rollout, State, World, WorldError};
 use hydroelastic::spatial::{MassProperties, Pose, Twist, rotation_from_vector};
 use nalgebra::{Matrix3, Vector3, vector};
 use std::sync::Arc;
@@ -21,21 +19,21 @@ pub const SKIN: Material = Material {
 };
 
 pub fn ball_shape() -> Arc<Shape> {
-    Arc::new(Shape::new(shapes::icosphere(0.1, 1).unwrap()))
+    Arc::new(icosphere(0.1, 1))
 }
 
 pub fn box_shape(lengths: [f64; 3]) -> Arc<Shape> {
-    Arc::new(Shape::new(shapes::cuboid(lengths).unwrap()))
+    Arc::new(cuboid(lengths))
 }
 
 pub fn ball(name: &str) -> Body {
-    Body::dynamic(name, ball_shape(), SKIN, Mass::Total(1.0)).unwrap()
+    dynamic(name, ball_shape(), SKIN, 1.0)
 }
 
 /// Returns a body whose top is z = 0.
 pub fn floor(skin: Material) -> Body {
     let slab = box_shape([1.0, 1.0, 0.4]);
-    let floor = Body::fixed("floor", slab, skin).unwrap();
+    let floor = fixed("floor", slab, skin);
     floor.with_pose(at(0.0, 0.0, -0.2))
 }
 

@@ -2,6 +2,7 @@
 
 use crate::scenes::{SKIN, ball, ball_shape, still_at};
 use crate::support::starts::starting_from;
+use crate::support::worlds::{IMPLICIT, plan_of};
 use hydroelastic::dynamics::{
     Batch, Body, Force, ForceContext, Integrator, Plan, RolloutError, RolloutResult, StateGradient,
     World, WrenchAccumulator,
@@ -140,13 +141,13 @@ fn a_flag_stops_an_implicit_step_in_progress() {
         let ball = ball("ball").with_velocity(Vector3::x() * 1e-4);
         let world = World::new(vec![ball]).unwrap();
         let world = world.with_forces(Reversing(Arc::clone(&calls))).unwrap();
-        let plan = Plan::new(5e-3, 10).unwrap().with_integrator(integrator);
+        let plan = plan_of(integrator, 5e-3, 10);
         let rollout = world
             .rollout(&plan)
             .with_cancel_flag(Arc::clone(&calls.flag));
         (rollout.run().unwrap_err(), calls)
     };
-    for integrator in [Integrator::Sdirk3, Integrator::ImplicitEuler] {
+    for integrator in IMPLICIT {
         let (interrupted, calls) = run(0, integrator);
         assert!(matches!(interrupted.error, RolloutError::NotSolved { .. }));
         let all = calls.count();

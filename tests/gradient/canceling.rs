@@ -1,12 +1,12 @@
 //! Losses and forces that combine several states and bodies with canceling factors. The dependence must still be detected.
 
 use super::reverse::{compare, skin};
-use hydroelastic::contact::{HalfSpace, Shape};
+use crate::support::worlds::{falling, icosphere, plan_of};
+use hydroelastic::contact::HalfSpace;
 use hydroelastic::dynamics::{
     Body, Force, ForceContext, Integrator, Mass, Plan, Trajectory, World, WrenchAccumulator,
 };
 use hydroelastic::gradient::{Outcome, Parameter};
-use hydroelastic::mesh::shapes;
 use hydroelastic::scalar::{Scalar, lift};
 use hydroelastic::spatial::Pose;
 use nalgebra::{Vector3, vector};
@@ -14,7 +14,7 @@ use std::sync::Arc;
 
 /// Returns `count` balls that sink into a floor, each slightly smaller than the previous ball, and the floor.
 fn balls(count: usize) -> World {
-    let shape = Arc::new(Shape::new(shapes::icosphere(0.1, 1).unwrap()));
+    let shape = Arc::new(icosphere(0.1, 1));
     let law = [0.1, 0.3];
     let ball = |index: usize| {
         let (name, along) = (index.to_string(), index as f64);
@@ -28,10 +28,7 @@ fn balls(count: usize) -> World {
     let floor = Body::fixed("floor", HalfSpace::layer(0.05).unwrap(), skin(1e6, law));
     let mut bodies: Vec<Body> = (0..count).map(ball).collect();
     bodies.push(floor.unwrap());
-    World::new(bodies)
-        .and_then(|world| world.with_gravity(vector![0.0, 0.0, -9.81]))
-        .and_then(|world| world.with_slip_tolerance(0.05))
-        .unwrap()
+    falling(bodies).with_slip_tolerance(0.05).unwrap()
 }
 
 /// Upward acceleration (m/s²) of the first body around a recorded state, by a second difference.
@@ -100,7 +97,7 @@ fn differences_of_bodies_that_forces_see() {
             parameters.push(Parameter::modulus(name));
         }
         for integrator in [Integrator::Leapfrog, Integrator::Sdirk3] {
-            let plan = Plan::new(1e-3, 20).unwrap().with_integrator(integrator);
+            let plan = plan_of(integrator, 1e-3, 20);
             compare(&world, &plan, &parameters, &Height);
         }
     }

@@ -2,11 +2,12 @@
 //! tight tolerances over changes wider than their noise.
 
 use crate::support::impacts::rebound;
+use crate::support::worlds::{dynamic, fixed, icosphere, plan_of, rubbing, sliding_at};
 use hydroelastic::contact::{HalfSpace, RigidShape, Shape};
 use hydroelastic::dynamics::{Accuracy, Body, BodyState, Integrator, Mass, Material, Plan, World};
 use hydroelastic::gradient::{Experiment, FinalState, Parameter};
 use hydroelastic::mesh::{TriangleSurface, shapes};
-use hydroelastic::spatial::{Pose, Twist};
+use hydroelastic::spatial::Pose;
 use nalgebra::{DMatrix, DVector, Vector3, vector};
 use std::sync::Arc;
 
@@ -23,10 +24,7 @@ pub fn tight() -> Accuracy {
 }
 
 pub fn plan(steps: usize) -> Plan {
-    Plan::new(TIME_STEP, steps)
-        .unwrap()
-        .with_integrator(Integrator::Sdirk3)
-        .recording_every(steps)
+    plan_of(Integrator::Sdirk3, TIME_STEP, steps).recording_every(steps)
 }
 
 pub fn at(x: f64, y: f64, z: f64) -> Pose {
@@ -35,17 +33,17 @@ pub fn at(x: f64, y: f64, z: f64) -> Pose {
 
 pub fn rigid_floor(friction: f64) -> Body {
     let skin = Material::rigid().with_friction(friction);
-    Body::fixed("floor", HalfSpace::rigid(), skin).unwrap()
+    fixed("floor", HalfSpace::rigid(), skin)
 }
 
 pub fn ball(radius: f64, skin: Material) -> Body {
-    let shape = Shape::new(shapes::icosphere(radius, 2).unwrap());
-    Body::dynamic("body", shape, skin, Mass::Total(1.0)).unwrap()
+    let shape = icosphere(radius, 2);
+    dynamic("body", shape, skin, 1.0)
 }
 
 pub fn cuboid(edges: [f64; 3], skin: Material) -> Body {
     let shape = Shape::new(shapes::cuboid(edges).unwrap());
-    Body::dynamic("body", shape, skin, Mass::Total(1.0)).unwrap()
+    dynamic("body", shape, skin, 1.0)
 }
 
 pub fn falling(bodies: Vec<Body>) -> World {
@@ -64,45 +62,41 @@ fn jacobian(world: &World, plan: &Plan, by: &[Parameter]) -> DMatrix<f64> {
 /// side. A change of 1e-3 is wide enough, because outcomes at tight tolerances have noise of up to 1e-6.
 fn check((label, world, plan): (&str, &World, &Plan), by: &Parameter, change: f64) {
     let by = std::slice::from_ref(by);
-    let actual = jacobian(world, plan, by).rows(0, 3).into_owned();
+    let found = jacobian(world, plan, by).rows(0, 3).into_owned();
     let outcome = FinalState::of_body(world, "body").unwrap();
     let motion = Experiment::new(world, &plan.with_accuracy(tight()));
-    let column = |index: usize| {
+    let column = |place: usize| {
         let end = |times: f64| {
-            let mut changes = vec![0.0; actual.ncols()];
-            changes[index] = times * change;
+            let mut changes = vec![0.0; found.ncols()];
+            changes[place] = times * change;
             let end = motion.value_perturbed(by, &changes, &outcome).unwrap();
             DVector::from_vec(end).rows(0, 3).into_owned()
         };
         // This difference is of fourth order.
         ((end(1.0) - end(-1.0)) * 8.0 - (end(2.0) - end(-2.0))) / (12.0 * change)
     };
-    for index in 0..actual.ncols() {
-        let expected = column(index);
-        let off = (actual.column(index) - &expected).amax() / expected.amax();
+    for place in 0..found.ncols() {
+        let expected = column(place);
+        let off = (found.column(place) - &expected).amax() / expected.amax();
         println!(
-            "{label}, {:?} {index}: off by {off:.1e} of {:.3}",
+            "{label}, {:?} {place}: off by {off:.1e} of {:.3}",
             by[0],
             expected.amax()
         );
-        assert!(off < OFF, "{label}, {:?} {index}: off by {off}", by[0]);
+        assert!(off < OFF, "{label}, {:?} {place}: off by {off}", by[0]);
     }
 }
 
 /// The ball of the guide: E 1e9 Pa, friction and dissipation, four heights.
 #[test]
 fn a_thrown_ball_has_the_derivatives_of_its_motion() {
-    let skin = Material::elastic(1e9)
-        .with_dissipation(0.3)
-        .with_friction(0.4);
+    let skin = rubbing(1e9, 0.3, 0.4);
     for rise in [0.0, 0.002, 0.004, 0.006] {
         let body = ball(0.05, skin)
             .with_pose(at(0.013, 0.017, 0.25 + rise))
             .with_velocity(vector![0.3, 0.1, 0.0]);
         let floor = Shape::new(shapes::cuboid([2.0, 2.0, 0.4]).unwrap());
-        let floor = Body::fixed("floor", floor, skin)
-            .unwrap()
-            .with_pose(at(0.0, 0.0, -0.2));
+        let floor = fixed("floor", floor, skin).with_pose(at(0.0, 0.0, -0.2));
         let world = falling(vec![body, floor]);
         let label = format!("throw from {rise}");
         check(
@@ -122,8 +116,8 @@ fn an_elastic_bounce_has_the_derivative_minus_one() {
             .with_pose(at(0.0, 0.0, 0.4 + rise))
             .with_velocity(vector![0.0, 0.0, -5.0]);
         let world = World::new(vec![body, rigid_floor(0.0)]).unwrap();
-        let slopes = jacobian(&world, &plan(40), &[Parameter::initial_position("body")]);
-        assert!((slopes[(2, 2)] + 1.0).abs() < 0.04, "{}", slopes[(2, 2)]);
+        let found = jacobian(&world, &plan(40), &[Parameter::initial_position("body")]);
+        assert!((found[(2, 2)] + 1.0).abs() < 0.04, "{}", found[(2, 2)]);
         check(
             (&format!("bounce {phase}"), &world, &plan(40)),
             &Parameter::initial_position("body"),
@@ -139,7 +133,7 @@ fn a_flat_fall_has_the_derivatives_of_the_closed_form() {
         let body = cuboid([0.1; 3], Material::elastic(1e9)).with_pose(at(0.0, 0.0, 0.15 + rise));
         let world = falling(vec![body, rigid_floor(0.0)]);
         let by = [Parameter::initial_position("body")];
-        let actual = jacobian(&world, &plan(60), &by)[(2, 2)];
+        let found = jacobian(&world, &plan(60), &by)[(2, 2)];
         // A fall from h takes √(2h/g). The contact takes half a period of the linear spring, which does not depend on h. Then z = v t − g
         // t²/2, with v = √(2gh) and t the time left after fall and contact.
         let (gravity, height) = (9.81_f64, 0.1 + rise);
@@ -148,25 +142,25 @@ fn a_flat_fall_has_the_derivatives_of_the_closed_form() {
             (2.0 * gravity * height).sqrt(),
         );
         let stiffness = 0.1 * 0.1 * 1e9 / 0.05;
-        let remaining = 0.3 - fall - std::f64::consts::PI / f64::sqrt(stiffness);
+        let left = 0.3 - fall - std::f64::consts::PI / f64::sqrt(stiffness);
         let [by_fall, by_speed] = [1.0 / speed, gravity / speed];
-        let expected = by_speed * remaining - (speed - gravity * remaining) * by_fall;
-        println!("flat from {rise}: {actual} instead of {expected}");
+        let expected = by_speed * left - (speed - gravity * left) * by_fall;
+        println!("flat from {rise}: {found} instead of {expected}");
         assert!(
-            (actual / expected - 1.0).abs() < OFF,
-            "{actual} for {expected}"
+            (found / expected - 1.0).abs() < OFF,
+            "{found} for {expected}"
         );
     }
 }
 
 #[test]
 fn two_balls_exchange_their_velocities() {
-    let shape = || Shape::new(shapes::icosphere(0.1, 1).unwrap());
+    let shape = || icosphere(0.1, 1);
     let skin = Material::elastic(1e9);
-    let left_body = Body::dynamic("left", shape(), skin, Mass::Total(1.0)).unwrap();
-    let right = Body::dynamic("body", shape(), skin, Mass::Total(1.0)).unwrap();
+    let left = dynamic("left", shape(), skin, 1.0);
+    let right = dynamic("body", shape(), skin, 1.0);
     let world = World::new(vec![
-        left_body.with_velocity(vector![1.0, 0.0, 0.0]),
+        left.with_velocity(vector![1.0, 0.0, 0.0]),
         right.with_pose(at(0.52, 0.0, 0.0)),
     ])
     .unwrap();
@@ -176,12 +170,12 @@ fn two_balls_exchange_their_velocities() {
         Parameter::initial_velocity("left"),
         Parameter::initial_velocity("body"),
     ];
-    let slopes = jacobian(&world, &plan(200), &by);
+    let found = jacobian(&world, &plan(200), &by);
     // Bodies of equal mass exchange their velocities.
-    for (index, expected) in [1.0, 0.0, 1.0, 0.0].into_iter().enumerate() {
-        let actual = slopes[(0, 3 * index)];
-        println!("exchange {index}: {actual}");
-        assert!((actual - expected).abs() < OFF, "{index}: {actual}");
+    for (place, expected) in [1.0, 0.0, 1.0, 0.0].into_iter().enumerate() {
+        let found = found[(0, 3 * place)];
+        println!("exchange {place}: {found}");
+        assert!((found - expected).abs() < OFF, "{place}: {found}");
     }
 }
 
@@ -199,10 +193,10 @@ fn an_impact_with_dissipation_has_the_derivative_of_the_closed_form() {
         let world = World::new(vec![body, rigid_floor(0.0)]).unwrap();
         let by = [Parameter::initial_velocity("body")];
         let outcome = FinalState::of_body(&world, "body").unwrap();
-        let outcome = Experiment::new(&world, &plan(30))
+        let found = Experiment::new(&world, &plan(30))
             .jacobian(&by, &outcome)
             .unwrap();
-        let (rows, value) = (outcome.jacobian, outcome.value);
+        let (rows, value) = (found.jacobian, found.value);
         let velocity = 14; // along z, after position and rotation
         println!(
             "Hunt and Crossley {phase}: {} instead of {after}, {} instead of {slope}",
@@ -217,9 +211,7 @@ fn an_impact_with_dissipation_has_the_derivative_of_the_closed_form() {
 /// The stopping distance is v²/(2μg).
 #[test]
 fn a_slide_to_a_stop_has_the_derivatives_of_the_textbook() {
-    let skin = Material::elastic(1e9)
-        .with_dissipation(0.5)
-        .with_friction(0.5);
+    let skin = rubbing(1e9, 0.5, 0.5);
     let depth = 9.81 * 0.05 / (0.2 * 0.2 * 1e9);
     let body = cuboid([0.2, 0.2, 0.1], skin)
         .with_pose(at(0.0, 0.0, 0.05 - depth))
@@ -229,30 +221,30 @@ fn a_slide_to_a_stop_has_the_derivatives_of_the_textbook() {
         Parameter::initial_velocity("body"),
         Parameter::friction("body"),
     ];
-    let slopes = jacobian(&world, &plan(100), &by);
+    let found = jacobian(&world, &plan(100), &by);
     let by_speed = 1.0 / (0.5 * 9.81);
     // The coefficient of the pair depends on those of both bodies. If these are equal, its derivative with respect to one of them is 1/2.
     let by_friction = -0.5 / (2.0 * 0.25 * 9.81);
     println!(
         "slide: {} {}",
-        slopes[(0, 0)] / by_speed,
-        slopes[(0, 3)] / by_friction
+        found[(0, 0)] / by_speed,
+        found[(0, 3)] / by_friction
     );
-    assert!((slopes[(0, 0)] / by_speed - 1.0).abs() < OFF);
-    assert!((slopes[(0, 3)] / by_friction - 1.0).abs() < OFF);
+    assert!((found[(0, 0)] / by_speed - 1.0).abs() < OFF);
+    assert!((found[(0, 3)] / by_friction - 1.0).abs() < OFF);
 }
 
 /// A small, fast ball passes neither through a thin plate nor through a half-space.
 #[test]
 fn fast_balls_do_not_pass_through_thin_bodies() {
     let small = |modulus| {
-        let shape = Shape::new(shapes::icosphere(0.01, 2).unwrap());
+        let shape = icosphere(0.01, 2);
         let mass = Mass::Density(1000.0);
         Body::dynamic("body", shape, Material::elastic(modulus), mass).unwrap()
     };
     let plate = shapes::cuboid([1.0, 1.0, 0.01]).unwrap();
     let plate = RigidShape::new(TriangleSurface::around(plate.mesh()).unwrap());
-    let plate = || Body::fixed("plate", plate.clone(), Material::rigid()).unwrap();
+    let plate = || fixed("plate", plate.clone(), Material::rigid());
     let thrown = |modulus: f64, speed: f64, height: f64| {
         let body = small(modulus).with_pose(at(0.013, 0.017, height));
         body.with_velocity(vector![0.0, 0.0, -speed])
@@ -279,34 +271,31 @@ fn fast_balls_do_not_pass_through_thin_bodies() {
 #[test]
 fn a_bounce_on_a_train_has_the_derivatives_of_one_at_rest() {
     let skin = Material::elastic(1e7);
-    let heights_and_slopes = [0.0, 10.0, 30.0, 100.0].map(|speed| {
+    let found = [0.0, 10.0, 30.0, 100.0].map(|speed| {
         let body = ball(0.05, skin)
             .with_pose(at(0.013, 0.017, 0.153))
             .with_velocity(vector![speed, 0.0, 0.0]);
         let floor = Shape::new(shapes::cuboid([1.0, 1.0, 0.4]).unwrap());
         let ride = move |time: f64| BodyState {
             pose: at(speed * time, 0.0, -0.2),
-            twist: Twist {
-                linear: vector![speed, 0.0, 0.0],
-                ..Twist::zero()
-            },
+            twist: sliding_at(vector![speed, 0.0, 0.0]),
         };
         let floor = Body::kinematic("floor", floor, skin, Arc::new(ride)).unwrap();
         let world = falling(vec![body, floor]);
         let by = [Parameter::initial_velocity("body")];
         let outcome = FinalState::of_body(&world, "body").unwrap();
-        let outcome = Experiment::new(&world, &plan(50))
+        let found = Experiment::new(&world, &plan(50))
             .jacobian(&by, &outcome)
             .unwrap();
-        [outcome.value[2], outcome.jacobian[(2, 2)]]
+        [found.value[2], found.jacobian[(2, 2)]]
     });
-    println!("on a train: {heights_and_slopes:?}");
-    let [[height, slope], ..] = heights_and_slopes;
-    for [other_height, other_slope] in heights_and_slopes {
+    println!("on a train: {found:?}");
+    let [[height, slope], ..] = found;
+    for [other_height, other_slope] in found {
         assert!((other_height - height).abs() < 1e-3 * height);
         assert!(
             (other_slope - slope).abs() < 0.01 * slope.abs(),
-            "{heights_and_slopes:?}"
+            "{found:?}"
         );
     }
 }

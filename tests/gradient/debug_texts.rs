@@ -1,9 +1,8 @@
 //! Debug output of experiments and gradients.
 
-use hydroelastic::contact::Shape;
-use hydroelastic::dynamics::{Body, Mass, Material, Plan, Trajectory, World};
+use crate::support::worlds::{dynamic, icosphere};
+use hydroelastic::dynamics::{Material, Plan, Trajectory, World};
 use hydroelastic::gradient::{Experiment, Outcome};
-use hydroelastic::mesh::shapes;
 use hydroelastic::scalar::Scalar;
 use nalgebra::vector;
 
@@ -17,8 +16,8 @@ impl Outcome for Height {
 }
 
 fn falling() -> World {
-    let ball = Shape::new(shapes::icosphere(0.1, 0).unwrap());
-    let ball = Body::dynamic("ball", ball, Material::elastic(1e5), Mass::Total(1.0)).unwrap();
+    let ball = icosphere(0.1, 0);
+    let ball = dynamic("ball", ball, Material::elastic(1e5), 1.0);
     let world = World::new(vec![ball]).unwrap();
     world.with_gravity(vector![0.0, 0.0, -8.0]).unwrap()
 }

@@ -1,16 +1,14 @@
 //! The check of derivatives against the motion: functions with known verdicts, and motions that steps resolve or do not resolve.
 
 use crate::converged::{TIME_STEP, at, ball, cuboid, falling, plan, rigid_floor};
+use crate::support::worlds::{dynamic, icosphere, plan_of, rubbing, turned};
 use hydroelastic::contact::Shape;
-use hydroelastic::dynamics::{
-    Accuracy, Body, Integrator, Mass, Material, Plan, Trajectory, World, WorldError,
-};
+use hydroelastic::dynamics::{Accuracy, Integrator, Material, Plan, Trajectory, World, WorldError};
 use hydroelastic::gradient::{
     Experiment, FinalPosition, GradientError, Outcome, Parameter, Verdict,
 };
 use hydroelastic::mesh::shapes;
 use hydroelastic::scalar::{Scalar, lift, real_part};
-use hydroelastic::spatial::Pose;
 use nalgebra::vector;
 
 const WIDTH: f64 = 1e-3;
@@ -66,9 +64,7 @@ fn verdicts_of_functions_that_are_known() {
 /// The ball's impact is much shorter than the time step. Undivided steps give wrong derivatives, and the check detects the impact.
 #[test]
 fn undivided_steps_are_unresolved_from_the_impact_on() {
-    let skin = Material::elastic(1e9)
-        .with_dissipation(0.3)
-        .with_friction(0.4);
+    let skin = rubbing(1e9, 0.3, 0.4);
     let body = ball(0.05, skin)
         .with_pose(at(0.013, 0.017, 0.25))
         .with_velocity(vector![0.3, 0.1, 0.0]);
@@ -102,14 +98,9 @@ fn undivided_steps_are_unresolved_from_the_impact_on() {
 #[test]
 #[ignore = "takes half a minute"]
 fn a_rattling_slide_is_unresolved() {
-    let skin = Material::elastic(1e6)
-        .with_dissipation(0.5)
-        .with_friction(0.35);
+    let skin = rubbing(1e6, 0.5, 0.35);
     let body = cuboid([0.1, 0.1, 0.05], skin)
-        .with_pose(Pose::from_rotation_vector(
-            &vector![0.0, 0.0, 0.3],
-            vector![0.0, 0.0, 0.026],
-        ))
+        .with_pose(turned([0.0, 0.0, 0.3], [0.0, 0.0, 0.026]))
         .with_velocity(vector![1.5, 0.2, 0.0]);
     let world = falling(vec![body, rigid_floor(0.5)]);
     let outcome = FinalPosition::of_body(&world, "body").unwrap();
@@ -124,8 +115,8 @@ fn a_rattling_slide_is_unresolved() {
 #[test]
 fn a_width_that_is_no_width_is_refused() {
     let skin = Material::elastic(1e5);
-    let shape = Shape::new(shapes::icosphere(0.1, 0).unwrap());
-    let body = Body::dynamic("body", shape, skin, Mass::Total(1.0)).unwrap();
+    let shape = icosphere(0.1, 0);
+    let body = dynamic("body", shape, skin, 1.0);
     let world = World::new(vec![body]).unwrap();
     let by = [Parameter::initial_position("body")];
     for width in [0.0, -1e-3, f64::NAN, f64::INFINITY] {
@@ -233,7 +224,7 @@ fn a_derivative_that_is_dropped_is_found_down_to_the_noise() {
 fn a_vibration_that_steps_damp_is_unresolved() {
     let shape = Shape::new(shapes::distance_cuboid([0.2, 0.2, 0.1]).unwrap());
     let skin = Material::elastic(2e4);
-    let body = Body::dynamic("body", shape, skin, Mass::Total(2.0)).unwrap();
+    let body = dynamic("body", shape, skin, 2.0);
     // Depth of the equilibrium.
     let depth = 2.0 * 9.81 * 0.05 / (2e4 * 0.04);
     let world = falling(vec![
@@ -245,10 +236,7 @@ fn a_vibration_that_steps_damp_is_unresolved() {
     for (time_step, steps, expected) in
         [(1e-2, 20, Verdict::Unresolved), (1e-3, 200, Verdict::Right)]
     {
-        let plan = Plan::new(time_step, steps).unwrap();
-        let plan = plan
-            .with_integrator(Integrator::Sdirk3)
-            .recording_every(steps);
+        let plan = plan_of(Integrator::Sdirk3, time_step, steps).recording_every(steps);
         let check = Experiment::new(&world, &plan).derivative_check(&by, &outcome, WIDTH);
         let vertical = &check.unwrap().derivatives[2];
         assert_eq!(vertical.verdict, expected, "{vertical}");

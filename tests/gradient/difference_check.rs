@@ -1,11 +1,10 @@
 //! The difference check of derivatives, tested on functions with known derivatives, correct and wrong.
 
-use hydroelastic::contact::Shape;
+use crate::support::worlds::{dynamic, icosphere};
 use hydroelastic::dynamics::{
-    Body, Force, ForceContext, Mass, Material, Plan, Trajectory, World, WrenchAccumulator,
+    Force, ForceContext, Material, Plan, Trajectory, World, WrenchAccumulator,
 };
 use hydroelastic::gradient::{DifferenceCheck, Experiment, GradientError, Outcome, Parameter};
-use hydroelastic::mesh::shapes;
 use hydroelastic::scalar::{Scalar, lift, real_part};
 use nalgebra::{DMatrix, vector};
 
@@ -55,9 +54,9 @@ impl Force for Push {
 
 /// Returns a single ball, which moves by 1 s × its velocity, and by ½·F/m·(1 s)² along x.
 fn world() -> World<f64, Push> {
-    let ball = Shape::new(shapes::icosphere(0.1, 0).unwrap());
+    let ball = icosphere(0.1, 0);
     let skin = Material::elastic(1e5);
-    let ball = Body::dynamic("ball", ball, skin, Mass::Total(KILOGRAMS)).unwrap();
+    let ball = dynamic("ball", ball, skin, KILOGRAMS);
     let ball = ball.with_velocity(vector![0.0, 2.0, 0.5]);
     World::new(vec![ball]).unwrap().with_forces(Push).unwrap()
 }

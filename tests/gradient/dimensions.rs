@@ -3,6 +3,7 @@
 
 use crate::support::differences::compare_slope;
 use crate::support::moved_meshes::moved_mesh;
+use crate::support::worlds::{falling, rubbing};
 use hydroelastic::contact::{HalfSpace, Shape};
 use hydroelastic::dynamics::{Body, Mass, Material, Plan, State, World};
 use hydroelastic::gradient::{Experiment, HoldFixed, Integrand, RolloutGradient, TimeIntegral};
@@ -31,9 +32,7 @@ fn plan() -> Plan {
 
 /// Returns the body above a rigid floor, rotated and moving.
 fn world(shape: PressureField, mass: Mass, turn: Vector3<f64>, height: f64) -> World {
-    let skin = Material::elastic(1e5)
-        .with_dissipation(0.2)
-        .with_friction(0.3);
+    let skin = rubbing(1e5, 0.2, 0.3);
     let body = Body::dynamic("body", Shape::new(shape), skin, mass).unwrap();
     let body = body.with_pose(Pose::from_rotation_vector(&turn, vector![0.0, 0.0, height]));
     let floor = Body::fixed(
@@ -41,8 +40,7 @@ fn world(shape: PressureField, mass: Mass, turn: Vector3<f64>, height: f64) -> W
         HalfSpace::rigid(),
         Material::rigid().with_friction(0.3),
     );
-    let world = World::new(vec![body, floor.unwrap()]).unwrap();
-    let world = world.with_gravity(vector![0.0, 0.0, -9.81]).unwrap();
+    let world = falling(vec![body, floor.unwrap()]);
     world.with_slip_tolerance(0.05).unwrap()
 }
 

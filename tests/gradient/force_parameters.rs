@@ -1,15 +1,15 @@
 //! Derivatives with respect to parameters of forces, in forward and reverse mode, against each other and against differences.
 
 use super::reverse::{Mixed, compare, skin};
-use hydroelastic::contact::{HalfSpace, Shape};
+use crate::support::worlds::{at, dynamic, falling, fixed, icosphere, plan_of};
+use hydroelastic::contact::HalfSpace;
 use hydroelastic::dynamics::{
-    Body, Drag, Force, ForceContext, Integrator, Mass, Plan, Spring, Trajectory, World, WorldError,
+    Drag, Force, ForceContext, Integrator, Plan, Spring, Trajectory, World, WorldError,
     WrenchAccumulator,
 };
 use hydroelastic::gradient::{Experiment, GradientError, Parameter};
-use hydroelastic::mesh::shapes;
 use hydroelastic::scalar::{Scalar, lift};
-use hydroelastic::spatial::{Pose, Wrench};
+use hydroelastic::spatial::Wrench;
 use nalgebra::{Vector3, vector};
 use std::slice;
 
@@ -51,15 +51,14 @@ fn numbers() -> Vec<(String, f64)> {
 /// Returns a ball that slides and rolls on a floor.
 fn sliding() -> World {
     let law = [0.3, 0.4];
-    let ball = Shape::new(shapes::icosphere(0.1, 1).unwrap());
-    let ball = Body::dynamic("ball", ball, skin(1e5, law), Mass::Total(1.0)).unwrap();
+    let ball = icosphere(0.1, 1);
+    let ball = dynamic("ball", ball, skin(1e5, law), 1.0);
     let ball = ball
-        .with_pose(Pose::from_translation(vector![0.2, 0.1, 0.093]))
+        .with_pose(at(0.2, 0.1, 0.093))
         .with_velocity(vector![0.3, -0.2, -0.1])
         .with_angular_velocity(vector![1.0, 2.0, 3.0]);
-    let floor = Body::fixed("floor", HalfSpace::layer(0.05).unwrap(), skin(1e6, law)).unwrap();
-    let world = World::new(vec![ball, floor]).unwrap();
-    world.with_gravity(vector![0.0, 0.0, -9.81]).unwrap()
+    let floor = fixed("floor", HalfSpace::layer(0.05).unwrap(), skin(1e6, law));
+    falling(vec![ball, floor])
 }
 
 fn world() -> World<f64, Rig> {
@@ -116,9 +115,7 @@ fn assert_derivatives_agree<F: Force>(world: &World<f64, F>) {
         (Integrator::Sdirk3, 4e-3, 25),
         (Integrator::ImplicitEuler, 4e-3, 25),
     ] {
-        let plan = Plan::new(time_step, steps).unwrap();
-        let plan = plan
-            .with_integrator(integrator)
+        let plan = plan_of(integrator, time_step, steps)
             .with_solver_tolerance(1e-13)
             .unwrap();
         let gradient = compare(world, &plan, &by, &mixed);

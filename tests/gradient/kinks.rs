@@ -1,5 +1,6 @@
 //! The kinks of a rollout are counted completely, without false positives.
 
+use crate::support::worlds::{dynamic, fixed, icosphere};
 use hydroelastic::contact::{HalfSpace, RigidShape, Shape};
 use hydroelastic::dynamics::{
     Body, BodyShape, Integrator, Kink, KinkSummary, Mass, Material, Plan, Trajectory, World,
@@ -22,20 +23,20 @@ impl Outcome for Height {
 /// Returns the kinks of a rollout, with bodies, number of steps, first and last step. Checks that a gradient finds the same kinks.
 fn kinks(world: &World, plan: &Plan) -> Vec<(Kink, Vec<usize>, usize, [usize; 2])> {
     let experiment = Experiment::new(world, plan);
-    let kinks = experiment.kinks().unwrap();
+    let found = experiment.kinks().unwrap();
     let gradient = experiment.full_gradient(&Height).unwrap();
-    assert_eq!(gradient.kinks(), kinks);
+    assert_eq!(gradient.kinks(), found);
     let parts = |met: KinkSummary| (met.kink, met.bodies, met.count, met.steps);
-    kinks.into_iter().map(parts).collect()
+    found.into_iter().map(parts).collect()
 }
 
 fn cuboid(edges: [f64; 3]) -> Shape {
     Shape::new(shapes::cuboid(edges).unwrap())
 }
 
-fn at(shape: Shape, skin: Material, position: Vector3<f64>) -> Body {
-    let body = Body::dynamic("body", shape, skin, Mass::Total(1.0)).unwrap();
-    body.with_pose(Pose::from_translation(position))
+fn at(shape: Shape, skin: Material, place: Vector3<f64>) -> Body {
+    let body = dynamic("body", shape, skin, 1.0);
+    body.with_pose(Pose::from_translation(place))
 }
 
 fn steps(count: usize) -> Plan {
@@ -48,7 +49,7 @@ fn steps(count: usize) -> Plan {
 fn flush_faces() {
     let skin = Material::elastic(1e5).with_friction(0.3);
     let brick = at(cuboid([0.2, 0.1, 0.1]), skin, vector![0.0, 0.0, 0.0995]);
-    let block = Body::fixed("block", cuboid([0.4, 0.1, 0.1]), skin).unwrap();
+    let block = fixed("block", cuboid([0.4, 0.1, 0.1]), skin);
     let sliding = brick.with_velocity(vector![0.2, 0.0, 0.0]);
     let world = World::new(vec![sliding, block.clone()]).unwrap();
     let all = kinks(&world, &steps(20));
@@ -65,8 +66,8 @@ fn flush_faces() {
 #[test]
 fn clamped_pressure() {
     let skin = Material::elastic(1e5).with_dissipation(2.0);
-    let ball = || Shape::new(shapes::icosphere(0.1, 1).unwrap());
-    let floor = Body::fixed("floor", HalfSpace::rigid(), Material::rigid()).unwrap();
+    let ball = || icosphere(0.1, 1);
+    let floor = fixed("floor", HalfSpace::rigid(), Material::rigid());
     let leaving = |speed: f64| {
         let ball = at(ball(), skin, vector![0.01, 0.02, 0.09]);
         let ball = ball.with_velocity(vector![0.0, 0.0, speed]);
@@ -81,9 +82,9 @@ fn clamped_pressure() {
 fn equal_fields() {
     let skin = Material::elastic(1e5);
     let edges = [0.2, 0.15, 0.1];
-    let beside = |position| {
-        let block = Body::fixed("block", cuboid(edges), skin).unwrap();
-        let body = at(cuboid(edges), skin, position);
+    let beside = |place| {
+        let block = fixed("block", cuboid(edges), skin);
+        let body = at(cuboid(edges), skin, place);
         let world = World::new(vec![body, block]).unwrap();
         let all = kinks(&world, &steps(5));
         all.into_iter()
@@ -112,7 +113,7 @@ fn equal_fields() {
 fn equal_fields_in_a_layer() {
     let floor = HalfSpace::layer(0.1).unwrap();
     let skin = Material::elastic(1e5);
-    let floor = Body::fixed("floor", floor, skin).unwrap();
+    let floor = fixed("floor", floor, skin);
     let world = |height: f64| {
         let cube = at(cuboid([0.2; 3]), skin, vector![0.0, 0.0, height]);
         World::new(vec![cube, floor.clone()]).unwrap()
@@ -130,15 +131,15 @@ fn equal_fields_in_a_layer() {
 #[test]
 fn unresolved_steps() {
     let skin = Material::elastic(1e6).with_dissipation(1.0);
-    let floor = Body::fixed("floor", HalfSpace::rigid(), Material::rigid()).unwrap();
+    let floor = fixed("floor", HalfSpace::rigid(), Material::rigid());
     let world = |count: usize, height: f64, speed: f64| {
         let mut bodies = vec![floor.clone()];
         for number in 0..count {
-            let shape = Shape::new(shapes::icosphere(0.1, 2).unwrap());
+            let shape = icosphere(0.1, 2);
             // Neighbors overlap slightly, so all balls are one island.
-            let position = vector![0.1995 * number as f64, 0.0, height];
+            let place = vector![0.1995 * number as f64, 0.0, height];
             let ball = Body::dynamic(&format!("ball {number}"), shape, skin, Mass::Total(1.0));
-            let ball = ball.unwrap().with_pose(Pose::from_translation(position));
+            let ball = ball.unwrap().with_pose(Pose::from_translation(place));
             bodies.push(ball.with_velocity(vector![0.0, 0.0, speed]));
         }
         World::new(bodies).unwrap()
@@ -177,7 +178,7 @@ fn the_first_touch_of_parallel_faces_is_a_kink() {
             -0.1,
         ),
     ];
-    for (floor, material, height) in floors {
+    for (floor, material, place) in floors {
         for (dissipation, friction) in [(0.0, 0.0), (1.0, 0.0), (0.0, 0.5), (1.0, 0.5)] {
             for speed in [0.0, -0.1, 0.1] {
                 let skin = skin.with_dissipation(dissipation).with_friction(friction);
@@ -186,7 +187,7 @@ fn the_first_touch_of_parallel_faces_is_a_kink() {
                 let floor = Body::fixed("floor", floor.clone(), material.with_friction(friction));
                 let floor = floor
                     .unwrap()
-                    .with_pose(Pose::from_translation(vector![0.0, 0.0, height]));
+                    .with_pose(Pose::from_translation(vector![0.0, 0.0, place]));
                 let world = World::new(vec![brick, floor]).unwrap();
                 // The first kick of this integrator acts at the initial state.
                 let plan = steps(1).with_integrator(Integrator::SymplecticEuler);
@@ -194,7 +195,7 @@ fn the_first_touch_of_parallel_faces_is_a_kink() {
                 assert_eq!(
                     all,
                     [(Kink::Flush, vec![0, 1], 1, [1, 1])],
-                    "{height} {dissipation} {friction} {speed}"
+                    "{place} {dissipation} {friction} {speed}"
                 );
                 let world = lifted(&world, 1e-6);
                 assert_eq!(kinks(&world, &plan), []);

@@ -1,14 +1,13 @@
 //! Missing or infinite derivatives: experiments report them, and the step in which they were lost.
 
-use hydroelastic::contact::Shape;
+use crate::support::worlds::{cuboid, dynamic, icosphere};
 use hydroelastic::dynamics::{
-    Batch, Body, Force, ForceContext, Mass, Material, Plan, StateGradient, Trajectory, World,
+    Batch, Body, Force, ForceContext, Material, Plan, StateGradient, Trajectory, World,
     WrenchAccumulator,
 };
 use hydroelastic::gradient::{
     Experiment, FinalPosition, GradientError, Mode, Outcome, OutcomeJacobian, Parameter,
 };
-use hydroelastic::mesh::shapes;
 use hydroelastic::scalar::{Scalar, lift};
 use hydroelastic::spatial::Pose;
 use nalgebra::vector;
@@ -68,8 +67,8 @@ impl Force for Lost {
 type LosingWorld = World<f64, Lost>;
 
 fn ball(name: &str, skin: Material) -> Body {
-    let ball = Shape::new(shapes::icosphere(0.1, 0).unwrap());
-    Body::dynamic(name, ball, skin, Mass::Total(4.0)).unwrap()
+    let ball = icosphere(0.1, 0);
+    dynamic(name, ball, skin, 4.0)
 }
 
 /// Returns a ball at rest.
@@ -293,7 +292,7 @@ fn a_sample_without_a_derivative_is_an_error_among_the_others() {
 /// of them has no friction.
 fn sliding(ball_friction: f64, floor_friction: f64) -> World {
     let skin = |friction| Material::elastic(1e5).with_friction(friction);
-    let floor = Arc::new(Shape::new(shapes::cuboid([1.0, 1.0, 0.2]).unwrap()));
+    let floor = Arc::new(cuboid([1.0, 1.0, 0.2]));
     let at = |x: f64, z: f64| Pose::from_translation(vector![x, 0.0, z]);
     let fixed = |name, friction| Body::fixed(name, Arc::clone(&floor), skin(friction)).unwrap();
     let moving = ball("ball", skin(ball_friction)).with_pose(at(0.0, 0.07));

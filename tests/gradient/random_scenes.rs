@@ -4,6 +4,7 @@
 use crate::converged::tight;
 use crate::support::falling::{Scene, scene};
 use crate::support::sweep::{in_batches, range_from_environment};
+use crate::support::worlds::plan_of;
 use hydroelastic::dynamics::{Accuracy, Integrator, Plan, Trajectory, Work};
 use hydroelastic::gradient::{Experiment, Outcome, Parameter};
 use hydroelastic::scalar::Scalar;
@@ -57,9 +58,7 @@ fn looser_reference() -> Accuracy {
 )]
 fn plan(time_step: f64, accuracy: Accuracy) -> Plan {
     let steps = (DURATION / time_step).round() as usize;
-    Plan::new(time_step, steps)
-        .unwrap()
-        .with_integrator(Integrator::Sdirk3)
+    plan_of(Integrator::Sdirk3, time_step, steps)
         .with_accuracy(accuracy)
         .recording_every(steps)
 }

@@ -1,9 +1,12 @@
-//! Reverse-mode gradients against forward mode, with respect to every kind of parameter.
+//! Reverse-mode gradients against forward mode, with respect to every kind of parameter, through the steps of every integrator.
 
+use crate::support::worlds::{
+    EXPLICIT, IMPLICIT, cuboid, falling, fixed, icosphere, plan_of, sliding_at, turned,
+};
 use hydroelastic::contact::{HalfSpace, Shape};
 use hydroelastic::dynamics::{
-    Batch, Body, BodyState, Control, Drag, Force, ForceContext, Integrator, Mass, Material, Plan,
-    Spring, State, StateGradient, Thruster, Trajectory, World, WrenchAccumulator,
+    Batch, Body, BodyState, Control, Drag, Force, ForceContext, Mass, Material, Plan, Spring,
+    State, StateGradient, Thruster, Trajectory, World, WrenchAccumulator,
 };
 use hydroelastic::gradient::{
     Experiment, GradientError, Integrand, Mode, Outcome, Parameter, TimeIntegral,
@@ -100,7 +103,7 @@ pub fn skin(modulus: f64, [dissipation, friction]: [f64; 2]) -> Material {
 
 /// Returns two potatoes that touch each other, a block, a floor and a plate that moves.
 fn bodies(law: [f64; 2]) -> Vec<Body> {
-    let block = Shape::new(shapes::cuboid([0.6, 0.6, 0.2]).unwrap());
+    let block = cuboid([0.6, 0.6, 0.2]);
     let potato = std::sync::Arc::new(potato());
     let dynamic = |name, modulus| {
         let shape = std::sync::Arc::clone(&potato);
@@ -108,46 +111,32 @@ fn bodies(law: [f64; 2]) -> Vec<Body> {
     };
     let path = |time: f64| BodyState {
         pose: Pose::from_translation(vector![0.0, 0.28 - 0.4 * time, 0.1]),
-        twist: Twist {
-            angular: Vector3::zeros(),
-            linear: vector![0.0, -0.4, 0.0],
-        },
+        twist: sliding_at(vector![0.0, -0.4, 0.0]),
     };
     vec![
         dynamic("a", 1e5)
-            .with_pose(Pose::from_rotation_vector(
-                &vector![0.3, 0.2, 0.5],
-                vector![0.02, 0.01, 0.22],
-            ))
+            .with_pose(turned([0.3, 0.2, 0.5], [0.02, 0.01, 0.22]))
             .with_velocity(vector![0.3, 0.4, -1.0])
             .with_angular_velocity(vector![3.0, -2.0, 1.0]),
         dynamic("b", 2e5)
-            .with_pose(Pose::from_rotation_vector(
-                &vector![-0.3, 0.8, 0.1],
-                vector![0.13, 0.12, 0.37],
-            ))
+            .with_pose(turned([-0.3, 0.8, 0.1], [0.13, 0.12, 0.37]))
             .with_velocity(vector![-0.2, -0.5, -1.5])
             .with_angular_velocity(vector![-1.0, 2.0, 1.5]),
-        Body::fixed("block", block, skin(4e5, law))
-            .unwrap()
-            .with_pose(Pose::from_rotation_vector(
-                &vector![0.05, 0.02, 0.3],
-                vector![0.0, 0.0, -0.02],
-            )),
+        fixed("block", block, skin(4e5, law))
+            .with_pose(turned([0.05, 0.02, 0.3], [0.0, 0.0, -0.02])),
         Body::kinematic(
             "plate",
-            Shape::new(shapes::cuboid([0.5, 0.1, 0.5]).unwrap()),
+            cuboid([0.5, 0.1, 0.5]),
             skin(3e5, law),
             std::sync::Arc::new(path),
         )
         .unwrap(),
-        Body::fixed("floor", HalfSpace::layer(0.05).unwrap(), skin(2e5, law))
-            .unwrap()
+        fixed("floor", HalfSpace::layer(0.05).unwrap(), skin(2e5, law))
             .with_pose(Pose::from_translation(vector![0.0, 0.0, 0.1])),
     ]
 }
 
-pub fn by_bodies(rubs: bool) -> Vec<Parameter> {
+fn by_bodies(rubs: bool) -> Vec<Parameter> {
     let mut parameters = Vec::new();
     for name in ["a", "b"] {
         parameters.extend([
@@ -173,7 +162,7 @@ pub fn by_bodies(rubs: bool) -> Vec<Parameter> {
     parameters
 }
 
-pub fn world(law: [f64; 2]) -> World {
+fn world(law: [f64; 2]) -> World {
     let world = World::new(bodies(law)).unwrap();
     let world = world.with_gravity(vector![0.3, -0.2, -9.81]).unwrap();
     world.with_slip_tolerance(0.05).unwrap()
@@ -183,41 +172,30 @@ fn plan() -> Plan {
     Plan::new(5e-4, 300).unwrap()
 }
 
-#[test]
-fn elastic() {
-    for integrator in [Integrator::Leapfrog, Integrator::SymplecticEuler] {
-        let plan = plan().with_integrator(integrator).recording_every(300);
-        compare(
-            &world([0.0; 2]),
-            &plan,
-            &by_bodies(false),
-            &Mixed { every: 1000 },
-        );
-    }
+pub const END: Mixed = Mixed { every: 1000 };
+
+/// Returns plans of all integrators, whose implicit steps have this length (s) and number.
+fn plans(implicit: (f64, usize)) -> impl Iterator<Item = Plan> {
+    let explicit = EXPLICIT.map(|integrator| plan_of(integrator, 5e-4, 300));
+    let implicit = IMPLICIT.map(|integrator| plan_of(integrator, implicit.0, implicit.1));
+    let plans = explicit.into_iter().chain(implicit);
+    plans.map(|plan| plan.recording_every(plan.steps()))
 }
 
 #[test]
-fn rubbing() {
-    for integrator in [Integrator::Leapfrog, Integrator::SymplecticEuler] {
-        let plan = plan().with_integrator(integrator).recording_every(300);
-        compare(
-            &world([0.5, 0.4]),
-            &plan,
-            &by_bodies(true),
-            &Mixed { every: 1000 },
-        );
+fn elastic_and_rubbing() {
+    for plan in plans((2.5e-3, 60)) {
+        compare(&world([0.0; 2]), &plan, &by_bodies(false), &END);
+        compare(&world([0.5, 0.4]), &plan, &by_bodies(true), &END);
     }
 }
 
 #[test]
 fn outcomes_that_look_at_many_states() {
-    let plan = plan().recording_every(7);
-    compare(
-        &world([0.5, 0.4]),
-        &plan,
-        &by_bodies(true),
-        &Mixed { every: 3 },
-    );
+    for plan in plans((2.5e-3, 60)) {
+        let (plan, outcome) = (plan.recording_every(7), Mixed { every: 3 });
+        compare(&world([0.5, 0.4]), &plan, &by_bodies(true), &outcome);
+    }
 }
 
 /// Sum of squared velocities and heights.
@@ -237,7 +215,7 @@ fn integrals_along_the_way() {
     compare(&world, &plan, &by_bodies(true), &TimeIntegral(Haste));
     // With gravity alone: ∫ (v₀ + g t)² dt, by a rule that is exact for linear functions.
     let free = |spin: f64| {
-        let ball = Shape::new(shapes::icosphere(0.1, 0).unwrap());
+        let ball = icosphere(0.1, 0);
         let body = |name| {
             let shape = std::sync::Arc::new(ball.clone());
             Body::dynamic(name, shape, Material::elastic(1e5), Mass::Total(1.0)).unwrap()
@@ -313,33 +291,29 @@ pub fn with_forces_and_controls() -> (World<f64, impl Force>, Vec<Parameter>) {
 #[test]
 fn forces_and_controls() {
     let (world, parameters) = with_forces_and_controls();
-    for integrator in [Integrator::Leapfrog, Integrator::SymplecticEuler] {
-        let plan = plan().with_integrator(integrator).recording_every(300);
-        compare(&world, &plan, &parameters, &Mixed { every: 1000 });
+    for plan in plans((2.5e-3, 60)) {
+        compare(&world, &plan, &parameters, &END);
     }
 }
 
 /// Returns a ball that rolls, and a symmetric top.
-pub fn round_bodies() -> [(World, Vec<Parameter>); 2] {
+fn round_bodies() -> [(World, Vec<Parameter>); 2] {
     let top = Shape::new(shapes::cylinder(0.1, 0.1, 12).unwrap());
-    let ball = Shape::new(shapes::icosphere(0.1, 2).unwrap());
+    let ball = icosphere(0.1, 2);
     [top, ball].map(|shape| {
         let body = Body::dynamic("body", shape, skin(1e5, [0.3, 0.5]), Mass::Total(1.0)).unwrap();
-        let floor = Body::fixed(
+        let floor = fixed(
             "floor",
             HalfSpace::rigid(),
             Material::rigid().with_friction(0.5),
-        )
-        .unwrap();
-        let start = Pose::from_rotation_vector(&vector![0.2, 0.1, 0.4], vector![0.0, 0.0, 0.12]);
-        let world = World::new(vec![
+        );
+        let start = turned([0.2, 0.1, 0.4], [0.0, 0.0, 0.12]);
+        let world = falling(vec![
             body.with_pose(start)
                 .with_velocity(vector![1.0, 0.2, 0.0])
                 .with_angular_velocity(vector![0.0, 8.0, 3.0]),
             floor,
-        ])
-        .unwrap();
-        let world = world.with_gravity(vector![0.0, 0.0, -9.81]).unwrap();
+        ]);
         let world = world.with_slip_tolerance(0.05).unwrap();
         let parameters = vec![
             Parameter::initial_position("body"),
@@ -457,8 +431,9 @@ fn derivatives_by_states_that_do_not_fit_are_refused() {
 
 #[test]
 fn a_ball_that_rolls_and_a_symmetric_top() {
-    let plan = plan().recording_every(300);
     for (world, parameters) in round_bodies() {
-        compare(&world, &plan, &parameters, &Mixed { every: 1000 });
+        for plan in plans((5e-3, 30)) {
+            compare(&world, &plan, &parameters, &END);
+        }
     }
 }

@@ -1,65 +1,17 @@
-//! Reverse-mode gradients through implicit steps against forward mode.
+//! Reverse-mode gradients through implicit steps against forward mode: islands, divided steps, sparse matrices and stiff contacts.
 
-use super::reverse::{
-    Mixed, by_bodies, compare, round_bodies, skin, with_forces_and_controls, world,
-};
-use hydroelastic::contact::{HalfSpace, Shape};
-use hydroelastic::dynamics::{
-    Body, Control, Drag, Integrator, Mass, Material, Plan, Spring, World,
-};
+use super::reverse::{END, compare, skin, with_forces_and_controls};
+use crate::support::worlds::{IMPLICIT, cuboid, dynamic, falling, fixed, icosphere};
+use hydroelastic::contact::HalfSpace;
+use hydroelastic::dynamics::{Control, Drag, Integrator, Material, Plan, Spring, World};
 use hydroelastic::gradient::{Experiment, Mode, Parameter};
-use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::{Pose, Wrench};
 use nalgebra::{Vector3, vector};
 use std::sync::Arc;
 
-const IMPLICIT: [Integrator; 2] = [Integrator::Sdirk3, Integrator::ImplicitEuler];
-
-const END: Mixed = Mixed { every: 1000 };
-
 fn plans(time_step: f64, steps: usize) -> [Plan; 2] {
     let plan = Plan::new(time_step, steps).unwrap().recording_every(steps);
     IMPLICIT.map(|integrator| plan.with_integrator(integrator))
-}
-
-#[test]
-fn elastic() {
-    for plan in plans(2.5e-3, 60) {
-        compare(&world([0.0; 2]), &plan, &by_bodies(false), &END);
-    }
-}
-
-#[test]
-fn rubbing() {
-    for plan in plans(2.5e-3, 60) {
-        compare(&world([0.5, 0.4]), &plan, &by_bodies(true), &END);
-    }
-}
-
-#[test]
-fn outcomes_that_look_at_many_states() {
-    for plan in plans(2.5e-3, 60) {
-        let plan = plan.recording_every(7);
-        let outcome = Mixed { every: 3 };
-        compare(&world([0.5, 0.4]), &plan, &by_bodies(true), &outcome);
-    }
-}
-
-#[test]
-fn forces_and_controls() {
-    let (world, parameters) = with_forces_and_controls();
-    for plan in plans(2.5e-3, 60) {
-        compare(&world, &plan, &parameters, &END);
-    }
-}
-
-#[test]
-fn a_ball_that_rolls_and_a_symmetric_top() {
-    for (world, parameters) in round_bodies() {
-        for plan in plans(5e-3, 30) {
-            compare(&world, &plan, &parameters, &END);
-        }
-    }
 }
 
 /// Returns the largest and the smallest number of islands in a step, and the number of rejected substeps.
@@ -81,10 +33,10 @@ fn islands_and_rejections<F: hydroelastic::dynamics::Force>(
 
 /// Returns bricks side by side with a floor and forces on some of them. The first brick slides to the second.
 fn bricks(law: [f64; 2], speed: f64) -> World<f64, (Spring, Drag)> {
-    let shape = Arc::new(Shape::new(shapes::cuboid([0.1; 3]).unwrap()));
+    let shape = Arc::new(cuboid([0.1; 3]));
     let brick = |name: &str, x: f64| {
         let shape = Arc::clone(&shape);
-        let body = Body::dynamic(name, shape, skin(1e6, law), Mass::Total(1.0)).unwrap();
+        let body = dynamic(name, shape, skin(1e6, law), 1.0);
         let turn = vector![0.0, 0.0, 0.1 + x];
         body.with_pose(Pose::from_rotation_vector(
             &turn,
@@ -96,7 +48,7 @@ fn bricks(law: [f64; 2], speed: f64) -> World<f64, (Spring, Drag)> {
         brick("second", 0.0),
         brick("third", 0.4),
         brick("fourth", 0.6).with_velocity(vector![0.0, -0.1, -0.2]),
-        Body::fixed("floor", HalfSpace::layer(0.05).unwrap(), skin(2e6, law)).unwrap(),
+        fixed("floor", HalfSpace::layer(0.05).unwrap(), skin(2e6, law)),
     ];
     let push = Wrench {
         torque: vector![0.0, 0.0, 0.01],
@@ -114,9 +66,8 @@ fn bricks(law: [f64; 2], speed: f64) -> World<f64, (Spring, Drag)> {
         linear: 0.3.into(),
         angular: 1e-3.into(),
     };
-    World::new(bodies)
-        .and_then(|world| world.with_gravity(vector![0.0, 0.0, -9.81]))
-        .and_then(|world| world.with_slip_tolerance(0.01))
+    falling(bodies)
+        .with_slip_tolerance(0.01)
         .and_then(|world| world.with_control(Control::new("first", 0.05, vec![push; 2])?))
         .and_then(|world| world.with_control(Control::new("fourth", 0.05, vec![push; 2])?))
         .and_then(|world| world.with_forces((spring, drag)))
@@ -162,11 +113,11 @@ fn islands_that_merge_and_steps_that_are_divided() {
 /// With twenty bodies, the matrix is sparse.
 #[test]
 fn a_chain_of_twenty() {
-    let shape = Arc::new(Shape::new(shapes::icosphere(0.1, 1).unwrap()));
-    let ball = |index: usize| {
-        let (name, count) = (index.to_string(), index as f64);
+    let shape = Arc::new(icosphere(0.1, 1));
+    let ball = |place: usize| {
+        let (name, count) = (place.to_string(), place as f64);
         let shape = Arc::clone(&shape);
-        let body = Body::dynamic(&name, shape, skin(1e5, [0.2, 0.3]), Mass::Total(1.0)).unwrap();
+        let body = dynamic(&name, shape, skin(1e5, [0.2, 0.3]), 1.0);
         let turned = Vector3::z() * (0.3 * count);
         body.with_pose(Pose::from_rotation_vector(
             &turned,
@@ -196,24 +147,22 @@ fn a_chain_of_twenty() {
 /// as large. Their derivatives have the rounding errors of these terms.
 #[test]
 fn stiff_skins_that_stick() {
-    let shape = Shape::new(shapes::cuboid([0.2, 0.2, 0.1]).unwrap());
+    let shape = cuboid([0.2, 0.2, 0.1]);
     let law = [0.5, 0.4];
-    let brick = Body::dynamic("brick", shape, skin(1e7, law), Mass::Total(1.0)).unwrap();
+    let brick = dynamic("brick", shape, skin(1e7, law), 1.0);
     let start = Pose::from_rotation_vector(&vector![0.0, 0.0, 0.3], vector![-0.3, 0.02, 0.04999]);
-    let world = World::new(vec![
+    let world = falling(vec![
         brick
             .with_pose(start)
             .with_velocity(vector![0.5, 0.1, 0.0])
             .with_angular_velocity(vector![0.0, 0.0, 1.0]),
-        Body::fixed(
+        fixed(
             "floor",
             HalfSpace::rigid(),
             Material::rigid().with_friction(0.4),
-        )
-        .unwrap(),
+        ),
     ])
-    .and_then(|world| world.with_gravity(vector![0.0, 0.0, -9.81]))
-    .and_then(|world| world.with_slip_tolerance(1e-4))
+    .with_slip_tolerance(1e-4)
     .unwrap();
     let parameters = [
         Parameter::initial_position("brick"),

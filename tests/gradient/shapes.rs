@@ -3,6 +3,7 @@
 use crate::support::differences::compare_slope;
 use crate::support::moved_meshes::moved_mesh;
 use crate::support::reference::{read, scaled_shape, shape};
+use crate::support::worlds::{IMPLICIT, at, falling, fixed, icosphere, plan_of};
 use hydroelastic::contact::{HalfSpace, Shape, ShapeGradient};
 use hydroelastic::dynamics::{
     Body, BodyShape, BodyState, Force, Integrator, Mass, Material, Plan, Thruster, Trajectory,
@@ -65,17 +66,16 @@ fn a_ball_by_its_size_equals_an_independent_program() {
     let elastic = Material::elastic;
     let ball = Body::dynamic("ball", ball, elastic(1e5), Mass::Density(case.density)).unwrap();
     let ball = ball
-        .with_pose(Pose::from_translation(vector![0.46, -0.013, 0.115]))
+        .with_pose(at(0.46, -0.013, 0.115))
         .with_angular_velocity(vector![3.0, -5.0, 2.0])
         .with_velocity(vector![0.3, 0.2, -0.4]);
-    let cube = Body::fixed("cube", cube, elastic(4e5)).unwrap();
-    let cube = cube.with_pose(Pose::from_translation(vector![0.0, 0.0, -0.5]));
+    let cube = fixed("cube", cube, elastic(4e5));
+    let cube = cube.with_pose(at(0.0, 0.0, -0.5));
     let vertices = match ball.shape() {
         BodyShape::Compliant(shape) => shape.field().mesh().vertices().to_vec(),
         _ => unreachable!("a ball is compliant"),
     };
-    let world = World::new(vec![ball, cube]).unwrap();
-    let world = world.with_gravity(vector![0.0, 0.0, -9.81]).unwrap();
+    let world = falling(vec![ball, cube]);
     let experiment = Experiment::new(&world, &Plan::new(1e-3, 200).unwrap().recording_every(200));
     let largest = |numbers: &[f64]| numbers.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
     for number in 0..18 {
@@ -137,10 +137,9 @@ fn thrown(shape: Shape, block: Shape, mass: Mass, law: [f64; 2]) -> World {
         .with_velocity(vector![0.3, 0.4, -1.0])
         .with_angular_velocity(vector![3.0, -2.0, 1.0]);
     let block = Body::dynamic("block", block, skin(4e5), Mass::Density(400.0)).unwrap();
-    let block = block.with_pose(Pose::from_translation(vector![0.0, 0.0, 0.098]));
-    let floor = Body::fixed("floor", HalfSpace::layer(0.05).unwrap(), skin(2e5)).unwrap();
-    let world = World::new(vec![body, block, floor]).unwrap();
-    let world = world.with_gravity(vector![0.0, 0.0, -9.81]).unwrap();
+    let block = block.with_pose(at(0.0, 0.0, 0.098));
+    let floor = fixed("floor", HalfSpace::layer(0.05).unwrap(), skin(2e5));
+    let world = falling(vec![body, block, floor]);
     world.with_slip_tolerance(0.05).unwrap()
 }
 
@@ -213,8 +212,8 @@ fn vertices_of_bodies_through_contact_and_mass_equal_differences() {
 fn vertices_through_implicit_steps_equal_differences() {
     let block = shapes::cuboid([0.3, 0.26, 0.2]).unwrap();
     let still = vec![Vector3::zeros(); 9];
-    for integrator in [Integrator::Sdirk3, Integrator::ImplicitEuler] {
-        let plan = Plan::new(4e-3, 30).unwrap().with_integrator(integrator);
+    for integrator in IMPLICIT {
+        let plan = plan_of(integrator, 4e-3, 30);
         let plan = plan
             .recording_every(30)
             .with_solver_tolerance(1e-13)
@@ -292,7 +291,7 @@ fn both_bodies_of_a_contact_and_their_extents_equal_differences() {
 
 #[test]
 fn a_mass_that_is_not_spread_over_the_shape_is_told() {
-    let ball = || Shape::new(shapes::icosphere(0.1, 1).unwrap());
+    let ball = || icosphere(0.1, 1);
     let mass = Mass::Properties(MassProperties::solid_ball(1.0, 0.1));
     let world = thrown(ball(), ball(), mass, [0.0; 2]);
     let experiment = Experiment::new(&world, &Plan::new(5e-4, 3).unwrap());
@@ -320,7 +319,7 @@ fn forces_that_may_depend_on_a_center_of_mass_are_told() {
             .unwrap();
         gradient.by_shape("body", HoldFixed::Density)
     }
-    let ball = || Shape::new(shapes::icosphere(0.1, 1).unwrap());
+    let ball = || icosphere(0.1, 1);
     let world = thrown(ball(), ball(), Mass::Total(1.0), [0.0; 2]);
     by_mass(&world).unwrap();
     let thruster = Thruster {

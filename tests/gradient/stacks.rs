@@ -8,6 +8,7 @@
 //! are offset from their neighbors by 1e-11 to 1e-7 m. Differences straddle the kink although the derivative is correct
 //! (`tests/contact/flush_motion.rs` tests such states with suitable steps).
 
+use crate::support::worlds::{at, cuboid, falling, fixed, rubbing};
 use hydroelastic::contact::Shape;
 use hydroelastic::dynamics::{Body, Mass, Material, Plan, Trajectory, World};
 use hydroelastic::gradient::{Experiment, FinalState, Outcome, Parameter};
@@ -43,9 +44,7 @@ const LEAST: f64 = 1e-4;
 const STEPS: [f64; 8] = [3e-3, 1e-6, 3e-7, 1e-7, 5e-8, 3e-8, 2e-8, 1e-8];
 
 fn material([modulus, dissipation, friction]: [f64; 3]) -> Material {
-    Material::elastic(modulus)
-        .with_dissipation(dissipation)
-        .with_friction(friction)
+    rubbing(modulus, dissipation, friction)
 }
 
 fn dynamic(name: &str, field: PressureField, skin: [f64; 3], mass: f64) -> Body {
@@ -53,14 +52,13 @@ fn dynamic(name: &str, field: PressureField, skin: [f64; 3], mass: f64) -> Body 
 }
 
 fn floor(stage: Pose, skin: [f64; 3]) -> Body {
-    let shape = Shape::new(shapes::cuboid([2.0, 2.0, 0.2]).unwrap());
-    let floor = Body::fixed("floor", shape, material(skin)).unwrap();
-    floor.with_pose(stage * Pose::from_translation(vector![0.0, 0.0, -0.1]))
+    let shape = cuboid([2.0, 2.0, 0.2]);
+    let floor = fixed("floor", shape, material(skin));
+    floor.with_pose(stage * at(0.0, 0.0, -0.1))
 }
 
 fn world(bodies: Vec<Body>) -> World {
-    let world = World::new(bodies).unwrap();
-    let heavy = world.with_gravity(vector![0.0, 0.0, -9.81]).unwrap();
+    let heavy = falling(bodies);
     heavy.with_slip_tolerance(0.02).unwrap()
 }
 
@@ -92,9 +90,9 @@ impl Stack<'_> {
             let body = dynamic(name, field, skin, 1.0 - 0.15 * number as f64);
             let along = self.stagger * number as f64;
             let height = top + size[2] / 2.0 - PRESSED;
-            let pose = self.stage * Pose::from_translation(vector![along, 0.0, height]);
+            let place = self.stage * at(along, 0.0, height);
             let velocity = self.stage.rotation() * Vector3::from(velocity);
-            bodies.push(body.with_pose(pose).with_velocity(velocity));
+            bodies.push(body.with_pose(place).with_velocity(velocity));
             top = height + size[2] / 2.0;
         }
         world(bodies)
@@ -171,8 +169,8 @@ fn error_at_kink(experiment: &Experiment, column: &Column, number: usize) -> f64
         STEPS.map(|step| (beside(step) - beside(-step)) / (2.0 * step * column.scale));
     let neighbors = differences.windows(2).zip(STEPS.windows(2));
     let extrapolated = neighbors.map(|(d, h)| (&d[1] * h[0] - &d[0] * h[1]) / (h[0] - h[1]));
-    let outcome_jacobian = experiment.jacobian(&parameters, &Everything).unwrap();
-    let derivative = outcome_jacobian.jacobian.column(number);
+    let found = experiment.jacobian(&parameters, &Everything).unwrap();
+    let derivative = found.jacobian.column(number);
     let largest = derivative.amax().max(LEAST / column.scale);
     let errors = extrapolated
         .chain(differences.clone())
@@ -182,7 +180,7 @@ fn error_at_kink(experiment: &Experiment, column: &Column, number: usize) -> f64
 
 /// Asserts that all derivatives of a rollout equal finite differences. Returns the number of parameter components for which the step sizes
 /// of [`Experiment::difference_check`] are not enough.
-fn assert_gradients(label: &str, world: &World, steps: usize) -> usize {
+fn assert_gradients(what: &str, world: &World, steps: usize) -> usize {
     let plan = Plan::new(TIME_STEP, steps).unwrap();
     let experiment = Experiment::new(world, &plan.recording_every(steps / 2));
     let columns = all_columns(world);
@@ -206,14 +204,12 @@ fn assert_gradients(label: &str, world: &World, steps: usize) -> usize {
             continue;
         }
         let error = best.min(error_at_kink(&experiment, column, number));
-        assert!(error <= AT_KINKS, "{label}, {name}: {error:e}");
+        assert!(error <= AT_KINKS, "{what}, {name}: {error:e}");
         at_kinks = at_kinks.max(error);
         kinks += 1;
     }
     let count = check.numbers.len();
-    println!(
-        "{label}: by {count} numbers, worst {smooth:.1e}; at kinks by {kinks}, {at_kinks:.1e}"
-    );
+    println!("{what}: by {count} numbers, worst {smooth:.1e}; at kinks by {kinks}, {at_kinks:.1e}");
     kinks
 }
 
@@ -305,7 +301,7 @@ fn on_floor(body: Body) -> World {
 fn ball() -> World {
     let ball = dynamic("ball", shapes::icosphere(0.1, 2).unwrap(), SKIN, 1.0);
     on_floor(
-        ball.with_pose(Pose::from_translation(vector![0.2, 0.1, 0.098]))
+        ball.with_pose(at(0.2, 0.1, 0.098))
             .with_velocity(SLIDING.into())
             .with_angular_velocity(vector![0.0, 5.0, 0.0]),
     )
@@ -332,8 +328,8 @@ fn cylinder() -> World {
 
 /// Returns a brick that is rotated, away from the floor's middle, and spins about its own middle.
 fn brick(field: PressureField) -> World {
-    let position = vector![0.3, 0.2, 0.02 - PRESSED];
-    let turned = Pose::from_rotation_vector(&vector![0.0, 0.0, 0.3], position);
+    let place = vector![0.3, 0.2, 0.02 - PRESSED];
+    let turned = Pose::from_rotation_vector(&vector![0.0, 0.0, 0.3], place);
     let brick = dynamic("brick", field, SKIN, 1.0).with_pose(turned);
     on_floor(brick.with_angular_velocity(vector![0.0, 0.0, 10.0]))
 }
@@ -347,8 +343,8 @@ fn assert_gradients_of_round_and_spinning(steps: usize) {
         ("brick", brick(whole.unwrap())),
         ("brick of layers", brick(layers.unwrap())),
     ];
-    for (label, world) in worlds {
-        assert_eq!(assert_gradients(label, &world, steps), 0);
+    for (what, world) in worlds {
+        assert_eq!(assert_gradients(what, &world, steps), 0);
     }
 }
 
@@ -371,7 +367,7 @@ fn sideways(dissipation: f64, friction: f64) -> [f64; 2] {
     let skin = |modulus| [modulus, dissipation, friction];
     let sliding = |name, modulus, mass, height| {
         let body = dynamic(name, shapes::cuboid(BOX).unwrap(), skin(modulus), mass);
-        body.with_pose(Pose::from_translation(vector![0.0, 0.0, height]))
+        body.with_pose(at(0.0, 0.0, height))
             .with_velocity(SLIDING.into())
     };
     let world = world(vec![

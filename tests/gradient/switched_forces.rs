@@ -2,15 +2,15 @@
 
 use super::reverse::SAME;
 use crate::support::scenes::Random;
+use crate::support::worlds::{dynamic, falling, fixed, icosphere, plan_of, rubbing, sliding_at};
 use hydroelastic::contact::{HalfSpace, Shape};
 use hydroelastic::dynamics::{
-    Body, BodyState, Force, ForceContext, Integrator, Mass, Material, Plan, Trajectory, World,
+    Body, BodyState, Force, ForceContext, Integrator, Material, Plan, Trajectory, World,
     WrenchAccumulator,
 };
 use hydroelastic::gradient::{Experiment, Mode, Outcome, Parameter};
-use hydroelastic::mesh::shapes;
 use hydroelastic::scalar::{Scalar, lift};
-use hydroelastic::spatial::{Pose, Twist};
+use hydroelastic::spatial::Pose;
 use nalgebra::{Vector3, vector};
 use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex};
@@ -66,28 +66,22 @@ fn case(random: &mut Random, ball: &Arc<Shape>, integrator: Integrator) -> Case 
     let steps = 2 + random.below(40);
     let part = [0.0, 0.0, 0.25, 0.5, random.between(0.0, 1.0)][random.below(5)];
     let at = (random.below(steps) as f64 + part) * step;
-    let skin = Material::elastic(3e3)
-        .with_dissipation(0.3)
-        .with_friction(0.2);
+    let skin = rubbing(3e3, 0.3, 0.2);
     let height = random.between(0.047, 0.07);
     let path = |time: f64| BodyState {
         pose: Pose::from_translation(vector![0.0, 0.2 - 0.3 * time, 0.05]),
-        twist: Twist {
-            angular: Vector3::zeros(),
-            linear: vector![0.0, -0.3, 0.0],
-        },
+        twist: sliding_at(vector![0.0, -0.3, 0.0]),
     };
-    let moving = Body::dynamic("ball", Arc::clone(ball), skin, Mass::Total(1.0)).unwrap();
+    let moving = dynamic("ball", Arc::clone(ball), skin, 1.0);
     let mut bodies = vec![
         moving
             .with_pose(Pose::from_translation(vector![0.0, 0.0, height]))
             .with_velocity(random.vector() * 0.3),
-        Body::fixed(
+        fixed(
             "floor",
             HalfSpace::rigid(),
             Material::rigid().with_friction(0.2),
-        )
-        .unwrap(),
+        ),
     ];
     if random.below(2) == 0 {
         bodies.push(Body::kinematic("plate", Arc::clone(ball), skin, Arc::new(path)).unwrap());
@@ -97,14 +91,13 @@ fn case(random: &mut Random, ball: &Arc<Shape>, integrator: Integrator) -> Case 
         at,
         asked_at: Arc::clone(&asked_at),
     };
-    let world = World::new(bodies)
-        .and_then(|world| world.with_gravity(vector![0.0, 0.0, -9.81]))
-        .and_then(|world| world.with_slip_tolerance(0.1))
+    let world = falling(bodies)
+        .with_slip_tolerance(0.1)
         .and_then(|world| world.with_forces(force))
         .and_then(|world| world.with_force_parameter("before", random.between(-5.0, 5.0)))
         .and_then(|world| world.with_force_parameter("after", random.between(-50.0, 50.0)))
         .unwrap();
-    let plan = Plan::new(step, steps).unwrap().with_integrator(integrator);
+    let plan = plan_of(integrator, step, steps);
     Case {
         world,
         plan,
@@ -116,7 +109,7 @@ fn case(random: &mut Random, ball: &Arc<Shape>, integrator: Integrator) -> Case 
 /// change the derivative by about a thousandth.
 #[test]
 fn forwards_and_backwards_agree_in_a_thousand_worlds_with_a_switch() {
-    let ball = Arc::new(Shape::new(shapes::icosphere(0.05, 1).unwrap()));
+    let ball = Arc::new(icosphere(0.05, 1));
     let mut random = Random::numbered(4711);
     for number in 0..1_000 {
         let Case {

@@ -1,6 +1,7 @@
 //! Gradients of whole rollouts against central differences, and the real parts of dual rollouts
 //! against rollouts in `f64`.
 
+use crate::support::worlds::{at, cuboid, dynamic, falling, fixed, icosphere, plan_of, sliding_at};
 use hydroelastic::contact::Shape;
 use hydroelastic::dynamics::{
     Body, BodyState, Control, Integrator, Mass, Material, Plan, Trajectory, World,
@@ -11,7 +12,7 @@ use hydroelastic::gradient::{
 use hydroelastic::mesh::shapes;
 use hydroelastic::scalar::{Scalar, lift, real_part};
 use hydroelastic::spatial::{Pose, Twist, Wrench};
-use nalgebra::{DVector, Vector3, Vector6, vector};
+use nalgebra::{DVector, Vector6, vector};
 use num_dual::DualSVec64;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -39,23 +40,20 @@ fn everything() -> [Parameter; 8] {
 /// Returns an ellipsoid thrown on a slab, which bounces at least once in 0.4 s.
 fn thrown(dissipation: f64, friction: f64) -> World {
     let ball = Arc::new(Shape::new(shapes::ellipsoid([0.1, 0.11, 0.09], 2).unwrap()));
-    let slab = Arc::new(Shape::new(shapes::cuboid([1.0; 3]).unwrap()));
+    let slab = Arc::new(cuboid([1.0; 3]));
     let skin = |modulus| Material {
         modulus: Some(modulus),
         dissipation,
         friction: Some(friction),
     };
     let ball = Body::dynamic("ball", ball, skin(1e5), Mass::Density(240.0)).unwrap();
-    let slab = Body::fixed("slab", slab, skin(4e5)).unwrap();
-    World::new(vec![
-        ball.with_pose(Pose::from_translation(vector![0.05, 0.02, 0.15]))
+    let slab = fixed("slab", slab, skin(4e5));
+    falling(vec![
+        ball.with_pose(at(0.05, 0.02, 0.15))
             .with_velocity(vector![0.3, 0.1, 0.0])
             .with_angular_velocity(vector![1.0, 2.0, 0.5]),
-        slab.with_pose(Pose::from_translation(vector![0.0, 0.0, -0.5])),
+        slab.with_pose(at(0.0, 0.0, -0.5)),
     ])
-    .unwrap()
-    .with_gravity(vector![0.0, 0.0, -9.81])
-    .unwrap()
 }
 
 fn plan() -> Plan {
@@ -184,8 +182,8 @@ fn real_parts_of_a_dual_rollout_are_the_rollout() {
 #[test]
 fn jacobians_by_more_than_96_numbers_take_two_rollouts() {
     const INTERVALS: usize = 17;
-    let ball = Shape::new(shapes::icosphere(0.1, 0).unwrap());
-    let ball = Body::dynamic("ball", ball, Material::elastic(1e5), Mass::Total(1.0)).unwrap();
+    let ball = icosphere(0.1, 0);
+    let ball = dynamic("ball", ball, Material::elastic(1e5), 1.0);
     let control = Control::new("ball", 0.1, vec![Wrench::zero(); INTERVALS]).unwrap();
     let world = World::new(vec![ball]).unwrap();
     let world = world.with_control(control).unwrap();
@@ -229,7 +227,7 @@ fn gradients_use_reverse_mode_from_13_numbers_or_97_with_implicit_steps() {
         (Integrator::Sdirk3, 96),
         (Integrator::ImplicitEuler, 96),
     ] {
-        let plan = Plan::new(1e-3, 2).unwrap().with_integrator(integrator);
+        let plan = plan_of(integrator, 1e-3, 2);
         let experiment = Experiment::new(&world, &plan);
         let mode = |count: usize| experiment.mode_for(&vec![mass(); count]);
         assert_eq!([mode(most), mode(most + 1)], [Mode::Forward, Mode::Reverse]);
@@ -314,20 +312,17 @@ fn a_derivative_by_a_dissipation_of_zero_is_checked() {
 #[test]
 fn a_body_on_a_path_has_derivatives_by_its_material() {
     let skin = Material::elastic(1e5).with_friction(0.3);
-    let ball = Shape::new(shapes::icosphere(0.1, 1).unwrap());
-    let table = Shape::new(shapes::cuboid([1.0, 1.0, 0.2]).unwrap());
-    let ball = Body::dynamic("ball", ball, skin, Mass::Total(1.0)).unwrap();
+    let ball = icosphere(0.1, 1);
+    let table = cuboid([1.0, 1.0, 0.2]);
+    let ball = dynamic("ball", ball, skin, 1.0);
     let velocity = vector![0.01, 0.0, 0.1];
     let rising = move |time: f64| {
         let pose = Pose::from_translation(vector![0.0, 0.0, -0.1] + velocity * time);
-        let twist = Twist {
-            angular: Vector3::zeros(),
-            linear: velocity,
-        };
+        let twist = sliding_at(velocity);
         BodyState { pose, twist }
     };
     let table = Body::kinematic("table", table, skin, Arc::new(rising)).unwrap();
-    let ball = ball.with_pose(Pose::from_translation(vector![0.0, 0.0, 0.099]));
+    let ball = ball.with_pose(at(0.0, 0.0, 0.099));
     let world = World::new(vec![ball, table]).unwrap();
     let experiment = Experiment::new(&world, &Plan::new(1e-3, 100).unwrap());
     let parameters = [Parameter::modulus("table"), Parameter::friction("table")];

@@ -1,9 +1,8 @@
 //! Springs whose end points coincide.
 
-use hydroelastic::contact::Shape;
-use hydroelastic::dynamics::{Body, Integrator, Mass, Material, Plan, Spring, Trajectory, World};
+use crate::support::worlds::{dynamic, fixed, icosphere, plan_of};
+use hydroelastic::dynamics::{Integrator, Material, Plan, Spring, Trajectory, World};
 use hydroelastic::gradient::{Experiment, FinalState, Mode, Outcome, Parameter};
-use hydroelastic::mesh::shapes;
 use hydroelastic::scalar::Scalar;
 use hydroelastic::spatial::Pose;
 use nalgebra::{Vector3, vector};
@@ -44,14 +43,12 @@ impl Outcome for Along {
 
 /// Returns a body of 1 kg on a spring whose ends initially coincide. The end on the body is `away` (m) from the origin of the body.
 fn hung(away: f64, rest_length: f64, damping: f64, scale: f64) -> World<f64, Spring> {
-    let ball = || Shape::new(shapes::icosphere(0.1 * scale, 1).unwrap());
+    let ball = || icosphere(0.1 * scale, 1);
     let post = Vector3::new(1.0, 0.3, 0.7) * scale;
     let skin = Material::elastic(1e5);
     let bodies = vec![
-        Body::dynamic("ball", ball(), skin, Mass::Total(1.0)).unwrap(),
-        Body::fixed("post", ball(), skin)
-            .unwrap()
-            .with_pose(Pose::from_translation(post)),
+        dynamic("ball", ball(), skin, 1.0),
+        fixed("post", ball(), skin).with_pose(Pose::from_translation(post)),
     ];
     let arm = vector![away, 0.0, 0.0] * scale;
     let spring = Spring {
@@ -65,8 +62,7 @@ fn hung(away: f64, rest_length: f64, damping: f64, scale: f64) -> World<f64, Spr
 }
 
 fn plan(integrator: Integrator) -> Plan {
-    let plan = Plan::new(TIME_STEP, STEPS).unwrap();
-    let plan = plan.with_integrator(integrator);
+    let plan = plan_of(integrator, TIME_STEP, STEPS);
     plan.with_solver_tolerance(1e-13).unwrap()
 }
 

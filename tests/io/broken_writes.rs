@@ -1,12 +1,10 @@
 //! Files whose writing fails halfway: a full disk, a killed process, a rollout that ends early.
 #![cfg(unix)]
 
-use hydroelastic::contact::{ContactBody, ContactPair, Shape};
-use hydroelastic::dynamics::{Body, Mass, Material, Plan, State, Trajectory, World};
+use crate::support::worlds::{at, cuboid, dynamic, falling, fixed, icosphere};
+use hydroelastic::contact::{ContactBody, ContactPair};
+use hydroelastic::dynamics::{Material, Plan, State, Trajectory, World};
 use hydroelastic::io::{FileError, Recording, TrajectoryFile, write_surface, write_trajectory};
-use hydroelastic::mesh::shapes;
-use hydroelastic::spatial::Pose;
-use nalgebra::vector;
 use std::fs::{self, DirEntry};
 use std::os::unix::process::ExitStatusExt;
 use std::path::{Path, PathBuf};
@@ -18,18 +16,14 @@ const TIME_STEP: f64 = 1e-3;
 
 /// Returns a ball that falls on a floor and hits it after about 45 steps.
 fn world(skin: Material) -> World {
-    let ball = Shape::new(shapes::icosphere(0.1, 1).unwrap());
-    let ball = Body::dynamic("ball", ball, skin, Mass::Total(1.0)).unwrap();
-    let floor = Shape::new(shapes::cuboid([1.0, 1.0, 0.2]).unwrap());
-    let floor = Body::fixed("floor", floor, skin).unwrap();
-    let world = World::new(vec![
-        ball.with_pose(Pose::from_translation(vector![0.0, 0.0, 0.11])),
-        floor.with_pose(Pose::from_translation(vector![0.0, 0.0, -0.1])),
-    ]);
-    world
-        .unwrap()
-        .with_gravity(vector![0.0, 0.0, -9.81])
-        .unwrap()
+    let ball = icosphere(0.1, 1);
+    let ball = dynamic("ball", ball, skin, 1.0);
+    let floor = cuboid([1.0, 1.0, 0.2]);
+    let floor = fixed("floor", floor, skin);
+    falling(vec![
+        ball.with_pose(at(0.0, 0.0, 0.11)),
+        floor.with_pose(at(0.0, 0.0, -0.1)),
+    ])
 }
 
 fn soft_world() -> World {
@@ -89,9 +83,9 @@ fn write(path: &Path) -> Result<(), FileError> {
         "csv" | "parquet" => write_trajectory(path, &world, &recorded(&world)),
         "glb" => Recording::new(&world, &recorded(&world)).write(path),
         _ => {
-            let ball = Shape::new(shapes::icosphere(1.0, 3).unwrap());
+            let ball = icosphere(1.0, 3);
             let body = |x| {
-                let pose = Pose::from_translation(vector![x, 0.0, 0.0]);
+                let pose = at(x, 0.0, 0.0);
                 ContactBody::new(&ball, pose, 1e5).unwrap()
             };
             write_surface(path, &ContactPair::new(body(0.0), body(0.3)).surface())

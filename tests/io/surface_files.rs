@@ -1,16 +1,16 @@
 //! Files of contact surfaces, written and read back.
 
-use hydroelastic::contact::{ContactBody, ContactPair, ContactSurface, Shape};
+use crate::support::worlds::{cuboid, icosphere};
+use hydroelastic::contact::{ContactBody, ContactPair, ContactSurface};
 use hydroelastic::io::{FileError, write_surface};
-use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::Pose;
 use nalgebra::Vector3;
 use std::path::Path;
 use vtkio::model::{Attribute, DataSet, Piece, PolyDataPiece, VertexNumbers};
 
 fn touching() -> ContactSurface {
-    let ball = Shape::new(shapes::icosphere(0.1, 2).unwrap());
-    let block = Shape::new(shapes::cuboid([0.4, 0.4, 0.2]).unwrap());
+    let ball = icosphere(0.1, 2);
+    let block = cuboid([0.4, 0.4, 0.2]);
     let tilt = Vector3::new(0.1, 0.2, 0.3);
     let on_top = Pose::from_rotation_vector(&tilt, Vector3::new(0.01, 0.02, 0.19));
     let a = ContactBody::new(&ball, on_top, 1e5).unwrap();

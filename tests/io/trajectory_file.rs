@@ -1,10 +1,8 @@
 //! Trajectory files, written and read back.
 
-use hydroelastic::contact::Shape;
-use hydroelastic::dynamics::{Body, BodyState, Mass, Material, Plan, State, Trajectory, World};
+use crate::support::worlds::{cuboid, dynamic, falling, fixed, icosphere, turned};
+use hydroelastic::dynamics::{BodyState, Material, Plan, State, Trajectory, World};
 use hydroelastic::io::{FileError, write_trajectory};
-use hydroelastic::mesh::shapes;
-use hydroelastic::spatial::Pose;
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3, vector};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -42,17 +40,16 @@ impl Row {
 /// Returns a rotating ball that falls on a floor.
 fn world() -> World {
     let skin = Material::elastic(1e5);
-    let ball = Arc::new(Shape::new(shapes::icosphere(0.1, 1).unwrap()));
-    let slab = Arc::new(Shape::new(shapes::cuboid([1.0, 1.0, 0.2]).unwrap()));
-    let start = Pose::from_rotation_vector(&vector![0.3, 2.0, 0.1], vector![0.1, 0.0, 0.22]);
-    let ball = Body::dynamic(BALL, ball, skin, Mass::Total(1.0)).unwrap();
+    let ball = Arc::new(icosphere(0.1, 1));
+    let slab = Arc::new(cuboid([1.0, 1.0, 0.2]));
+    let start = turned([0.3, 2.0, 0.1], [0.1, 0.0, 0.22]);
+    let ball = dynamic(BALL, ball, skin, 1.0);
     let ball = ball
         .with_pose(start)
         .with_velocity(vector![1e-9, -0.1, 0.0])
         .with_angular_velocity(vector![1.0, 20.0, -3.0]);
-    let floor = Body::fixed("floor", slab, skin).unwrap();
-    let world = World::new(vec![ball, floor]).unwrap();
-    world.with_gravity(vector![0.0, 0.0, -9.81]).unwrap()
+    let floor = fixed("floor", slab, skin);
+    falling(vec![ball, floor])
 }
 
 fn trajectory(world: &World) -> Trajectory {

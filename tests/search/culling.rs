@@ -1,9 +1,9 @@
 //! The search affects the time of a wrench, but never the wrench.
 
 use crate::support::scenes::{Random, grid, mixed_shapes, pair, random_pair};
+use crate::support::worlds::{at, cuboid, icosphere};
 use hydroelastic::broad_phase::Projections;
 use hydroelastic::contact::{ContactBody, ContactPair, Culling, HalfSpace, Partner, Search, Shape};
-use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::Pose;
 use nalgebra::vector;
 
@@ -39,7 +39,7 @@ fn every_combination_gives_the_same_wrench_at_generic_poses() {
 
 #[test]
 fn every_combination_gives_the_same_wrench_at_aligned_poses() {
-    let cube = Shape::new(shapes::cuboid([1.0; 3]).unwrap());
+    let cube = cuboid([1.0; 3]);
     for offset in [
         [0.0; 3],
         [0.5, 0.0, 0.0],
@@ -54,8 +54,8 @@ fn every_combination_gives_the_same_wrench_at_aligned_poses() {
 
 #[test]
 fn each_step_of_the_default_leaves_fewer_candidates() {
-    let sphere = Shape::new(shapes::icosphere(1.0, 2).unwrap());
-    let apart = Pose::from_translation(vector![0.1, 0.2, 1.5]);
+    let sphere = icosphere(1.0, 2);
+    let apart = at(0.1, 0.2, 1.5);
     let pair = pair((&sphere, Pose::identity(), 1.0), (&sphere, apart, 1.0));
     let boxes = Culling {
         bounding_boxes: true,
@@ -132,7 +132,7 @@ fn candidates_at_a_half_space_are_the_tetrahedra_that_reach_it() {
 
 #[test]
 fn tetrahedra_flush_with_a_half_space_are_candidates() {
-    let block = Shape::new(shapes::cuboid([1.0; 3]).unwrap());
+    let block = cuboid([1.0; 3]);
     let cells = Shape::new(grid(&[4, 3, 2], 0.25, |_| true).unwrap());
     // The surface is on the plane from above and from below, and so is the center, which for the cells is a layer of inner faces.
     for (shape, half) in [(&block, 0.5), (&cells, 0.25)] {

@@ -1,6 +1,7 @@
 //! Tracing the contact surface finds the same pairs of tetrahedra as a global search.
 
 use crate::support::scenes::{Random, dented_ball, grid, mixed_shapes, pair, random_pair};
+use crate::support::worlds::cuboid;
 use hydroelastic::contact::{ContactPair, Culling, Search, Shape};
 use hydroelastic::mesh::{PressureField, TetMesh, shapes};
 use hydroelastic::spatial::Pose;
@@ -128,7 +129,7 @@ fn a_body_without_pressure_has_no_contact_surface() {
     ];
     let mesh = TetMesh::new(corners.map(Vector3::from).into(), vec![[0, 1, 2, 3]]).unwrap();
     let inert = Shape::new(PressureField::with_inert_tets(mesh, vec![0.0; 4]).unwrap());
-    let cube = Shape::new(shapes::cuboid([1.0; 3]).unwrap());
+    let cube = cuboid([1.0; 3]);
     for pair in [[&inert, &cube], [&cube, &inert]] {
         let pair = crate::support::scenes::pair(at_origin(pair[0], 1.0), at_origin(pair[1], 1.0));
         for search in [Search::Following, Search::Culling(Culling::default())] {
@@ -141,7 +142,7 @@ fn a_body_without_pressure_has_no_contact_surface() {
 /// equal fields.
 fn symmetric_poses(poses: usize) {
     let mut shapes = mixed_shapes();
-    shapes.push(Shape::new(shapes::cuboid([1.0; 3]).unwrap()));
+    shapes.push(cuboid([1.0; 3]));
     shapes.push(Shape::new(grid(&[4, 4, 4], 0.25, |_| true).unwrap()));
     let ring = |[i, j, _]: [usize; 3]| i != 1 || j != 1;
     shapes.push(Shape::new(grid(&[3, 3, 1], 0.4, ring).unwrap()));
@@ -198,7 +199,7 @@ fn nested_and_dented_bodies(poses: usize) {
         shapes.push(Shape::new(small.unwrap()));
     }
     shapes.push(Shape::new(dented_ball(0.4, 0, [0.2, 1.0])));
-    shapes.push(Shape::new(shapes::cuboid([2.2, 2.4, 2.0]).unwrap()));
+    shapes.push(cuboid([2.2, 2.4, 2.0]));
     shapes.push(Shape::new(grid(&[3, 3, 3], 0.6, |_| true).unwrap()));
     let (mut random, mut tally) = (Random::new(64), Tally::default());
     let mut without_rim = 0;

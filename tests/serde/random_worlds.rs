@@ -1,10 +1,11 @@
 //! Every world that can be constructed can be saved and loaded, also after some steps.
 
 use crate::support::scenes::Random;
+use crate::support::worlds::{cuboid, icosphere, plan_of, rubbing};
 use crate::text_and_bits::{TIME_STEP, saved, trajectory_bits};
 use hydroelastic::contact::{HalfSpace, RigidShape, Shape};
 use hydroelastic::dynamics::{
-    Body, BodyShape, Integrator, Mass, Material, Plan, Spring, World, WorldBuilder, WorldError,
+    Body, BodyShape, Integrator, Mass, Material, Spring, World, WorldBuilder, WorldError,
 };
 use hydroelastic::mesh::{TriangleSurface, shapes};
 use hydroelastic::spatial::{MassProperties, Pose};
@@ -45,9 +46,11 @@ struct Kit {
 }
 
 fn shape(kit: &Kit, random: &mut Random) -> (BodyShape, Material) {
-    let skin = Material::elastic(10_f64.powf(random.between(1.0, 5.0)))
-        .with_dissipation([0.0, random.between(0.0, 2.0)][random.below(2)])
-        .with_friction([0.0, random.between(0.0, 1.0)][random.below(2)]);
+    let skin = rubbing(
+        10_f64.powf(random.between(1.0, 5.0)),
+        [0.0, random.between(0.0, 2.0)][random.below(2)],
+        [0.0, random.between(0.0, 1.0)][random.below(2)],
+    );
     match random.below(4) {
         0 => (Arc::clone(&kit.rigid).into(), Material::rigid()),
         1 => (Arc::clone(&kit.soft[0]).into(), skin),
@@ -125,10 +128,7 @@ fn assert_loaded_as_saved(count: usize) {
     let cube = shapes::cuboid([0.1, 0.08, 0.06]).unwrap();
     let surface = TriangleSurface::around(cube.mesh()).unwrap();
     let kit = Kit {
-        soft: [
-            Arc::new(Shape::new(cube)),
-            Arc::new(Shape::new(shapes::icosphere(0.05, 0).unwrap())),
-        ],
+        soft: [Arc::new(Shape::new(cube)), Arc::new(icosphere(0.05, 0))],
         rigid: Arc::new(RigidShape::new(surface)),
     };
     let mut random = Random::numbered(31);
@@ -139,7 +139,7 @@ fn assert_loaded_as_saved(count: usize) {
             continue;
         };
         let integrator = [Integrator::Leapfrog, Integrator::Sdirk3][loaded % 2];
-        let plan = Plan::new(TIME_STEP, 2).unwrap().with_integrator(integrator);
+        let plan = plan_of(integrator, TIME_STEP, 2);
         let plan = plan.without_stability_check();
         let states = match world.rollout(&plan).run() {
             Ok(trajectory) => trajectory,
@@ -172,7 +172,7 @@ fn plates_rounded_to_five_digits_are_bodies_and_can_be_loaded() {
         [0.083_333, 0.083_333, 0.166_67],
         [1.0, 1.0, 2.0001],
     ] {
-        let cube = Shape::new(shapes::cuboid([0.1; 3]).unwrap());
+        let cube = cuboid([0.1; 3]);
         let mass = Mass::Properties(MassProperties {
             mass: 1.0,
             center_of_mass: Vector3::zeros(),

@@ -1,11 +1,11 @@
 //! Saved numbers are loaded without change.
 
+use crate::support::worlds::{EXPLICIT, cuboid, dynamic, fixed, plan_of, rubbing, turned};
 use crate::text_and_bits::{
     TIME_STEP, pose_bits, refusal, reloaded, saved, state_bits, trajectory_bits, twist_bits,
 };
-use hydroelastic::contact::Shape;
 use hydroelastic::dynamics::{
-    Body, BodyState, ContactTopology, Integrator, Mass, Material, Plan, State, Trajectory, World,
+    Body, BodyState, ContactTopology, Integrator, Material, Plan, State, Trajectory, World,
 };
 use hydroelastic::gradient::{DifferenceCheck, Experiment, FinalPosition, Parameter};
 use hydroelastic::mesh::{TriangleSurface, shapes};
@@ -19,27 +19,24 @@ const ORTHONORMAL: f64 = 1e-15;
 
 /// Returns a spinning block on a tilted floor with friction, and a paddle on a path.
 fn world() -> World {
-    let skin = Material::elastic(1e5)
-        .with_dissipation(0.2)
-        .with_friction(0.4);
-    let block = Arc::new(Shape::new(shapes::cuboid([0.2, 0.15, 0.1]).unwrap()));
-    let slab = Shape::new(shapes::cuboid([1.0, 1.0, 0.2]).unwrap());
+    let skin = rubbing(1e5, 0.2, 0.4);
+    let block = Arc::new(cuboid([0.2, 0.15, 0.1]));
+    let slab = cuboid([1.0, 1.0, 0.2]);
     let path = |time: f64| BodyState {
-        pose: Pose::from_rotation_vector(&vector![0.0, time, 0.0], vector![0.3, time, 0.5]),
+        pose: turned([0.0, time, 0.0], [0.3, time, 0.5]),
         twist: Twist {
             angular: vector![0.0, 1.0, 0.0],
             linear: vector![0.0, 1.0, 0.0],
         },
     };
-    let start = Pose::from_rotation_vector(&vector![0.3, 2.0, 0.1], vector![0.1, 0.0, 0.24]);
+    let start = turned([0.3, 2.0, 0.1], [0.1, 0.0, 0.24]);
     let tilt = Pose::from_rotation_vector(&vector![0.1, 0.0, 0.0], Vector3::zeros());
     let world = World::new(vec![
-        Body::dynamic("block", Arc::clone(&block), skin, Mass::Total(1.0))
-            .unwrap()
+        dynamic("block", Arc::clone(&block), skin, 1.0)
             .with_pose(start)
             .with_velocity(vector![1e-9, -0.1, 0.0])
             .with_angular_velocity(vector![1.0, 9.0, -3.0]),
-        Body::fixed("floor", slab, skin).unwrap().with_pose(tilt),
+        fixed("floor", slab, skin).with_pose(tilt),
         Body::kinematic("paddle", block, skin, Arc::new(path)).unwrap(),
     ]);
     let world = world.unwrap();
@@ -76,9 +73,7 @@ fn the_layout_is_rows_and_names() {
     let trajectory_text = format!(r#"{{"states":[{state_text},{state_text}]}}"#);
     let trajectory: Trajectory = serde_json::from_str(&trajectory_text).unwrap();
     assert_eq!(saved(&trajectory), trajectory_text);
-    let skin = Material::elastic(1e5)
-        .with_dissipation(0.25)
-        .with_friction(0.5);
+    let skin = rubbing(1e5, 0.25, 0.5);
     assert_eq!(
         saved(&skin),
         r#"{"modulus":100000.0,"dissipation":0.25,"friction":0.5}"#
@@ -87,7 +82,7 @@ fn the_layout_is_rows_and_names() {
 
 #[test]
 fn a_trajectory_comes_back_bit_for_bit() {
-    for integrator in [Integrator::Leapfrog, Integrator::SymplecticEuler] {
+    for integrator in EXPLICIT {
         let trajectory = trajectory(integrator);
         let loaded = reloaded(&trajectory);
         assert_eq!(trajectory_bits(&loaded), trajectory_bits(&trajectory));
@@ -98,10 +93,8 @@ fn a_trajectory_comes_back_bit_for_bit() {
 #[test]
 fn a_rollout_goes_on_from_a_loaded_state_with_the_same_bits() {
     let world = world();
-    for integrator in [Integrator::Leapfrog, Integrator::SymplecticEuler] {
-        let plan = Plan::new(TIME_STEP, 600)
-            .unwrap()
-            .with_integrator(integrator);
+    for integrator in EXPLICIT {
+        let plan = plan_of(integrator, TIME_STEP, 600);
         let uninterrupted = trajectory_bits(&trajectory(integrator));
         for stop in [0, 1, 137, 400] {
             let first = world.rollout(&plan.with_steps(stop)).run().unwrap();

@@ -1,10 +1,10 @@
 //! Whole worlds and plans: loaded worlds behave identically bit for bit, and invalid ones are rejected.
 
+use crate::support::worlds::{cuboid, fixed, icosphere};
 use crate::text_and_bits::{TIME_STEP, refusal, reloaded, saved, trajectory_bits};
 use hydroelastic::contact::Shape;
 use hydroelastic::dynamics::{Body, BodyState, Control, Mass, Material, Plan, Spring, World};
 use hydroelastic::gradient::{Experiment, FinalPosition, Parameter};
-use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::{Pose, Twist, Wrench};
 use nalgebra::{Matrix3, Vector3, vector};
 use std::sync::Arc;
@@ -14,9 +14,9 @@ fn furnished() -> World<f64, Spring> {
     let skin = Material::elastic(1e5)
         .with_friction(0.4)
         .with_dissipation(0.2);
-    let ball = Arc::new(Shape::new(shapes::icosphere(0.1, 1).unwrap()));
-    let brick = Shape::new(shapes::cuboid([0.1, 0.2, 0.3]).unwrap());
-    let floor = Shape::new(shapes::cuboid([2.0, 2.0, 0.2]).unwrap());
+    let ball = Arc::new(icosphere(0.1, 1));
+    let brick = cuboid([0.1, 0.2, 0.3]);
+    let floor = cuboid([2.0, 2.0, 0.2]);
     let at = |body: Body, x: f64, z: f64| {
         let turn = vector![0.1, x, -0.2];
         body.with_pose(Pose::from_rotation_vector(&turn, vector![x, 0.0, z]))
@@ -38,7 +38,7 @@ fn furnished() -> World<f64, Spring> {
         at(dynamic("ball", Arc::clone(&ball)).unwrap(), -0.4, 0.195),
         at(dynamic("other ball", ball).unwrap(), -0.3, 0.33),
         at(dynamic("brick", brick.into()).unwrap(), 0.3, 0.19),
-        Body::fixed("floor", floor, skin).unwrap(),
+        fixed("floor", floor, skin),
     ])
     .and_then(|world| world.with_gravity(vector![0.1, 0.0, -9.81]))
     .and_then(|world| world.with_slip_tolerance(2e-3))
@@ -167,7 +167,7 @@ fn plans_are_checked_and_paths_are_not_saved() {
         pose: Pose::identity(),
         twist: Twist::zero(),
     });
-    let shape = Shape::new(shapes::cuboid([1.0; 3]).unwrap());
+    let shape = cuboid([1.0; 3]);
     let driven = Body::kinematic("driven", shape, Material::elastic(1e5), path).unwrap();
     let error = serde_json::to_string(&World::new(vec![driven]).unwrap()).unwrap_err();
     assert!(

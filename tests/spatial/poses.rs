@@ -3,7 +3,7 @@
 use crate::samples_and_tolerances::{EXACT, ROUND_OFF, rotation_vectors};
 use hydroelastic::scalar::lift;
 use hydroelastic::spatial::{Pose, PoseError, Twist, rotation_from_vector};
-use nalgebra::{Isometry3, Matrix3, Vector3, Vector6, vector};
+use nalgebra::{Matrix3, Vector3, Vector6, vector};
 use num_dual::{Dual2_64, Dual64};
 
 fn poses() -> [Pose; 3] {
@@ -41,15 +41,6 @@ fn inverse_undoes_the_pose_from_both_sides() {
         assert!(pose_difference(&(pose * pose.inverse()), &identity) <= ROUND_OFF);
         assert!(pose_difference(&(pose.inverse() * pose), &identity) <= ROUND_OFF);
     }
-}
-
-#[test]
-fn pose_from_isometry_maps_points_alike() {
-    let isometry = Isometry3::new(vector![1.0, -2.0, 0.5], vector![0.3, -0.2, 0.9]);
-    let (pose, point) = (Pose::from(isometry), vector![0.7, -0.4, 0.2]);
-    let expected = isometry.transform_point(&point.into()).coords;
-    assert!((pose.transformed_point(&point) - expected).amax() <= ROUND_OFF);
-    assert!(pose_difference(&pose, &poses()[0]) <= ROUND_OFF);
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! Common parts of the tests: reference data, random poses, finite differences, and slow, independent twins of the contact kernel.
+//! Common parts of the tests: reference data, random poses, finite differences, worlds, and a slow, exact twin of the contact kernel.
 #![allow(dead_code, reason = "each test file uses its own part of the support")]
 
 pub mod aligned;
@@ -8,7 +8,6 @@ pub mod exact;
 pub mod exact_claims;
 pub mod falling;
 pub mod glb;
-pub mod half_planes;
 pub mod hostile;
 pub mod hulls;
 pub mod impacts;
@@ -20,3 +19,4 @@ pub mod scenes;
 pub mod starts;
 pub mod subdivisions;
 pub mod sweep;
+pub mod worlds;

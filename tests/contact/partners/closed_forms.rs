@@ -4,8 +4,8 @@
 //! = κ(a²x − 2ax² + 4x³/3). Pressed in by d on its edge, the force is κ(ad²/√2 − d³/3), and on its corner κd³/2.
 
 use super::rigid;
+use crate::support::worlds::{at, cuboid, icosphere};
 use hydroelastic::contact::{ContactBody, ContactPair, HalfSpace, Partner, Shape};
-use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::Pose;
 use nalgebra::{Rotation3, UnitVector3, Vector3, Vector6, vector};
 
@@ -36,7 +36,7 @@ fn assert_close(name: &str, actual: f64, expected: f64) {
 }
 
 fn cube() -> Shape {
-    Shape::new(shapes::cuboid([EDGE; 3]).unwrap())
+    cuboid([EDGE; 3])
 }
 
 /// Returns the pose at which the lowest of the given points of a rotated body is at this depth below z = 0.
@@ -56,8 +56,8 @@ fn for_rigid_planes(check: impl Fn(&str, Partner)) {
         "half-space",
         Partner::rigid_half_space(Pose::identity()).unwrap(),
     );
-    let slab = rigid(&Shape::new(shapes::cuboid([1.0; 3]).unwrap()));
-    let below = Pose::from_translation(vector![0.07, -0.11, -0.5]);
+    let slab = rigid(&cuboid([1.0; 3]));
+    let below = at(0.07, -0.11, -0.5);
     check("slab", Partner::rigid(&slab, below).unwrap());
 }
 
@@ -157,8 +157,8 @@ fn balls_push_as_their_integral_says() {
         (2, [-0.213_903, -0.219_848]),
         (3, [-0.056_142, -0.058_074]),
     ] {
-        let ball = Shape::new(shapes::icosphere(1.0, order).unwrap());
-        let pose = Pose::from_translation(vector![0.0, 0.0, 0.9]);
+        let ball = icosphere(1.0, order);
+        let pose = at(0.0, 0.0, 0.9);
         let body = ContactBody::new(&ball, pose, 1.0).unwrap();
         let on = |plane: Partner| ContactPair::new(body, plane).wrench().on_a.force.z;
         let errors = [
@@ -205,7 +205,7 @@ fn a_body_that_has_sunk_through_is_pushed_by_nothing_and_holds_all_its_energy() 
 /// The squares of these distances are infinite.
 #[test]
 fn however_far_above_a_half_space_a_body_does_not_touch_it() {
-    let cube = Shape::new(shapes::cuboid([1.0; 3]).unwrap());
+    let cube = cuboid([1.0; 3]);
     let layer = HalfSpace::layer(0.5).unwrap();
     let turned: Pose = Pose::from_rotation_vector(&vector![0.1, 0.2, 0.3], Vector3::zeros());
     for ground in [Pose::identity(), turned] {

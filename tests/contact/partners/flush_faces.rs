@@ -2,10 +2,9 @@
 
 use super::rigid;
 use crate::support::reference::shape;
+use crate::support::worlds::{at, cuboid};
 use hydroelastic::contact::{ContactBody, ContactPair, Partner, RigidShape, Shape};
-use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::Pose;
-use nalgebra::vector;
 
 /// Printed precision of the other program's force (N).
 const PRINTED: f64 = 2e-9;
@@ -23,7 +22,7 @@ const HALF: f64 = 0.45;
 
 /// Returns the force on the block along z, and its derivative with respect to a translation of the cube along z.
 fn force_and_slope(block: &Shape, cube: &RigidShape, height: f64) -> [f64; 2] {
-    let pose = Pose::from_translation(vector![0.013, -0.021, height + HALF]);
+    let pose = at(0.013, -0.021, height + HALF);
     let block = ContactBody::new(block, Pose::identity(), 1.0).unwrap();
     let pair = ContactPair::new(block, Partner::rigid(cube, pose).unwrap());
     let contact = pair.linearized();
@@ -35,7 +34,7 @@ fn force_and_slope(block: &Shape, cube: &RigidShape, height: f64) -> [f64; 2] {
 #[test]
 fn the_slope_in_a_layer_of_the_mesh_is_the_mean_of_both_sides() {
     let block = shape("grid4");
-    let cube = rigid(&Shape::new(shapes::cuboid([2.0 * HALF; 3]).unwrap()));
+    let cube = rigid(&cuboid([2.0 * HALF; 3]));
     let [force, slope] = force_and_slope(&block, &cube, LAYER);
     assert!((force + 0.272_960_168).abs() < PRINTED, "{force}");
     let known = [0.125, 0.990_654];

@@ -1,10 +1,9 @@
 //! Invalid partners are rejected, and inputs that a partner ignores are not.
 
 use super::rigid;
-use hydroelastic::contact::{BodyError, ContactBody, ContactPair, HalfSpace, Partner, Shape};
-use hydroelastic::mesh::shapes;
+use crate::support::worlds::{at, cuboid};
+use hydroelastic::contact::{BodyError, ContactBody, ContactPair, HalfSpace, Partner};
 use hydroelastic::spatial::Pose;
-use nalgebra::vector;
 
 const NO_MODULI: [f64; 4] = [0.0, -1.0, f64::INFINITY, f64::NAN];
 
@@ -22,7 +21,7 @@ fn a_soft_layer_needs_a_positive_modulus() {
 
 #[test]
 fn a_rigid_partner_ignores_the_modulus() {
-    let cube = rigid(&Shape::new(shapes::cuboid([1.0; 3]).unwrap()));
+    let cube = rigid(&cuboid([1.0; 3]));
     let bare = HalfSpace::rigid();
     for modulus in NO_MODULI {
         let half_space = Partner::half_space(&bare, Pose::identity(), modulus).unwrap();
@@ -37,7 +36,7 @@ fn a_rigid_partner_ignores_the_modulus() {
 #[test]
 fn pressures_must_not_rise_beyond_double_precision() {
     let [thin, bare] = [HalfSpace::layer(1e-6).unwrap(), HalfSpace::rigid()];
-    let cube = Shape::new(shapes::cuboid([0.2; 3]).unwrap());
+    let cube = cuboid([0.2; 3]);
     let here = Pose::identity();
     for modulus in [1e148, 1e200, f64::MAX] {
         let layer = Partner::half_space(&thin, here, modulus).map(|_| ());
@@ -51,7 +50,7 @@ fn pressures_must_not_rise_beyond_double_precision() {
         assert!(Partner::half_space(&bare, here, modulus).is_ok());
     }
     // The steepest accepted layer still has a force. It is rigid up to round-off.
-    let above = Pose::from_translation(vector![0.01, 0.02, 0.09]);
+    let above = at(0.01, 0.02, 0.09);
     let cube = ContactBody::new(&cube, above, 1e100).unwrap();
     let [on_layer, on_rigid] = [
         Partner::half_space(&thin, here, 1e146).unwrap(),
@@ -66,9 +65,9 @@ fn pressures_must_not_rise_beyond_double_precision() {
 
 #[test]
 fn a_partner_needs_a_finite_pose() {
-    let nowhere = Pose::from_translation(vector![0.0, f64::NAN, 0.0]);
+    let nowhere = at(0.0, f64::NAN, 0.0);
     let layer = HalfSpace::layer(0.1).unwrap();
-    let cube = rigid(&Shape::new(shapes::cuboid([1.0; 3]).unwrap()));
+    let cube = rigid(&cuboid([1.0; 3]));
     for refused in [
         Partner::rigid(&cube, nowhere),
         Partner::rigid_half_space(nowhere),

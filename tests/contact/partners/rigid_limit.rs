@@ -1,10 +1,10 @@
 //! A rigid body is the limit of bodies of increasing stiffness.
 
 use super::{Shapes, rigid};
+use crate::support::worlds::turned;
 use hydroelastic::contact::{ContactBody, ContactPair, HalfSpace, Partner, Shape};
 use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::Pose;
-use nalgebra::vector;
 
 /// Bound of the error times the ratio of the moduli. The error is the ratio of the soft body's pressure to the stiff body's pressure at the
 /// same depth.
@@ -46,7 +46,7 @@ fn wrench_and_derivatives_approach_those_of_a_rigid_body_as_the_ratio_of_moduli(
     for field in stiff {
         let stiff = Shape::new(field);
         let surface = rigid(&stiff);
-        let pose = Pose::from_rotation_vector(&vector![0.4, -0.3, 0.9], vector![0.5, 1.1, 0.6]);
+        let pose = turned([0.4, -0.3, 0.9], [0.5, 1.1, 0.6]);
         let a = ContactBody::new(&soft, Pose::identity(), 1.0).unwrap();
         let limit = ContactPair::new(a, Partner::rigid(&surface, pose).unwrap());
         assert_falls(&limit, |ratio| {
@@ -58,7 +58,7 @@ fn wrench_and_derivatives_approach_those_of_a_rigid_body_as_the_ratio_of_moduli(
 #[test]
 fn a_stiff_layer_approaches_a_rigid_half_space() {
     let shapes = Shapes::mixed();
-    let pose = Pose::from_rotation_vector(&vector![0.4, -0.3, 0.9], vector![0.1, 0.2, -0.3]);
+    let pose = turned([0.4, -0.3, 0.9], [0.1, 0.2, -0.3]);
     for shape in &shapes.compliant {
         let a = ContactBody::new(shape, Pose::identity(), 1.0).unwrap();
         let limit = ContactPair::new(a, Partner::rigid_half_space(pose).unwrap());

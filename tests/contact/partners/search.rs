@@ -2,8 +2,9 @@
 
 use super::{Shapes, rigid};
 use crate::support::scenes::{Random, grid};
+use crate::support::worlds::{at, cuboid, icosphere};
 use hydroelastic::contact::{ContactBody, ContactPair, Culling, Partner, Search, Shape};
-use hydroelastic::mesh::{PressureField, shapes};
+use hydroelastic::mesh::PressureField;
 use hydroelastic::spatial::Pose;
 use nalgebra::vector;
 
@@ -41,9 +42,9 @@ fn all_searches_find_the_same_surface() {
 /// If a rigid body is wholly inside a compliant body, no triangle crosses the surface of the compliant body.
 #[test]
 fn a_rigid_body_inside_a_soft_one_is_found() {
-    let big = Shape::new(shapes::icosphere(1.0, 2).unwrap());
-    let small = rigid(&Shape::new(shapes::icosphere(0.2, 1).unwrap()));
-    let inside = Pose::from_translation(vector![0.3, 0.2, 0.1]);
+    let big = icosphere(1.0, 2);
+    let small = rigid(&icosphere(0.2, 1));
+    let inside = at(0.3, 0.2, 0.1);
     let a = ContactBody::new(&big, Pose::identity(), 1e5).unwrap();
     let pair = ContactPair::new(a, Partner::rigid(&small, inside).unwrap());
     assert_same_surface(&pair, Culling::default());
@@ -60,9 +61,9 @@ fn a_rigid_body_inside_a_soft_one_is_found() {
 /// The cost depends on the number of polygons, not on the number of triangles of a large surface.
 #[test]
 fn a_large_rigid_surface_costs_what_is_touched() {
-    let ball = Shape::new(shapes::icosphere(0.1, 2).unwrap());
-    let fine = rigid(&Shape::new(shapes::icosphere(10.0, 6).unwrap()));
-    let a = ContactBody::new(&ball, Pose::from_translation(vector![0.0, 0.0, 10.09]), 1e5);
+    let ball = icosphere(0.1, 2);
+    let fine = rigid(&icosphere(10.0, 6));
+    let a = ContactBody::new(&ball, at(0.0, 0.0, 10.09), 1e5);
     let pair = ContactPair::new(a.unwrap(), Partner::rigid(&fine, Pose::identity()).unwrap());
     let work = pair.work_count();
     assert!(work.polygons > 0);
@@ -72,9 +73,9 @@ fn a_large_rigid_surface_costs_what_is_touched() {
 /// The same holds for large triangles: the search examines only pairs at the rim of a triangle and inside it.
 #[test]
 fn a_large_rigid_triangle_costs_what_is_touched() {
-    let ball = Shape::new(shapes::icosphere(0.1, 3).unwrap());
-    let cube = rigid(&Shape::new(shapes::cuboid([1.0; 3]).unwrap()));
-    let below = Pose::from_translation(vector![0.0, 0.0, -0.5]);
+    let ball = icosphere(0.1, 3);
+    let cube = rigid(&cuboid([1.0; 3]));
+    let below = at(0.0, 0.0, -0.5);
     let mut random = Random::new(63);
     for _ in 0..50 {
         let position = vector![random.between(-0.3, 0.3), random.between(-0.3, 0.3), 0.096];
@@ -108,7 +109,7 @@ fn half_inert_cube() -> Shape {
 #[test]
 fn a_rigid_body_inside_is_found_from_tetrahedra_without_pressure() {
     let half = half_inert_cube();
-    let ball = rigid(&Shape::new(shapes::icosphere(0.2, 2).unwrap()));
+    let ball = rigid(&icosphere(0.2, 2));
     let mut random = Random::new(64);
     for _ in 0..50 {
         let position = vector![random.between(0.3, 0.4), 0.1, 0.05];
@@ -124,7 +125,7 @@ fn a_rigid_body_inside_is_found_from_tetrahedra_without_pressure() {
 #[test]
 fn tetrahedra_without_pressure_are_not_touched() {
     let half = half_inert_cube();
-    let ball = rigid(&Shape::new(shapes::icosphere(0.6, 1).unwrap()));
+    let ball = rigid(&icosphere(0.6, 1));
     let mut random = Random::new(62);
     for _ in 0..50 {
         let pose = Pose::from_rotation_vector(&random.rotation_vector(), random.vector());
@@ -145,7 +146,7 @@ fn tetrahedra_without_pressure_are_not_touched() {
 #[test]
 fn a_rigid_body_half_inside_tetrahedra_without_pressure_is_found() {
     let half = half_inert_cube();
-    let small = rigid(&Shape::new(shapes::icosphere(0.25, 1).unwrap()));
+    let small = rigid(&icosphere(0.25, 1));
     let (mut random, mut touching) = (Random::new(63), 0);
     for _ in 0..100 {
         let pose = Pose::from_rotation_vector(&random.rotation_vector(), random.vector() * 0.45);

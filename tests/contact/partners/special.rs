@@ -2,7 +2,7 @@
 //! vertices, exactly or nearly.
 
 use crate::coincidence::{
-    TWO_WAYS, Tallies, error_of_differences, error_of_pipeline, merge, ranked, report,
+    self, TWO_WAYS, Tallies, error_of_differences, error_of_pipeline, ranked,
 };
 use crate::support::hostile::partners::{Kind, StandIns};
 use crate::support::moving::Scene;
@@ -12,7 +12,7 @@ use crate::support::moving::poses::{Family, scene};
 use crate::support::moving::special::{depth_in_layer, is_parted};
 use crate::support::moving::verdict::{NEAR, checked};
 use crate::support::scenes::Random;
-use crate::support::sweep::{in_batches, range_from_environment};
+use crate::support::sweep::{in_batches, merge, range_from_environment, report};
 use std::ops::Range;
 
 /// Number of poses that share a set of shapes.
@@ -69,10 +69,8 @@ fn add(tallies: &mut Tallies, batch: usize, numbers: Range<usize>) {
     for number in numbers {
         let family = number % Family::ALL.len();
         let which = (Family::ALL[family], kind(number));
-        tallies[family].add(
-            number,
-            &scene_with(&bodies, &partners, which, number as u64),
-        );
+        let scene = scene_with(&bodies, &partners, which, number as u64);
+        coincidence::add(&mut tallies[family], number, &scene);
     }
 }
 
@@ -82,7 +80,7 @@ fn swept(first: usize, count: usize) -> Tallies {
 
 #[test]
 fn derivatives_at_special_positions_are_those_of_differences() {
-    report(&swept(0, SHORT));
+    report(&Family::ALL, &swept(0, SHORT));
 }
 
 /// The distances from coincidence spread over many octaves, with narrow gaps.
@@ -92,7 +90,7 @@ fn poses_that_once_failed_are_those_of_differences() {
     for number in [44_273, 49_687, 78_163, 93_582, 4771, 73_648] {
         add(&mut tallies, number / BATCH, number..number + 1);
     }
-    report(&tallies);
+    report(&Family::ALL, &tallies);
 }
 
 /// The layers are so stiff that the contact surface lies 3.8e-9 and 1.3e-8 of the size inside them, always below faces inside A. This depth
@@ -102,7 +100,7 @@ fn derivatives_near_stiff_layers_are_those_through_the_clips() {
     for number in [68_018, 94_853] {
         let mut tallies = Tallies::default();
         add(&mut tallies, number / BATCH, number..number + 1);
-        report(&tallies);
+        report(&Family::ALL, &tallies);
         let bodies = Bodies::new((number / BATCH) as u64);
         let random = &mut Random::numbered((number / BATCH) as u64);
         let partners = StandIns::of(bodies.shapes.iter(), random);
@@ -118,7 +116,7 @@ fn derivatives_near_stiff_layers_are_those_through_the_clips() {
 #[ignore = "an hour: a hundred thousand poses"]
 fn derivatives_at_many_special_positions_are_those_of_differences() {
     let (first, count) = range_from_environment("COINCIDENCE", (SHORT, LONG));
-    report(&swept(first, count));
+    report(&Family::ALL, &swept(first, count));
 }
 
 /// Errors of the elastic derivatives and of those in motion. Kinks are excluded, where surfaces separate at the speed at which the pressure

@@ -3,6 +3,7 @@
 
 use crate::support::moved_meshes::{moved_mesh, moved_vertices};
 use crate::support::scenes::Random;
+use crate::support::worlds::{cuboid, icosphere};
 use hydroelastic::contact::{ContactBody, ContactPair, Partner, RigidShape, Shape};
 use hydroelastic::mesh::{MeshError, PressureField, ShapeRates, TetMesh, TriangleSurface, shapes};
 use hydroelastic::spatial::Pose;
@@ -29,43 +30,40 @@ fn three(dimensions: &[f64]) -> [f64; 3] {
 
 fn families(scale: f64) -> Vec<Family> {
     let family = |dimensions: &[f64], shape, rates| Family {
-        dimensions: dimensions
-            .iter()
-            .map(|dimension| dimension * scale)
-            .collect(),
+        dimensions: dimensions.iter().map(|it| it * scale).collect(),
         shape,
         rates,
     };
     vec![
         family(
             &[0.7],
-            |lengths| shapes::icosphere(lengths[0], 2),
-            |lengths| shapes::icosphere_rates(lengths[0], 2).map(|rates| vec![rates]),
+            |it| shapes::icosphere(it[0], 2),
+            |it| shapes::icosphere_rates(it[0], 2).map(|it| vec![it]),
         ),
         family(
             &[0.6, 0.8, 0.5],
-            |lengths| shapes::ellipsoid(three(lengths), 1),
-            |lengths| shapes::ellipsoid_rates(three(lengths), 1).map(Vec::from),
+            |it| shapes::ellipsoid(three(it), 1),
+            |it| shapes::ellipsoid_rates(three(it), 1).map(Vec::from),
         ),
         family(
             &[1.0, 1.0, 1.0],
-            |lengths| shapes::cuboid(three(lengths)),
-            |lengths| shapes::cuboid_rates(three(lengths)).map(Vec::from),
+            |it| shapes::cuboid(three(it)),
+            |it| shapes::cuboid_rates(three(it)).map(Vec::from),
         ),
         family(
             &[1.0, 0.7, 1.3],
-            |lengths| shapes::distance_cuboid(three(lengths)),
-            |lengths| shapes::distance_cuboid_rates(three(lengths)).map(Vec::from),
+            |it| shapes::distance_cuboid(three(it)),
+            |it| shapes::distance_cuboid_rates(three(it)).map(Vec::from),
         ),
         family(
             &[0.5, 1.6],
-            |lengths| shapes::cylinder(lengths[0], lengths[1], 7),
-            |lengths| shapes::cylinder_rates(lengths[0], lengths[1], 7).map(Vec::from),
+            |it| shapes::cylinder(it[0], it[1], 7),
+            |it| shapes::cylinder_rates(it[0], it[1], 7).map(Vec::from),
         ),
         family(
             &[0.8, 0.9],
-            |lengths| shapes::cylinder(lengths[0], lengths[1], 8),
-            |lengths| shapes::cylinder_rates(lengths[0], lengths[1], 8).map(Vec::from),
+            |it| shapes::cylinder(it[0], it[1], 8),
+            |it| shapes::cylinder_rates(it[0], it[1], 8).map(Vec::from),
         ),
     ]
 }
@@ -75,11 +73,11 @@ fn weights(random: &mut Random, length: f64) -> SVector<f64, 12> {
     SVector::from_fn(|row, _| random.between(-1.0, 1.0) * if row % 6 < 3 { 1.0 } else { length })
 }
 
-fn compare(slope: f64, dimension: f64, value: impl Fn(f64) -> f64) -> f64 {
-    let size = slope.abs().max(value(0.0).abs() / dimension);
+fn compare(found: f64, dimension: f64, value: impl Fn(f64) -> f64) -> f64 {
+    let size = found.abs().max(value(0.0).abs() / dimension);
     let error = |step: f64| {
         let step = step * dimension;
-        ((value(step) - value(-step)) / (2.0 * step) - slope).abs() / size
+        ((value(step) - value(-step)) / (2.0 * step) - found).abs() / size
     };
     STEPS.map(error).into_iter().fold(f64::INFINITY, f64::min)
 }
@@ -104,8 +102,7 @@ fn wrenches_by_dimensions_equal_differences_at_every_scale() {
             let [a, b] = [0, 1].map(|_| &families[random.below(families.len())]);
             let poses = [Vector3::zeros(), random.direction() * 0.8 * scale]
                 .map(|at| Pose::from_rotation_vector(&random.rotation_vector(), at));
-            let shapes =
-                [a, b].map(|family| Shape::new((family.shape)(&family.dimensions).unwrap()));
+            let shapes = [a, b].map(|it| Shape::new((it.shape)(&it.dimensions).unwrap()));
             let weights = weights(&mut random, scale);
             let bodies = [0, 1].map(|body| {
                 ContactBody::new(&shapes[body], poses[body], [1e5, 3e5][body]).unwrap()
@@ -113,26 +110,21 @@ fn wrenches_by_dimensions_equal_differences_at_every_scale() {
             let gradients = ContactPair::new(bodies[0], bodies[1]).shape_gradients(&weights);
             for (body, family) in [a, b].into_iter().enumerate() {
                 let rates = (family.rates)(&family.dimensions).unwrap();
-                for (index, rates) in rates.iter().enumerate() {
+                for (place, rates) in rates.iter().enumerate() {
                     let value = |change: f64| {
                         let mut dimensions = family.dimensions.clone();
-                        dimensions[index] += change;
+                        dimensions[place] += change;
                         let changed = Shape::new((family.shape)(&dimensions).unwrap());
-                        let [a, b] = [0, 1].map(|index| {
-                            if index == body {
-                                &changed
-                            } else {
-                                &shapes[index]
-                            }
-                        });
+                        let [a, b] =
+                            [0, 1].map(|it| if it == body { &changed } else { &shapes[it] });
                         weights.dot(&wrenches(a, b, &poses))
                     };
-                    let slope = gradients[body].along(rates).unwrap();
-                    let error = compare(slope, family.dimensions[index], value);
+                    let found = gradients[body].along(rates).unwrap();
+                    let error = compare(found, family.dimensions[place], value);
                     worst = worst.max(error);
                     assert!(
                         error <= DIFFERENCES,
-                        "{:?} {index}: {error:e}",
+                        "{:?} {place}: {error:e}",
                         family.dimensions
                     );
                 }
@@ -146,7 +138,7 @@ fn wrenches_by_dimensions_equal_differences_at_every_scale() {
 #[test]
 fn a_rigid_box_by_its_edges() {
     let (edges, mut random) = ([0.3, 0.4, 0.5], Random::new(82));
-    let ball = Shape::new(shapes::icosphere(0.5, 2).unwrap());
+    let ball = icosphere(0.5, 2);
     let rigid = |edges: [f64; 3]| {
         let field = shapes::cuboid(edges).unwrap();
         RigidShape::new(TriangleSurface::around(field.mesh()).unwrap())
@@ -163,7 +155,7 @@ fn a_rigid_box_by_its_edges() {
         );
         let [_, by_box] = pair.shape_gradients(&weights);
         for (axis, rates) in shapes::cuboid_rates(edges).unwrap().iter().enumerate() {
-            let slope = by_box.along(&rates.around(&mesh).unwrap()).unwrap();
+            let found = by_box.along(&rates.around(&mesh).unwrap()).unwrap();
             let value = |change: f64| {
                 let mut edges = edges;
                 edges[axis] += change;
@@ -171,7 +163,7 @@ fn a_rigid_box_by_its_edges() {
                 let partner = Partner::rigid(&changed, pose).unwrap();
                 weights.dot(&numbers(&ball, partner, &Pose::identity()))
             };
-            let error = compare(slope, edges[axis], value);
+            let error = compare(found, edges[axis], value);
             assert!(error <= DIFFERENCES, "{axis}: {error:e}");
             // The vertex of the core is not a vertex of the surface.
             assert!(by_box.along(rates).is_err());
@@ -185,7 +177,7 @@ fn a_rigid_box_by_its_edges() {
 fn a_cube_flush_on_a_plane_by_its_size() {
     for a in [0.2, 0.2e-6, 0.2e6] {
         let (modulus, x) = (1e6, 0.05 * a);
-        let cube = Shape::new(shapes::cuboid([a; 3]).unwrap());
+        let cube = cuboid([a; 3]);
         let above = Pose::from_translation(vector![0.0, 0.0, a / 2.0 - x]);
         let pair = ContactPair::new(
             ContactBody::new(&cube, above, modulus).unwrap(),
@@ -193,17 +185,14 @@ fn a_cube_flush_on_a_plane_by_its_size() {
         );
         let [by_cube, _] = pair.shape_gradients(&super::row(5));
         let parts = shapes::cuboid_rates([a; 3]).unwrap();
-        let slope: f64 = parts
-            .iter()
-            .map(|rates| by_cube.along(rates).unwrap())
-            .sum();
+        let found: f64 = parts.iter().map(|it| by_cube.along(it).unwrap()).sum();
         // F/2E = ax − 2x² + 4x³/(3a): ∂/∂a is x − 4x³/(3a²), and ∂/∂x is a − 4x + 4x²/a.
         let by_a = 2.0 * modulus * (x - 4.0 * x.powi(3) / (3.0 * a * a));
         let by_x = 2.0 * modulus * (a - 4.0 * x + 4.0 * x * x / a);
         let expected = by_a + by_x / 2.0;
         assert!(
-            (slope - expected).abs() <= SAME * expected,
-            "{slope} {expected}"
+            (found - expected).abs() <= SAME * expected,
+            "{found} {expected}"
         );
     }
 }
@@ -218,7 +207,7 @@ fn wrenches_by_the_mesh_below_a_field_of_distances_equal_differences() {
         .clone();
     let jitter: Vec<_> = mesh.vertices().iter().map(|_| random.vector()).collect();
     let mesh = moved_mesh(&mesh, &jitter, 0.02);
-    let box_shape = Shape::new(shapes::distance_cuboid([0.7, 0.8, 0.9]).unwrap());
+    let other = Shape::new(shapes::distance_cuboid([0.7, 0.8, 0.9]).unwrap());
     for depth in [None, Some(0.07)] {
         let field = |mesh: &TetMesh| match depth {
             None => PressureField::linearized_from_distance(mesh).unwrap(),
@@ -239,18 +228,18 @@ fn wrenches_by_the_mesh_below_a_field_of_distances_equal_differences() {
             );
             let pair = ContactPair::new(
                 ContactBody::new(&shape, poses[0], 1e5).unwrap(),
-                ContactBody::new(&box_shape, poses[1], 3e5).unwrap(),
+                ContactBody::new(&other, poses[1], 3e5).unwrap(),
             );
             let [by_shape, _] = pair.shape_gradients(&weights);
             let by_mesh = distances.pullback(&by_shape.by_vertices, &by_shape.by_extents);
             let by_mesh = by_mesh.unwrap().by_vertices;
             let pairs = by_mesh.iter().zip(&velocities);
-            let slope = pairs.map(|(by, velocity)| by.dot(velocity)).sum();
+            let found = pairs.map(|(by, velocity)| by.dot(velocity)).sum();
             let value = |time: f64| {
                 let shape = Shape::new(field(&moved_mesh(&mesh, &velocities, time)).0);
-                weights.dot(&wrenches(&shape, &box_shape, &poses))
+                weights.dot(&wrenches(&shape, &other, &poses))
             };
-            let error = compare(slope, 1.0, value);
+            let error = compare(found, 1.0, value);
             assert!(error <= DIFFERENCES, "{depth:?}: {error:e}");
         }
     }
@@ -275,13 +264,13 @@ fn the_center_of_a_star_shaped_solid_follows_its_surface() {
         let surface = TriangleSurface::new(vertices, triangles.clone()).unwrap();
         Shape::new(shapes::star_shaped(&surface).unwrap())
     };
-    let (original, cube) = (shape(0.0), Shape::new(shapes::cuboid([0.8; 3]).unwrap()));
+    let (original, other) = (shape(0.0), cuboid([0.8; 3]));
     let poses = [Vector3::zeros(), vector![0.2, 0.3, 0.6]]
         .map(|at| Pose::from_rotation_vector(&random.rotation_vector(), at));
     let weights = weights(&mut random, 1.0);
     let pair = ContactPair::new(
         ContactBody::new(&original, poses[0], 1e5).unwrap(),
-        ContactBody::new(&cube, poses[1], 3e5).unwrap(),
+        ContactBody::new(&other, poses[1], 3e5).unwrap(),
     );
     let [by_shape, _] = pair.shape_gradients(&weights);
     let (by_surface, by_center) = by_shape.by_vertices.split_at(vertices.len());
@@ -296,11 +285,11 @@ fn the_center_of_a_star_shaped_solid_follows_its_surface() {
         .mass_gradient(1.0, &through_center)
         .unwrap();
     let parts = by_surface.iter().zip(through_center).zip(&velocities);
-    let slope = parts
+    let found = parts
         .map(|((by, through), velocity)| (by + through).dot(velocity))
         .sum();
-    let error = compare(slope, 1.0, |time| {
-        weights.dot(&wrenches(&shape(time), &cube, &poses))
+    let error = compare(found, 1.0, |time| {
+        weights.dot(&wrenches(&shape(time), &other, &poses))
     });
     assert!(error <= DIFFERENCES, "{error:e}");
 }

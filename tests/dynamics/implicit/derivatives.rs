@@ -1,9 +1,9 @@
 //! Derivatives through implicit steps against differences of these steps.
 
 use super::scenes::{IMPLICIT, ball, brick, grasp, ground, on_slope, stack, undivided};
+use crate::support::worlds::{plan_of, rubbing, turned};
 use hydroelastic::dynamics::{Integrator, Material, Plan, World};
 use hydroelastic::gradient::{Experiment, FinalState, OutcomeJacobian, Parameter};
-use hydroelastic::spatial::Pose;
 use nalgebra::{DVector, vector};
 use std::fmt::Write;
 
@@ -68,7 +68,7 @@ fn thrown(modulus: f64, friction: f64, dissipation: f64) -> World {
             .with_dissipation(dissipation)
     };
     let ball = ball(0.1, 2, skin(modulus));
-    let start = Pose::from_rotation_vector(&vector![0.3, 0.2, 0.1], vector![-0.31, 0.02, 0.15]);
+    let start = turned([0.3, 0.2, 0.1], [-0.31, 0.02, 0.15]);
     let ball = ball
         .with_pose(start)
         .with_velocity(vector![0.8, 0.13, -0.9])
@@ -92,10 +92,7 @@ fn of_a_throw() {
     for integrator in IMPLICIT {
         for time_step in [1e-3, 5e-3] {
             let steps = if time_step > 2e-3 { 50 } else { 250 };
-            let plan = Plan::new(time_step, steps)
-                .unwrap()
-                .with_integrator(integrator)
-                .recording_every(steps);
+            let plan = plan_of(integrator, time_step, steps).recording_every(steps);
             let world = thrown(1e7, 0.4, 0.3);
             check(
                 (&format!("throw {integrator:?} {time_step}"), &world, &plan),
@@ -123,22 +120,15 @@ fn of_a_throw() {
 
 #[test]
 fn of_a_brick_that_slides_to_a_stop_and_sticks() {
-    let skin = |modulus| {
-        Material::elastic(modulus)
-            .with_dissipation(0.5)
-            .with_friction(0.2)
-    };
-    let start = Pose::from_rotation_vector(&vector![0.0, 0.0, 0.3], vector![-0.3, 0.02, 0.04999]);
+    let skin = |modulus| rubbing(modulus, 0.5, 0.2);
+    let start = turned([0.0, 0.0, 0.3], [-0.3, 0.02, 0.04999]);
     let brick = brick("brick", [0.2, 0.2, 0.1], skin(1e7))
         .with_pose(start)
         .with_velocity(vector![0.5, 0.1, 0.0])
         .with_angular_velocity(vector![0.0, 0.0, 1.0]);
     let world = on_slope(vec![brick, ground([2.0, 2.0, 0.4], skin(1.7e7))], 0.0, 1e-4);
     for integrator in IMPLICIT {
-        let plan = Plan::new(5e-3, 80)
-            .unwrap()
-            .with_integrator(integrator)
-            .recording_every(80);
+        let plan = plan_of(integrator, 5e-3, 80).recording_every(80);
         check(
             (&format!("stop {integrator:?}"), &world, &plan),
             "brick",
@@ -150,19 +140,13 @@ fn of_a_brick_that_slides_to_a_stop_and_sticks() {
 #[test]
 fn of_a_grasp() {
     let world = grasp(1e7, 1e-4);
-    let plan = Plan::new(5e-3, 60)
-        .unwrap()
-        .with_integrator(Integrator::Sdirk3)
-        .recording_every(60);
+    let plan = plan_of(Integrator::Sdirk3, 5e-3, 60).recording_every(60);
     check(("grasp", &world, &plan), "ball", &of_ball("ball"));
 }
 
 #[test]
 fn of_a_stack() {
     let world = stack(2, 1e7, 1e-3);
-    let plan = Plan::new(5e-3, 20)
-        .unwrap()
-        .with_integrator(Integrator::Sdirk3)
-        .recording_every(20);
+    let plan = plan_of(Integrator::Sdirk3, 5e-3, 20).recording_every(20);
     check(("stack", &world, &plan), "1", &of_ball("1"));
 }

@@ -2,7 +2,8 @@
 
 use super::scenes::{Numbers, ball, ground, on_slope, rollout};
 use crate::scenes::GRAVITY;
-use hydroelastic::dynamics::{Integrator, Material, Work, World};
+use crate::support::worlds::rubbing;
+use hydroelastic::dynamics::{Integrator, Work, World};
 use hydroelastic::spatial::Pose;
 use nalgebra::vector;
 
@@ -23,11 +24,7 @@ fn random_fall(numbers: &mut Numbers) -> Fall {
     let dissipation = *numbers.one_of(&[0.0, 0.1, 1.0, 10.0]);
     let order = *numbers.one_of(&[1, 2]);
     let height = numbers.between(0.1, 0.3);
-    let skin = |modulus| {
-        Material::elastic(modulus)
-            .with_dissipation(dissipation)
-            .with_friction(0.4)
-    };
+    let skin = |modulus| rubbing(modulus, dissipation, 0.4);
     let turn = numbers.vector(2.0);
     let start = Pose::from_rotation_vector(&turn, vector![0.013, 0.017, RADIUS + height]);
     let ball = ball(RADIUS, order, skin(modulus));

@@ -3,8 +3,9 @@
 use super::scenes::brick;
 use crate::scenes::at;
 use crate::support::impacts::rebound;
+use crate::support::worlds::{fixed, plan_of};
 use hydroelastic::contact::HalfSpace;
-use hydroelastic::dynamics::{Body, Integrator, Material, Plan, World};
+use hydroelastic::dynamics::{Integrator, Material, World};
 use nalgebra::vector;
 
 /// Largest error of a rebound speed, relative to the speed before the impact.
@@ -26,10 +27,9 @@ fn flat_faces_rebound_by_the_law() {
                 let body =
                     brick("body", edges, skin).with_pose(at(0.0, 0.0, edges[2] / 2.0 + distance));
                 let body = body.with_velocity(vector![0.0, 0.0, -speed]);
-                let floor = Body::fixed("floor", HalfSpace::rigid(), Material::rigid()).unwrap();
+                let floor = fixed("floor", HalfSpace::rigid(), Material::rigid());
                 let world = World::new(vec![body, floor]).unwrap();
-                let plan = Plan::new(time_step, 5).unwrap();
-                let plan = plan.with_integrator(Integrator::Sdirk3);
+                let plan = plan_of(Integrator::Sdirk3, time_step, 5);
                 let end = world.rollout(&plan).run().unwrap();
                 let ratio = end.last().bodies[0].velocity().z / speed;
                 let off = ratio - rebound(speed, dissipation) / speed;

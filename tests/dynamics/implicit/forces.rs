@@ -2,6 +2,7 @@
 
 use super::scenes::{IMPLICIT, brick, ground, on_slope, rollout, run, undivided};
 use crate::scenes::{asymmetric, at, box_shape};
+use crate::support::worlds::{plan_of, rubbing};
 use hydroelastic::dynamics::{
     Body, BodyState, Control, Drag, Force, ForceContext, Integrator, Mass, Material, Plan,
     RolloutError, Spring, Thruster, World, WorldError, WrenchAccumulator,
@@ -26,9 +27,7 @@ impl Force for Leaning {
 /// Returns a body with an offset center of mass that slides on the ground. A damped spring connects it to another body. The world also has
 /// drag, a thruster, a force that depends on contact, and a control.
 fn everything() -> World<f64, ((Spring, Drag, Thruster), Leaning)> {
-    let skin = Material::elastic(1e6)
-        .with_dissipation(0.3)
-        .with_friction(0.3);
+    let skin = rubbing(1e6, 0.3, 0.3);
     let start = Pose::from_rotation_vector(&vector![0.0, 0.0, 0.3], vector![-0.3, 0.02, 0.0495]);
     let askew = Body::dynamic(
         "askew",
@@ -75,7 +74,7 @@ fn everything() -> World<f64, ((Spring, Drag, Thruster), Leaning)> {
 
 /// Returns the states after 40 ms.
 fn ends<F: Force>(world: &World<f64, F>, integrator: Integrator, time_step: f64) -> Vec<BodyState> {
-    let plan = Plan::new(time_step, 0).unwrap().with_integrator(integrator);
+    let plan = plan_of(integrator, time_step, 0);
     let mut rollout = world.rollout(&undivided(plan));
     run(&mut rollout, time_step, 0.04);
     rollout.state().bodies.clone()
@@ -114,7 +113,7 @@ fn linearized_steps_agree_with_differences() {
     let world = everything();
     let control = [0, 1].map(|interval| Parameter::control("other", interval));
     for integrator in IMPLICIT {
-        let plan = Plan::new(5e-3, 8).unwrap().with_integrator(integrator);
+        let plan = plan_of(integrator, 5e-3, 8);
         // Durations of substeps may jump within the differences.
         let plan = undivided(plan);
         let linearization = Experiment::new(&world, &plan).linearize(&control).unwrap();
@@ -183,9 +182,7 @@ const SAME_SOLUTION: f64 = 1e-9;
 
 #[test]
 fn what_a_force_makes_of_contact_needs_no_group() {
-    let skin = Material::elastic(1e6)
-        .with_dissipation(0.3)
-        .with_friction(0.3);
+    let skin = rubbing(1e6, 0.3, 0.3);
     let turned = Pose::from_rotation_vector(&vector![0.1, 0.0, 0.3], vector![0.0, 0.0, 0.12]);
     let block = brick("block", [0.2; 3], skin)
         .with_pose(turned)
@@ -193,7 +190,7 @@ fn what_a_force_makes_of_contact_needs_no_group() {
     let bodies = vec![block, ground([2.0, 2.0, 0.4], skin)];
     let world = on_slope(bodies, 0.0, 1e-2);
     for integrator in IMPLICIT {
-        let plan = Plan::new(2e-3, 40).unwrap().with_integrator(integrator);
+        let plan = plan_of(integrator, 2e-3, 40);
         let [with, without] = [true, false].map(|is_coupled| {
             let world = world.clone().with_forces(Boosting { is_coupled }).unwrap();
             let experiment = Experiment::new(&world, &plan);

@@ -2,8 +2,9 @@
 
 use super::scenes::{IMPLICIT, ball, brick, finger, ground, on_slope, rollout, run, undivided};
 use crate::scenes::at;
+use crate::support::worlds::{plan_of, rubbing, sliding_at};
 use hydroelastic::dynamics::{
-    BodyState, Force, ForceContext, Integrator, Material, Plan, Spring, World, WrenchAccumulator,
+    BodyState, Force, ForceContext, Integrator, Material, Spring, World, WrenchAccumulator,
 };
 use hydroelastic::gradient::{Experiment, FinalState, Parameter};
 use hydroelastic::scalar::{Scalar, lift, norm, real_part};
@@ -12,9 +13,7 @@ use nalgebra::{DVector, vector};
 use std::sync::Arc;
 
 fn skin(modulus: f64) -> Material {
-    Material::elastic(modulus)
-        .with_dissipation(0.3)
-        .with_friction(0.4)
+    rubbing(modulus, 0.3, 0.4)
 }
 
 /// Diverging solutions would satisfy a tolerance that is relative to them.
@@ -54,7 +53,7 @@ fn derivatives_by_the_pose_of_a_fixed_body_agree_with_differences() {
     let world = on_slope(vec![ball, ground([1.0, 1.0, 0.4], skin(1e7))], 0.0, 1e-3);
     let parameters = [Parameter::initial_position("ground")];
     for integrator in IMPLICIT {
-        let plan = Plan::new(1e-3, 30).unwrap().with_integrator(integrator);
+        let plan = plan_of(integrator, 1e-3, 30);
         let experiment = Experiment::new(&world, &undivided(plan));
         let outcome = FinalState::of_body(&world, "ball").unwrap();
         let jacobian = experiment.jacobian(&parameters, &outcome).unwrap().jacobian;
@@ -76,10 +75,7 @@ fn a_spring_to_a_body_on_a_path_pulls_to_where_that_is() {
     let elastic = Material::elastic(1e6);
     let path = |time: f64| BodyState {
         pose: at(1.0 + 0.5 * (6.0 * time).sin(), 0.0, 0.0),
-        twist: Twist {
-            linear: vector![3.0 * (6.0 * time).cos(), 0.0, 0.0],
-            ..Twist::zero()
-        },
+        twist: sliding_at(vector![3.0 * (6.0 * time).cos(), 0.0, 0.0]),
     };
     let spring = Spring {
         bodies: ["brick", "driven"].map(str::to_owned),
@@ -94,7 +90,7 @@ fn a_spring_to_a_body_on_a_path_pulls_to_where_that_is() {
     ];
     let world = World::new(bodies).unwrap().with_forces(spring).unwrap();
     let end = |integrator, time_step| {
-        let plan = Plan::new(time_step, 0).unwrap().with_integrator(integrator);
+        let plan = plan_of(integrator, time_step, 0);
         let mut rollout = world.rollout(&plan);
         run(&mut rollout, time_step, 0.4);
         *rollout.state().bodies[0].position()
@@ -123,7 +119,7 @@ fn forces_without_a_derivative_at_rest_can_be_stepped() {
         .and_then(|world| world.with_forces(Air))
         .unwrap();
     for integrator in IMPLICIT {
-        let plan = Plan::new(5e-3, 200).unwrap().with_integrator(integrator);
+        let plan = plan_of(integrator, 5e-3, 200);
         let end = world.rollout(&plan).run().unwrap();
         // v = √(mg/c)·tanh(t √(gc/m)).
         let speed = -real_part(end.last().bodies[0].velocity().z);

@@ -2,14 +2,13 @@
 
 use super::scenes::{IMPLICIT, brick, ground, on_slope, rollout, run, stack};
 use crate::scenes::{at, bits};
-use hydroelastic::dynamics::{Integrator, Material, Plan, World};
+use crate::support::worlds::{plan_of, rubbing};
+use hydroelastic::dynamics::{Integrator, Material, World};
 use nalgebra::vector;
 use rayon::ThreadPoolBuilder;
 
 fn skin() -> Material {
-    Material::elastic(1e7)
-        .with_dissipation(0.5)
-        .with_friction(0.5)
+    rubbing(1e7, 0.5, 0.5)
 }
 
 /// Returns bricks at rest side by side, a tenth of a meter apart, and two bricks on top of each other.
@@ -104,7 +103,7 @@ fn a_fast_body_meets_another_within_a_step() {
 fn a_step_by_itself_is_that_of_a_rollout() {
     let world = stack(3, 1e7, 1e-3);
     for integrator in IMPLICIT {
-        let plan = Plan::new(5e-3, 1).unwrap().with_integrator(integrator);
+        let plan = plan_of(integrator, 5e-3, 1);
         let mut rollout = world.rollout(&plan);
         let first = world.step(&world.initial_state(), &plan).unwrap();
         assert!(bits(&first) == bits(rollout.advance().unwrap()));

@@ -2,8 +2,9 @@
 
 use super::scenes::IMPLICIT;
 use crate::support::scenes::Random;
+use crate::support::worlds::{falling, fixed, plan_of, rubbing};
 use hydroelastic::contact::{HalfSpace, Shape};
-use hydroelastic::dynamics::{Body, Integrator, Mass, Material, Plan, World};
+use hydroelastic::dynamics::{Body, Integrator, Mass, Material};
 use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::Pose;
 use nalgebra::{Vector3, vector};
@@ -30,28 +31,29 @@ fn bodies(random: &mut Random) -> Vec<Body> {
     ];
     let shapes = shapes.map(|field| Arc::new(Shape::new(field)));
     let count = 3 + random.below(2);
-    let body = |index: usize| {
-        let skin = Material::elastic(10_f64.powf(random.between(5.0, 7.0)))
-            .with_dissipation(random.between(0.0, 1.0))
-            .with_friction(random.between(0.0, 0.8));
+    let body = |place: usize| {
+        let skin = rubbing(
+            10_f64.powf(random.between(5.0, 7.0)),
+            random.between(0.0, 1.0),
+            random.between(0.0, 0.8),
+        );
         let shape = Arc::clone(&shapes[random.below(3)]);
-        let at = vector![0.0, 0.0, 0.12 + 0.2 * index as f64] + random.vector() * 0.05;
+        let at = vector![0.0, 0.0, 0.12 + 0.2 * place as f64] + random.vector() * 0.05;
         let pose = Pose::from_rotation_vector(&random.rotation_vector(), at);
         let mass = Mass::Total(random.between(0.3, 3.0));
-        let body = Body::dynamic(&index.to_string(), shape, skin, mass).unwrap();
+        let body = Body::dynamic(&place.to_string(), shape, skin, mass).unwrap();
         body.with_pose(pose).with_velocity(random.vector())
     };
     let mut bodies: Vec<_> = (0..count).map(body).collect();
     let hard = Material::rigid().with_friction(0.5);
-    bodies.push(Body::fixed("floor", HalfSpace::rigid(), hard).unwrap());
+    bodies.push(fixed("floor", HalfSpace::rigid(), hard));
     bodies
 }
 
 /// Returns the final positions of the bodies, sorted by their names.
 fn ends(bodies: &[Body], integrator: Integrator) -> Vec<Vector3<f64>> {
-    let world = World::new(bodies.to_vec()).unwrap();
-    let world = world.with_gravity(vector![0.0, 0.0, -9.81]).unwrap();
-    let plan = Plan::new(1e-2, 40).unwrap().with_integrator(integrator);
+    let world = falling(bodies.to_vec());
+    let plan = plan_of(integrator, 1e-2, 40);
     let end = world.rollout(&plan).run().unwrap();
     let mut ends: Vec<_> = world.bodies().iter().zip(&end.last().bodies).collect();
     ends.sort_by_key(|(body, _)| body.name().to_owned());
@@ -61,32 +63,28 @@ fn ends(bodies: &[Body], integrator: Integrator) -> Vec<Vector3<f64>> {
 /// Returns, for each integrator, the number of scenes with different final positions, and the largest distance (m) between final positions.
 fn differing(scenes: usize) -> [(usize, f64); 2] {
     let mut random = Random::numbered(150);
-    let mut tallies = [(0, 0.0_f64); 2];
+    let mut found = [(0, 0.0_f64); 2];
     for _ in 0..scenes {
         let listed = bodies(&mut random);
         let reversed: Vec<_> = listed.iter().rev().cloned().collect();
-        for (tally, integrator) in tallies.iter_mut().zip(IMPLICIT) {
-            let [listed_ends, reversed_ends] =
-                [&listed, &reversed].map(|bodies| ends(bodies, integrator));
-            let apart = listed_ends
-                .iter()
-                .zip(&reversed_ends)
-                .map(|(a, b)| (a - b).norm());
+        for (found, integrator) in found.iter_mut().zip(IMPLICIT) {
+            let [one, other] = [&listed, &reversed].map(|bodies| ends(bodies, integrator));
+            let apart = one.iter().zip(&other).map(|(a, b)| (a - b).norm());
             let apart = apart.fold(0.0, f64::max);
             let least = match integrator {
                 Integrator::Sdirk3 => ANOTHER_DIVISION,
                 _ => ANOTHER_MOTION,
             };
-            tally.0 += usize::from(apart > least);
-            tally.1 = tally.1.max(apart);
+            found.0 += usize::from(apart > least);
+            found.1 = found.1.max(apart);
         }
     }
-    for ((count, farthest), integrator) in tallies.iter().zip(IMPLICIT) {
+    for ((count, farthest), integrator) in found.iter().zip(IMPLICIT) {
         println!(
             "{integrator:?}: {count} of {scenes} scenes have other final positions, by up to {farthest:.1e} m"
         );
     }
-    tallies
+    found
 }
 
 fn assert_differ_little(scenes: usize) {

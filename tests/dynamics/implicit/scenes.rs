@@ -1,31 +1,28 @@
 //! Bodies of 1 kg with stiff skins, and the work of their steps.
 
 use crate::scenes::{GRAVITY, at, box_shape};
-use hydroelastic::contact::Shape;
+pub use crate::support::worlds::IMPLICIT;
+use crate::support::worlds::{dynamic, fixed, icosphere, rubbing, sliding_at};
 use hydroelastic::dynamics::{
-    Accuracy, Body, BodyState, Integrator, KinematicPath, Mass, Material, Plan, Rollout, Work,
-    World,
+    Accuracy, Body, BodyState, Integrator, KinematicPath, Material, Plan, Rollout, Work, World,
 };
-use hydroelastic::mesh::shapes;
-use hydroelastic::spatial::{Pose, Twist};
+use hydroelastic::spatial::Pose;
 use nalgebra::{Vector3, vector};
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-pub const IMPLICIT: [Integrator; 2] = [Integrator::Sdirk3, Integrator::ImplicitEuler];
-
 pub fn ball(radius: f64, order: usize, skin: Material) -> Body {
-    let shape = Shape::new(shapes::icosphere(radius, order).unwrap());
-    Body::dynamic("ball", shape, skin, Mass::Total(1.0)).unwrap()
+    let shape = icosphere(radius, order);
+    dynamic("ball", shape, skin, 1.0)
 }
 
 pub fn brick(name: &str, edges: [f64; 3], skin: Material) -> Body {
-    Body::dynamic(name, box_shape(edges), skin, Mass::Total(1.0)).unwrap()
+    dynamic(name, box_shape(edges), skin, 1.0)
 }
 
 /// Returns a fixed box with its top at z = 0.
 pub fn ground(edges: [f64; 3], skin: Material) -> Body {
-    let ground = Body::fixed("ground", box_shape(edges), skin).unwrap();
+    let ground = fixed("ground", box_shape(edges), skin);
     ground.with_pose(at(0.0, 0.0, -edges[2] / 2.0))
 }
 
@@ -102,10 +99,10 @@ impl Numbers {
     /// Returns one of the choices with equal probability.
     pub fn one_of<'c, C>(&mut self, choices: &'c [C]) -> &'c C {
         let part = self.next() * choices.len() as f64;
-        let index = (1..choices.len())
-            .filter(|&index| part >= index as f64)
+        let place = (1..choices.len())
+            .filter(|&place| part >= place as f64)
             .count();
-        &choices[index]
+        &choices[place]
     }
 
     pub fn vector(&mut self, size: f64) -> Vector3<f64> {
@@ -115,11 +112,7 @@ impl Numbers {
 
 /// Returns a ball of radius 0.1 m on a table, squeezed by two boxes within 50 ms, and lifted by 0.1 m between 0.1 s and 0.6 s.
 pub fn grasp(modulus: f64, slip_tolerance: f64) -> World {
-    let skin = |modulus| {
-        Material::elastic(modulus)
-            .with_dissipation(0.5)
-            .with_friction(0.5)
-    };
+    let skin = |modulus| rubbing(modulus, 0.5, 0.5);
     let edges = [0.1, 0.2, 0.2];
     let finger = |name, side| {
         finger(
@@ -142,13 +135,10 @@ pub fn grasp(modulus: f64, slip_tolerance: f64) -> World {
 fn gripping(side: f64, time: f64) -> BodyState {
     let [closed, closing] = smooth(time / 0.05).map(|value| value * 0.0026);
     let [lifted, lifting] = smooth((time - 0.1) / 0.5).map(|value| value * 0.1);
-    let position = vector![side * (0.1505 - closed), 0.003, 0.1 + lifted];
+    let place = vector![side * (0.1505 - closed), 0.003, 0.1 + lifted];
     BodyState {
-        pose: Pose::from_translation(position),
-        twist: Twist {
-            linear: vector![-side * closing / 0.05, 0.0, lifting / 0.5],
-            ..Twist::zero()
-        },
+        pose: Pose::from_translation(place),
+        twist: sliding_at(vector![-side * closing / 0.05, 0.0, lifting / 0.5]),
     }
 }
 
@@ -165,13 +155,9 @@ fn smooth(part: f64) -> [f64; 2] {
 
 /// Returns cubes of 0.1 m on top of each other, each slightly rotated, displaced and raised by 0.1 mm.
 pub fn stack(count: usize, modulus: f64, slip_tolerance: f64) -> World {
-    let skin = |modulus| {
-        Material::elastic(modulus)
-            .with_dissipation(0.5)
-            .with_friction(0.5)
-    };
-    let cube = |index: usize| {
-        let count = index as f64;
+    let skin = |modulus| rubbing(modulus, 0.5, 0.5);
+    let cube = |place: usize| {
+        let count = place as f64;
         let shift = vector![
             0.004 * (1.7 * count).sin(),
             0.003 * count.cos(),
@@ -179,7 +165,7 @@ pub fn stack(count: usize, modulus: f64, slip_tolerance: f64) -> World {
         ];
         let turned = Pose::from_rotation_vector(&(Vector3::z() * 0.2 * count), shift);
         brick(
-            &index.to_string(),
+            &place.to_string(),
             [0.1; 3],
             skin(modulus * (1.0 + 0.17 * count)),
         )

@@ -2,18 +2,15 @@
 
 use super::scenes::{IMPLICIT, ball, brick, ground, on_slope, per_solve, rollout, run};
 use crate::scenes::{GRAVITY, at};
-use hydroelastic::dynamics::{Body, Integrator, Material, Plan, RolloutError, Work, World};
+use crate::support::worlds::{plan_of, rubbing};
+use hydroelastic::dynamics::{Body, Integrator, RolloutError, Work, World};
 use hydroelastic::spatial::Pose;
 use nalgebra::{Vector3, vector};
 
 /// Returns a brick on a slope of 20°, pressed into the ground by its weight.
 fn brick_at_rest(modulus: f64, slip_tolerance: f64) -> World {
     let angle = 20_f64.to_radians();
-    let skin = |modulus| {
-        Material::elastic(modulus)
-            .with_dissipation(0.5)
-            .with_friction(0.5)
-    };
+    let skin = |modulus| rubbing(modulus, 0.5, 0.5);
     let stiffness = modulus / 0.05 / (1.0 + 0.25 / 1.7) * 0.04;
     let depth = GRAVITY * angle.cos() / stiffness;
     let turned =
@@ -75,9 +72,7 @@ fn a_brick_on_a_slope_creeps_at_the_speed_of_the_law() {
 #[test]
 fn a_brick_that_is_put_down_rattles_in_short_steps_and_rests_in_long_ones() {
     let (angle, slip_tolerance) = (20_f64.to_radians(), 1e-3);
-    let skin = Material::elastic(1e7)
-        .with_dissipation(0.5)
-        .with_friction(0.5);
+    let skin = rubbing(1e7, 0.5, 0.5);
     let creep = |integrator, steps_in_a_second: usize| {
         let time_step = 1.0 / steps_in_a_second as f64;
         let bodies = vec![
@@ -85,9 +80,7 @@ fn a_brick_that_is_put_down_rattles_in_short_steps_and_rests_in_long_ones() {
             ground([2.0, 2.0, 0.4], skin),
         ];
         let world = on_slope(bodies, angle, slip_tolerance);
-        let plan = Plan::new(time_step, 2 * steps_in_a_second).unwrap();
-        let plan = plan
-            .with_integrator(integrator)
+        let plan = plan_of(integrator, time_step, 2 * steps_in_a_second)
             .recording_every(steps_in_a_second);
         let trajectory = world.rollout(&plan).run().unwrap();
         let [_, middle, end] = trajectory.states() else {
@@ -116,7 +109,7 @@ fn a_brick_that_is_put_down_rattles_in_short_steps_and_rests_in_long_ones() {
 fn implicit_steps_refuse_slip_tolerances_that_are_too_small() {
     for integrator in IMPLICIT {
         let world = brick_at_rest(1e7, 9e-7);
-        let plan = Plan::new(5e-3, 1).unwrap().with_integrator(integrator);
+        let plan = plan_of(integrator, 5e-3, 1);
         let interrupted = world.rollout(&plan).run().unwrap_err();
         let refused = RolloutError::SlipTolerance {
             found: 9e-7,
@@ -132,11 +125,7 @@ fn implicit_steps_refuse_slip_tolerances_that_are_too_small() {
 #[test]
 fn a_brick_slides_to_a_stop_where_the_textbook_says() {
     let friction = 0.2;
-    let skin = |modulus| {
-        Material::elastic(modulus)
-            .with_dissipation(0.5)
-            .with_friction(friction)
-    };
+    let skin = |modulus| rubbing(modulus, 0.5, friction);
     for modulus in [1e7, 1e9] {
         for (integrator, tolerance) in [
             (Integrator::Sdirk3, 1e-4),
@@ -167,9 +156,7 @@ fn a_brick_slides_to_a_stop_where_the_textbook_says() {
 
 #[test]
 fn a_ball_rolls_as_it_does_by_short_explicit_steps() {
-    let skin = Material::elastic(1e6)
-        .with_dissipation(0.3)
-        .with_friction(0.5);
+    let skin = rubbing(1e6, 0.3, 0.5);
     let start = |body: Body| body.with_pose(at(-0.5, 0.013, 0.0985));
     let bodies = vec![start(ball(0.1, 2, skin)), ground([4.0, 2.0, 0.4], skin)];
     let world = on_slope(bodies, 10_f64.to_radians(), 1e-3);

@@ -1,7 +1,8 @@
 //! Random throws: the solver converges in every step.
 
 use super::scenes::{Numbers, ball, brick, ground, on_slope, rollout};
-use hydroelastic::dynamics::{Integrator, Material, Work};
+use crate::support::worlds::rubbing;
+use hydroelastic::dynamics::{Integrator, Work};
 use hydroelastic::spatial::Pose;
 use nalgebra::vector;
 
@@ -14,11 +15,7 @@ fn check_throws(seed: u64, least: usize) {
         let time_step = 10_f64.powf(numbers.between(-3.0, -2.0));
         let dissipation = [0.0, 0.3, 3.0][step_count % 3];
         let friction = numbers.between(0.1, 1.0);
-        let skin = |modulus| {
-            Material::elastic(modulus)
-                .with_dissipation(dissipation)
-                .with_friction(friction)
-        };
+        let skin = |modulus| rubbing(modulus, dissipation, friction);
         let start = |x: f64, numbers: &mut Numbers| {
             Pose::from_rotation_vector(&numbers.vector(3.0), vector![x, 0.02, 0.3])
         };

@@ -2,12 +2,12 @@
 
 use super::scenes::{brick, finger, steps};
 use crate::scenes::{GRAVITY, at, box_shape};
-use hydroelastic::contact::{HalfSpace, Shape};
+use crate::support::worlds::{dynamic, fixed, icosphere, plan_of, rubbing, sliding_at};
+use hydroelastic::contact::HalfSpace;
 use hydroelastic::dynamics::{
-    Body, BodyState, Control, Integrator, KinematicPath, Mass, Material, Plan, State, World,
+    Body, BodyState, Control, Integrator, KinematicPath, Material, State, World,
 };
-use hydroelastic::mesh::shapes;
-use hydroelastic::spatial::{Pose, Twist, Wrench};
+use hydroelastic::spatial::{Pose, Wrench};
 use nalgebra::{Vector3, vector};
 use std::sync::Arc;
 
@@ -15,18 +15,15 @@ const STIFF: f64 = 1e9;
 
 /// Returns the final state after steps with error control.
 fn end(world: &World, time_step: f64, steps: usize) -> State {
-    let plan = Plan::new(time_step, steps).unwrap();
-    let plan = plan
-        .with_integrator(Integrator::Sdirk3)
-        .recording_every(steps);
+    let plan = plan_of(Integrator::Sdirk3, time_step, steps).recording_every(steps);
     let trajectory = world.rollout(&plan).run().unwrap();
     trajectory.last().clone()
 }
 
 fn ball(name: &str, radius: f64, mass: f64) -> Body {
-    let shape = Shape::new(shapes::icosphere(radius, 1).unwrap());
+    let shape = icosphere(radius, 1);
     let skin = Material::elastic(STIFF).with_dissipation(0.1);
-    Body::dynamic(name, shape, skin, Mass::Total(mass)).unwrap()
+    dynamic(name, shape, skin, mass)
 }
 
 fn falling(bodies: Vec<Body>) -> World {
@@ -35,7 +32,7 @@ fn falling(bodies: Vec<Body>) -> World {
 }
 
 fn floor() -> Body {
-    Body::fixed("floor", HalfSpace::rigid(), Material::rigid()).unwrap()
+    fixed("floor", HalfSpace::rigid(), Material::rigid())
 }
 
 #[test]
@@ -47,14 +44,12 @@ fn a_puck_that_slides_on_a_floor_stops_at_a_thin_wall() {
         (10.0, 0.01, 0.02, 1e-2),
     ] {
         for phase in 0..5 {
-            let skin = Material::elastic(STIFF)
-                .with_dissipation(0.3)
-                .with_friction(0.1);
+            let skin = rubbing(STIFF, 0.3, 0.1);
             let distance = 0.2 + speed * time_step * f64::from(phase) / 5.0;
             let puck = brick("puck", [size, size, 0.01], skin)
                 .with_pose(at(-distance, 0.0, 0.005 - 1e-7))
                 .with_velocity(vector![speed, 0.0, 0.0]);
-            let wall = Body::fixed("wall", box_shape([thickness, 1.0, 0.3]), skin).unwrap();
+            let wall = fixed("wall", box_shape([thickness, 1.0, 0.3]), skin);
             let world = falling(vec![puck, floor(), wall.with_pose(at(0.0, 1e-3, 0.1))]);
             let end = end(&world, time_step, steps(0.7 / speed, time_step) + 1);
             let x = end.bodies[0].position().x;
@@ -68,14 +63,14 @@ fn a_rod_that_spins_meets_a_small_ball() {
     let skin = Material::elastic(STIFF);
     for spin in [50.0, 200.0] {
         // At the tip, the peg is outside the boxes around the rod at all stages.
-        for (phase, x) in [(-0.3, 0.4), (-0.5, 0.4), (-0.9, 0.4), (-0.2175, 0.495)] {
+        for (phase, place) in [(-0.3, 0.4), (-0.5, 0.4), (-0.9, 0.4), (-0.2175, 0.495)] {
             let rotation = vector![0.0, 0.0, phase];
             let rod = brick("rod", [1.0, 0.01, 0.01], skin)
                 .with_pose(Pose::from_rotation_vector(&rotation, Vector3::zeros()))
                 .with_angular_velocity(vector![0.0, 0.0, spin]);
-            let shape = Shape::new(shapes::icosphere(0.005, 1).unwrap());
-            let peg = Body::fixed("peg", shape, skin).unwrap();
-            let world = World::new(vec![rod, peg.with_pose(at(x, 0.0, 0.001))]).unwrap();
+            let shape = icosphere(0.005, 1);
+            let peg = fixed("peg", shape, skin);
+            let world = World::new(vec![rod, peg.with_pose(at(place, 0.0, 0.001))]).unwrap();
             // The rollout ends well after the rod reaches the peg, and before the rod's other end does.
             let end = end(&world, 5e-3, if spin > 100.0 { 2 } else { 6 });
             let speed = end.bodies[0].velocity().norm();
@@ -100,12 +95,11 @@ fn a_ball_that_falls_from_rest_stays_above_a_floor_in_long_steps() {
 
 #[test]
 fn fast_balls_rebound_however_many_substeps_that_takes() {
-    let plate = Body::fixed(
+    let plate = fixed(
         "plate",
         box_shape([0.01, 1.0, 1.0]),
         Material::elastic(1e12),
-    )
-    .unwrap();
+    );
     let bullet = ball("bullet", 0.01, 1e-3).with_velocity(vector![1000.0, 0.0, 0.0]);
     let world = World::new(vec![bullet.with_pose(at(-7.0, 0.1, 0.05)), plate]).unwrap();
     let velocity = end(&world, 0.02, 1).bodies[0].velocity().x;
@@ -122,10 +116,7 @@ fn bodies_that_start_to_move_within_a_step_collide() {
             let part = (time / duration).clamp(0.0, 1.0);
             let x = -0.5 + part * part * (3.0 - 2.0 * part);
             let speed = 6.0 * part * (1.0 - part) / duration;
-            let twist = Twist {
-                linear: vector![speed, 0.0, 0.0],
-                ..Twist::zero()
-            };
+            let twist = sliding_at(vector![speed, 0.0, 0.0]);
             let pose = at(x, 0.0, 0.0);
             BodyState { pose, twist }
         });
@@ -141,7 +132,7 @@ fn bodies_that_start_to_move_within_a_step_collide() {
         ..Wrench::zero()
     };
     let control = Control::new("ball", 0.1, vec![push]).unwrap();
-    let wall = Body::fixed("wall", box_shape(shape), skin).unwrap();
+    let wall = fixed("wall", box_shape(shape), skin);
     let bodies = vec![ball("ball", 0.02, 0.01), wall.with_pose(at(1.0, 0.0, 0.0))];
     let world = World::new(bodies).and_then(|world| world.with_control(control));
     let pushed = end(&world.unwrap(), 0.1, 1);
@@ -154,13 +145,13 @@ fn bodies_that_start_to_move_within_a_step_collide() {
 #[test]
 fn a_swarm_whose_budget_is_used_up_stays_above_a_plate() {
     let skin = Material::elastic(STIFF).with_dissipation(0.3);
-    let plate = Body::fixed("plate", box_shape([1.0, 1.0, 0.005]), skin).unwrap();
+    let plate = fixed("plate", box_shape([1.0, 1.0, 0.005]), skin);
     let mut bodies = vec![plate.with_pose(at(0.0, 0.0, -0.0025))];
     for number in 0..30 {
         // Neighbors overlap slightly, so all bodies are one island.
-        let cell = [number % 6, number / 6].map(|cell| 0.01999 * f64::from(cell));
-        let cube =
-            brick(&format!("cube {number}"), [0.02; 3], skin).with_pose(at(cell[0], cell[1], 0.05));
+        let place = [number % 6, number / 6].map(|place| 0.01999 * f64::from(place));
+        let cube = brick(&format!("cube {number}"), [0.02; 3], skin)
+            .with_pose(at(place[0], place[1], 0.05));
         bodies.push(cube.with_velocity(vector![0.0, 0.0, -40.0]));
     }
     let world = falling(bodies);

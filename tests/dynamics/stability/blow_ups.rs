@@ -4,8 +4,9 @@ use super::scenes::{
     EDGE, REST, assert_close, bisected, cube, cube_on_slab, limit, slab, with_gravity,
 };
 use crate::scenes::{GRAVITY, at};
+use crate::support::worlds::dynamic;
 use hydroelastic::contact::Shape;
-use hydroelastic::dynamics::{Body, BodyState, Mass, Material, Plan, State, World};
+use hydroelastic::dynamics::{Body, BodyState, Material, Plan, State, World};
 use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::Pose;
 use nalgebra::{Rotation3, Vector3, vector};
@@ -44,20 +45,20 @@ fn blows_up(world: &World, time_step: f64) -> bool {
 }
 
 fn assert_blows_up_at_the_limit(world: &World) {
-    let step_limit = limit(world);
-    let range = [step_limit / 2.0, step_limit * 2.0];
+    let found = limit(world);
+    let range = [found / 2.0, found * 2.0];
     let blown = bisected(range, RESOLUTION / 10.0, |step| blows_up(world, step));
-    println!("{step_limit:e} {:e}", step_limit / blown - 1.0);
-    assert_close(step_limit, blown, RESOLUTION);
+    println!("{found:e} {:e}", found / blown - 1.0);
+    assert_close(found, blown, RESOLUTION);
 }
 
 /// Asserts that a rollout ends with an error above the stability limit, and not below it.
 fn assert_checked_at_the_limit(world: &World) {
-    let step_limit = limit(world);
+    let found = limit(world);
     for (part, is_stopped) in [(0.98, false), (1.02, true)] {
-        let plan = Plan::new(part * step_limit, STEPS).unwrap();
+        let plan = Plan::new(part * found, STEPS).unwrap();
         let ended = world.rollout(&plan.recording_every(STEPS)).run();
-        assert_eq!(ended.is_err(), is_stopped, "{part} of {step_limit:e} s");
+        assert_eq!(ended.is_err(), is_stopped, "{part} of {found:e} s");
     }
 }
 
@@ -119,14 +120,14 @@ fn ball_on_slab(skin: Material) -> Vec<Body> {
             let off = (a + b + c).cross(&normal).norm();
             (off, normal, a.dot(&normal))
         })
-        .min_by(|a, b| a.0.total_cmp(&b.0))
+        .min_by(|one, other| one.0.total_cmp(&other.0))
         .map(|(_, normal, distance)| (normal, distance))
         .unwrap();
     let turn = Rotation3::rotation_between(&normal, &-Vector3::z()).unwrap();
-    let position = vector![0.03, 0.05, distance - 1e-5];
-    let ball = Body::dynamic("ball", Shape::new(field), skin, Mass::Total(0.2)).unwrap();
+    let place = vector![0.03, 0.05, distance - 1e-5];
+    let ball = dynamic("ball", Shape::new(field), skin, 0.2);
     vec![
-        ball.with_pose(Pose::new(turn.into_inner(), position).unwrap()),
+        ball.with_pose(Pose::new(turn.into_inner(), place).unwrap()),
         slab(skin),
     ]
 }

@@ -3,6 +3,7 @@
 use super::scenes::{EDGE, FOUND, REST, assert_close, cube, cube_on_slab, limit, slab, slab_skin};
 use crate::scenes::{GRAVITY, at, box_shape};
 use crate::support::balls::fine_ball;
+use crate::support::worlds::dynamic;
 use hydroelastic::dynamics::{Body, Mass, Material, World};
 use nalgebra::DMatrix;
 use std::sync::Arc;
@@ -61,7 +62,7 @@ const BY_HAND: f64 = 3e-2;
 fn friction_of_a_ball_at_rest_enters_with_its_force_over_the_slip_tolerance() {
     let skin = Material::elastic(1e6).with_friction(0.5);
     let ball = Arc::new(fine_ball(0.1, 24, 12));
-    let ball = Body::dynamic("ball", ball, skin, Mass::Total(1.0)).unwrap();
+    let ball = dynamic("ball", ball, skin, 1.0);
     let bodies = vec![ball.with_pose(at(0.0, 0.0, 0.098)), slab(skin)];
     for slip_tolerance in [1e-4, 1e-3] {
         let world = World::new(bodies.clone()).unwrap();

@@ -2,9 +2,10 @@
 
 use super::scenes::{bisected, limit, slab};
 use crate::support::scenes::Random;
+use crate::support::worlds::{EXPLICIT, dynamic, rubbing, starts};
 use hydroelastic::contact::Shape;
-use hydroelastic::dynamics::{Body, Integrator, Mass, Material, Plan, World};
-use hydroelastic::gradient::{Experiment, FinalState, Parameter};
+use hydroelastic::dynamics::{Integrator, Material, Plan, World};
+use hydroelastic::gradient::{Experiment, FinalState};
 use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::Pose;
 use nalgebra::{DMatrix, Matrix3, vector};
@@ -20,12 +21,7 @@ const EIGENVALUES_AT_REST: f64 = 2e-3;
 /// Returns the derivative of a body's state after one step with respect to the state before: position, rotation vector, velocity, angular
 /// velocity.
 fn step_matrix(world: &World, body: &str, time_step: f64, integrator: Integrator) -> DMatrix<f64> {
-    let by = [
-        Parameter::initial_position(body),
-        Parameter::initial_orientation(body),
-        Parameter::initial_velocity(body),
-        Parameter::initial_angular_velocity(body),
-    ];
+    let by = starts(body);
     let plan = Plan::new(time_step, 1).unwrap().without_stability_check();
     let experiment = Experiment::new(world, &plan.with_integrator(integrator));
     let outcome = FinalState::of_body(world, body).unwrap();
@@ -69,7 +65,7 @@ fn askew(random: &mut Random, skin: Material) -> World {
     let shape = Shape::new(fields[random.below(2)].clone().unwrap());
     let height = random.between(0.09, 0.13);
     let pose = Pose::from_rotation_vector(&random.rotation_vector(), vector![0.03, 0.05, height]);
-    let body = Body::dynamic("body", shape, skin, Mass::Total(1.0)).unwrap();
+    let body = dynamic("body", shape, skin, 1.0);
     World::new(vec![body.with_pose(pose), slab(skin)]).unwrap()
 }
 
@@ -102,7 +98,7 @@ fn worst_of_eigenvalues(skin: Material, speed: f64, integrator: Integrator) -> [
 #[test]
 fn eigenvalues_of_an_elastic_step_cross_at_the_limit() {
     let skin = Material::elastic(1e6);
-    for integrator in [Integrator::Leapfrog, Integrator::SymplecticEuler] {
+    for integrator in EXPLICIT {
         let [low, high] = worst_of_eigenvalues(skin, 0.0, integrator);
         assert!(low >= -EIGENVALUES_AT_REST && high <= EIGENVALUES_AT_REST);
     }
@@ -111,9 +107,7 @@ fn eigenvalues_of_an_elastic_step_cross_at_the_limit() {
 #[test]
 fn eigenvalues_of_a_step_that_rubs_cross_near_the_limit() {
     for (dissipation, friction) in [(0.3, 0.0), (0.0, 0.5), (0.3, 0.5)] {
-        let skin = Material::elastic(1e6)
-            .with_dissipation(dissipation)
-            .with_friction(friction);
+        let skin = rubbing(1e6, dissipation, friction);
         // Speeds within and far above the slip tolerance.
         for speed in [0.0, 1e-4, 0.3] {
             let [low, high] = worst_of_eigenvalues(skin, speed, Integrator::SymplecticEuler);

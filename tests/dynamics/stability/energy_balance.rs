@@ -1,7 +1,8 @@
 //! Contact that creates energy ends a rollout, independent of other bodies and of the motion of the frame.
 
+use crate::support::worlds::{cuboid, dynamic, falling, fixed, icosphere, rubbing, sliding_at};
 use hydroelastic::contact::{HalfSpace, Shape};
-use hydroelastic::dynamics::{Body, BodyState, Mass, Material, Plan, RolloutError, World};
+use hydroelastic::dynamics::{Body, BodyState, Mass, Material, Plan, RolloutError};
 use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::{Pose, Twist};
 use nalgebra::{Vector3, vector};
@@ -11,12 +12,8 @@ fn at(x: f64, y: f64, z: f64) -> Pose {
     Pose::from_translation(vector![x, y, z])
 }
 
-fn down() -> Vector3<f64> {
-    vector![0.0, 0.0, -9.81]
-}
-
 fn rigid_floor() -> Body {
-    Body::fixed("floor", HalfSpace::rigid(), Material::rigid()).unwrap()
+    fixed("floor", HalfSpace::rigid(), Material::rigid())
 }
 
 /// Returns a path at constant velocity.
@@ -29,8 +26,8 @@ fn steady(start: Pose, twist: Twist) -> Arc<dyn Fn(f64) -> BodyState + Send + Sy
 
 /// Returns a light ball that a step of 20 ms moves deep into the floor.
 fn thrown_ball() -> Body {
-    let ball = Shape::new(shapes::icosphere(0.05, 2).unwrap());
-    let ball = Body::dynamic("ball", ball, Material::elastic(1e5), Mass::Total(0.01)).unwrap();
+    let ball = icosphere(0.05, 2);
+    let ball = dynamic("ball", ball, Material::elastic(1e5), 0.01);
     let turn = vector![-0.4, -0.6, -0.5];
     ball.with_pose(Pose::from_rotation_vector(
         &turn,
@@ -41,20 +38,14 @@ fn thrown_ball() -> Body {
 
 /// Returns bodies that move beside the ball and never touch it.
 fn companions() -> Vec<(&'static str, Vec<Body>)> {
-    let ball = || Shape::new(shapes::icosphere(0.05, 0).unwrap());
-    let heavy =
-        || Body::dynamic("other", ball(), Material::elastic(1e5), Mass::Total(10.0)).unwrap();
-    let skin = Material::elastic(2e4)
-        .with_dissipation(0.1)
-        .with_friction(0.5);
-    let belt = Shape::new(shapes::cuboid([1.0, 1.0, 0.2]).unwrap());
-    let moving = Twist {
-        angular: Vector3::zeros(),
-        linear: vector![0.1, 0.0, 0.0],
-    };
+    let ball = || icosphere(0.05, 0);
+    let heavy = || dynamic("other", ball(), Material::elastic(1e5), 10.0);
+    let skin = rubbing(2e4, 0.1, 0.5);
+    let belt = cuboid([1.0, 1.0, 0.2]);
+    let moving = sliding_at(vector![0.1, 0.0, 0.0]);
     let path = steady(at(5.0, 0.0, -0.1), moving);
-    let block = Shape::new(shapes::cuboid([0.2, 0.2, 0.1]).unwrap());
-    let block = Body::dynamic("block", block, skin, Mass::Total(5.0)).unwrap();
+    let block = cuboid([0.2, 0.2, 0.1]);
+    let block = dynamic("block", block, skin, 5.0);
     vec![
         ("nothing", vec![]),
         (
@@ -99,10 +90,7 @@ fn created_energy_ends_a_rollout_whatever_other_bodies_do() {
     let mut steps = Vec::new();
     for (name, others) in companions() {
         let bodies = [thrown_ball(), rigid_floor()].into_iter().chain(others);
-        let world = World::new(bodies.collect())
-            .unwrap()
-            .with_gravity(down())
-            .unwrap();
+        let world = falling(bodies.collect());
         let plan = Plan::new(2e-2, 50).unwrap();
         let error = world.rollout(&plan).run().unwrap_err().error;
         let RolloutError::EnergyGained {
@@ -126,8 +114,8 @@ fn created_energy_ends_a_rollout_whatever_other_bodies_do() {
 /// return more energy than they absorbed, and the gains accumulate.
 #[test]
 fn bounces_do_not_add_energy_up_in_silence() {
-    let cube = Arc::new(Shape::new(shapes::cuboid([0.1; 3]).unwrap()));
-    let block = Arc::new(Shape::new(shapes::cuboid([2.0, 2.0, 0.2]).unwrap()));
+    let cube = Arc::new(cuboid([0.1; 3]));
+    let block = Arc::new(cuboid([2.0, 2.0, 0.2]));
     let (mut ended, mut right) = (0, 0);
     for (mass, modulus, time_step, steps) in [
         (0.5, 1e6, 5e-3, 2_000),
@@ -138,14 +126,12 @@ fn bounces_do_not_add_energy_up_in_silence() {
         for dissipation in [0.0, 0.1, 0.3] {
             for drop in [0.01, 0.03, 0.05] {
                 let skin = Material::elastic(modulus).with_dissipation(dissipation);
-                let cube =
-                    Body::dynamic("cube", Arc::clone(&cube), skin, Mass::Total(mass)).unwrap();
-                let floor = Body::fixed("floor", Arc::clone(&block), skin).unwrap();
-                let world = World::new(vec![
+                let cube = dynamic("cube", Arc::clone(&cube), skin, mass);
+                let floor = fixed("floor", Arc::clone(&block), skin);
+                let world = falling(vec![
                     cube.with_pose(at(0.0, 0.0, 0.05 + drop)),
                     floor.with_pose(at(0.0, 0.0, -0.1)),
                 ]);
-                let world = world.unwrap().with_gravity(down()).unwrap();
                 let plan = Plan::new(time_step, steps).unwrap();
                 match world.rollout(&plan).run() {
                     Ok(trajectory) => {
@@ -173,7 +159,7 @@ fn bounces_do_not_add_energy_up_in_silence() {
 #[test]
 fn thrown_coins_and_dice_gain_no_energy_in_silence() {
     let coin = Arc::new(Shape::new(shapes::cylinder(0.0125, 0.002, 24).unwrap()));
-    let die = Arc::new(Shape::new(shapes::cuboid([0.016; 3]).unwrap()));
+    let die = Arc::new(cuboid([0.016; 3]));
     let (mut ended, mut right) = (0, 0);
     for throw in 0..60 {
         let number = |factor: f64| (factor * f64::from(throw + 1)).fract() - 0.5;
@@ -183,22 +169,17 @@ fn thrown_coins_and_dice_gain_no_energy_in_silence() {
             (&die, 0.006)
         };
         let friction = 0.5 + 0.6 * (number(0.618_034) + 0.5);
-        let skin = Material::elastic(1e6)
-            .with_dissipation(0.5)
-            .with_friction(friction);
+        let skin = rubbing(1e6, 0.5, friction);
         let turn = vector![number(0.414), number(0.732), number(0.236)] * 6.0;
         let velocity = vector![number(0.646), number(0.317), 0.0] * 4.0;
         let spin = vector![number(0.162), number(0.485), number(0.873)] * 10.0;
-        let body = Body::dynamic("body", Arc::clone(shape), skin, Mass::Total(mass)).unwrap();
+        let body = dynamic("body", Arc::clone(shape), skin, mass);
         let start = Pose::from_rotation_vector(&turn, vector![0.0, 0.0, 0.17]);
         let body = body
             .with_pose(start)
             .with_velocity(velocity)
             .with_angular_velocity(spin);
-        let world = World::new(vec![body, rigid_floor()])
-            .unwrap()
-            .with_gravity(down())
-            .unwrap();
+        let world = falling(vec![body, rigid_floor()]);
         let plan = Plan::new([1e-3, 5e-4][usize::from(throw % 4 > 1)], 3000).unwrap();
         let energy = |state: &_| world.diagnostics(state).unwrap().total_energy();
         match world.rollout(&plan).run() {
@@ -222,7 +203,7 @@ fn thrown_coins_and_dice_gain_no_energy_in_silence() {
 /// The check rejects the same plans in a moving elevator as at rest. Rounding errors differ, so the steps may differ.
 #[test]
 fn the_check_does_not_depend_on_the_frame() {
-    let ball = Arc::new(Shape::new(shapes::icosphere(0.1, 2).unwrap()));
+    let ball = Arc::new(icosphere(0.1, 2));
     let ends =
         |modulus: f64, mass: f64, (time_step, steps): (f64, usize), velocity: Vector3<f64>| {
             let ball = Body::dynamic(
@@ -231,10 +212,7 @@ fn the_check_does_not_depend_on_the_frame() {
                 Material::elastic(modulus),
                 Mass::Total(mass),
             );
-            let lift = Twist {
-                angular: Vector3::zeros(),
-                linear: velocity,
-            };
+            let lift = sliding_at(velocity);
             let path = steady(Pose::identity(), lift);
             let floor =
                 Body::kinematic("floor", HalfSpace::rigid(), Material::rigid(), path).unwrap();
@@ -242,10 +220,7 @@ fn the_check_does_not_depend_on_the_frame() {
                 .unwrap()
                 .with_pose(at(0.0, 0.0, 0.12))
                 .with_velocity(velocity);
-            let world = World::new(vec![ball, floor])
-                .unwrap()
-                .with_gravity(down())
-                .unwrap();
+            let world = falling(vec![ball, floor]);
             let plan = Plan::new(time_step, steps).unwrap();
             world.rollout(&plan).run().is_err()
         };

@@ -1,7 +1,8 @@
 //! Cubes on a slab, their largest stable time steps, and a bisection over the time step.
 
 use crate::scenes::{GRAVITY, at, box_shape};
-use hydroelastic::dynamics::{Body, Mass, Material, World};
+use crate::support::worlds::{dynamic, fixed};
+use hydroelastic::dynamics::{Body, Material, World};
 use nalgebra::vector;
 
 /// Relative error of a limit from the search for the stiffest motion.
@@ -10,7 +11,7 @@ pub const FOUND: f64 = 1e-5;
 pub const EDGE: f64 = 0.2;
 
 pub fn cube(name: &str, edge: f64, skin: Material) -> Body {
-    Body::dynamic(name, box_shape([edge; 3]), skin, Mass::Total(1.0)).unwrap()
+    dynamic(name, box_shape([edge; 3]), skin, 1.0)
 }
 
 pub fn slab_skin(skin: Material) -> Material {
@@ -22,7 +23,7 @@ pub fn slab_skin(skin: Material) -> Material {
 
 /// Returns the slab of the closed forms, whose top is z = 0: modulus 3e6, half depth 0.5.
 pub fn slab(skin: Material) -> Body {
-    let slab = Body::fixed("slab", box_shape([2.0, 2.0, 1.0]), slab_skin(skin)).unwrap();
+    let slab = fixed("slab", box_shape([2.0, 2.0, 1.0]), slab_skin(skin));
     slab.with_pose(at(0.0, 0.0, -0.5))
 }
 
@@ -73,6 +74,6 @@ pub fn bisected(
 }
 
 /// Returns a cube that falls 5 mm on a slab, which it touches after 32 ms.
-pub fn falling() -> World {
+pub fn falling_cube() -> World {
     cube_on_slab(Material::elastic(1e6), -5e-3)
 }

@@ -1,13 +1,10 @@
 //! The check of the time step during a rollout: which rollouts it ends, and which it does not affect.
 
-use super::scenes::falling;
-use hydroelastic::contact::{HalfSpace, Shape};
-use hydroelastic::dynamics::{
-    Batch, Body, Integrator, Mass, Material, Plan, RolloutError, State, World,
-};
+use super::scenes::falling_cube;
+use crate::support::worlds::{EXPLICIT, at, cuboid, dynamic, falling, fixed, icosphere, plan_of};
+use hydroelastic::contact::HalfSpace;
+use hydroelastic::dynamics::{Batch, Body, Mass, Material, Plan, RolloutError, State, World};
 use hydroelastic::gradient::{Experiment, FinalPosition, GradientError, Parameter};
-use hydroelastic::mesh::shapes;
-use hydroelastic::spatial::Pose;
 use nalgebra::vector;
 use num_dual::Dual64;
 use std::sync::Arc;
@@ -34,7 +31,7 @@ fn ended(error: &RolloutError) -> (usize, f64, f64) {
 
 #[test]
 fn a_rollout_whose_step_is_too_long_ends_before_the_first_kick_that_shows_it() {
-    let world = falling();
+    let world = falling_cube();
     let plan = Plan::new(TOO_LONG, 0).unwrap();
     let mut rollout = world.rollout(&plan);
     let states: Vec<State> = rollout.by_ref().map_while(Result::ok).collect();
@@ -63,19 +60,19 @@ fn a_rollout_whose_step_is_too_long_ends_before_the_first_kick_that_shows_it() {
 fn impacts_that_would_make_energy_are_stopped() {
     /// At half the limit, the energy of an undamped oscillation varies by a third; at the limit, by any amount.
     const MOST: f64 = 1.5;
-    let ball = Arc::new(Shape::new(shapes::icosphere(0.1, 1).unwrap()));
-    let slab = Arc::new(Shape::new(shapes::cuboid([4.0, 4.0, 0.4]).unwrap()));
+    let ball = Arc::new(icosphere(0.1, 1));
+    let slab = Arc::new(cuboid([4.0, 4.0, 0.4]));
     for modulus in [1e6, 1e7, 1e8, 1e9, 1e10, 1e11] {
         let skin = Material::elastic(modulus);
         let (mut stopped, mut worst, mut unchecked) = (0, 0.0_f64, 0.0_f64);
         for phase in 0..100 {
             let height = 0.12 + 3e-5 * f64::from(phase);
-            let ball = Body::dynamic("ball", Arc::clone(&ball), skin, Mass::Total(0.1)).unwrap();
-            let slab = Body::fixed("slab", Arc::clone(&slab), skin).unwrap();
+            let ball = dynamic("ball", Arc::clone(&ball), skin, 0.1);
+            let slab = fixed("slab", Arc::clone(&slab), skin);
             let world = World::new(vec![
-                ball.with_pose(Pose::from_translation(vector![0.0, 0.0, height]))
+                ball.with_pose(at(0.0, 0.0, height))
                     .with_velocity(vector![0.0, 0.0, -3.0]),
-                slab.with_pose(Pose::from_translation(vector![0.013, 0.021, -0.2])),
+                slab.with_pose(at(0.013, 0.021, -0.2)),
             ])
             .unwrap();
             let checked = Plan::new(1e-3, 40).unwrap().recording_every(40);
@@ -95,7 +92,7 @@ fn impacts_that_would_make_energy_are_stopped() {
 
 #[test]
 fn what_was_recorded_before_is_kept() {
-    let world = falling();
+    let world = falling_cube();
     let plan = Plan::new(TOO_LONG, 100).unwrap();
     let step = 6;
     for every in [1, 2, 4] {
@@ -111,7 +108,7 @@ fn what_was_recorded_before_is_kept() {
 
 #[test]
 fn a_rollout_whose_step_is_short_enough_goes_on_with_the_same_states() {
-    let world = falling();
+    let world = falling_cube();
     let plan = Plan::new(SHORT_ENOUGH, 200).unwrap();
     let checked = world.rollout(&plan).run().unwrap();
     let unchecked = world.rollout(&plan.without_stability_check());
@@ -124,7 +121,7 @@ fn a_rollout_whose_step_is_short_enough_goes_on_with_the_same_states() {
 
 #[test]
 fn batches_and_experiments_check_too_and_so_do_dual_numbers() {
-    let world = falling();
+    let world = falling_cube();
     let lifted = world.lifted::<Dual64>();
     let plan = Plan::new(TOO_LONG, 100).unwrap();
     let unchecked = Batch::new(&plan.without_stability_check());
@@ -156,7 +153,7 @@ fn batches_and_experiments_check_too_and_so_do_dual_numbers() {
 /// The scene is a light, stiff ball with the time steps of robot simulators. Without the check, a default plan threw the ball to 845 m.
 #[test]
 fn default_plans_end_with_an_error_that_names_the_remedy_or_give_a_correct_motion() {
-    let ball = Arc::new(Shape::new(shapes::icosphere(0.1, 2).unwrap()));
+    let ball = Arc::new(icosphere(0.1, 2));
     let (mut ended, mut right) = (0, 0);
     for (modulus, mass, height, friction) in [
         (1e7, 0.01, 0.2, 0.5),
@@ -174,21 +171,15 @@ fn default_plans_end_with_an_error_that_names_the_remedy_or_give_a_correct_motio
             (5e-4, 2_000),
             (1e-4, 10_000),
         ] {
-            for integrator in [Integrator::Leapfrog, Integrator::SymplecticEuler] {
+            for integrator in EXPLICIT {
                 let skin = Material::elastic(modulus).with_friction(friction);
                 let hard = Material::rigid().with_friction(friction);
                 let ball = Body::dynamic("ball", Arc::clone(&ball), skin, Mass::Total(mass));
-                let world = World::new(vec![
-                    ball.unwrap()
-                        .with_pose(Pose::from_translation(vector![0.0, 0.0, height])),
-                    Body::fixed("floor", HalfSpace::rigid(), hard).unwrap(),
+                let world = falling(vec![
+                    ball.unwrap().with_pose(at(0.0, 0.0, height)),
+                    fixed("floor", HalfSpace::rigid(), hard),
                 ]);
-                let world = world
-                    .unwrap()
-                    .with_gravity(vector![0.0, 0.0, -9.81])
-                    .unwrap();
-                let plan = Plan::new(time_step, steps).unwrap();
-                let plan = plan.with_integrator(integrator);
+                let plan = plan_of(integrator, time_step, steps);
                 match world.rollout(&plan).run() {
                     Err(interrupted) => {
                         let message = interrupted.error.to_string();
@@ -221,8 +212,8 @@ fn default_plans_end_with_an_error_that_names_the_remedy_or_give_a_correct_motio
 /// A small, fast ball hits a thin plate. A step moves it into the plate or through the plate.
 #[test]
 fn steps_that_lead_through_a_plate_make_no_energy() {
-    let ball = Arc::new(Shape::new(shapes::icosphere(0.01, 2).unwrap()));
-    let plate = Arc::new(Shape::new(shapes::cuboid([0.2, 0.2, 0.01]).unwrap()));
+    let ball = Arc::new(icosphere(0.01, 2));
+    let plate = Arc::new(cuboid([0.2, 0.2, 0.01]));
     let mut reasons = [0; 3];
     for modulus in [1e5, 1e6, 1e7, 1e9] {
         for phase in 0..60 {
@@ -231,9 +222,9 @@ fn steps_that_lead_through_a_plate_make_no_energy() {
             let ball = Body::dynamic("ball", Arc::clone(&ball), skin, Mass::Density(1000.0));
             let world = World::new(vec![
                 ball.unwrap()
-                    .with_pose(Pose::from_translation(vector![0.001, 0.002, height]))
+                    .with_pose(at(0.001, 0.002, height))
                     .with_velocity(vector![0.0, 0.0, -5.0]),
-                Body::fixed("plate", Arc::clone(&plate), skin).unwrap(),
+                fixed("plate", Arc::clone(&plate), skin),
             ]);
             let plan = Plan::new(5e-3, 8).unwrap();
             match world.unwrap().rollout(&plan).run() {

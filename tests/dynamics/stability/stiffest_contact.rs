@@ -1,16 +1,17 @@
 //! The largest stable time step depends on the stiffest contact, and not on the origins of frames.
 
-use super::scenes::{EDGE, FOUND, assert_close, cube_on_slab, falling, limit, slab};
+use super::scenes::{EDGE, FOUND, assert_close, cube_on_slab, falling_cube, limit, slab};
 use crate::scenes::{at, box_shape};
+use crate::support::worlds::{dynamic, rubbing};
 use hydroelastic::contact::Shape;
-use hydroelastic::dynamics::{Body, Mass, Material, Plan, RolloutError, World};
+use hydroelastic::dynamics::{Body, Material, Plan, RolloutError, World};
 use hydroelastic::mesh::{PressureField, TetMesh, shapes};
 use hydroelastic::spatial::Pose;
 use nalgebra::{Vector3, vector};
 
 #[test]
 fn nothing_that_touches_is_no_limit() {
-    let falling = falling();
+    let falling = falling_cube();
     assert!(
         falling
             .largest_stable_step(&falling.initial_state())
@@ -41,7 +42,7 @@ fn nothing_that_touches_is_no_limit() {
 fn the_limit_of_many_is_that_of_the_stiffest_contact_and_names_it() {
     let skin = Material::elastic(1e6);
     let beside = |name, x, depth, mass| {
-        let body = Body::dynamic(name, box_shape([EDGE; 3]), skin, Mass::Total(mass)).unwrap();
+        let body = dynamic(name, box_shape([EDGE; 3]), skin, mass);
         body.with_pose(at(x, 0.05, EDGE / 2.0 - depth))
     };
     // The lightest contact is the stiffest. The body in the air has no contact.
@@ -65,9 +66,7 @@ fn the_limit_of_many_is_that_of_the_stiffest_contact_and_names_it() {
 
 #[test]
 fn where_a_bodys_frame_has_its_origin_does_not_matter() {
-    let skin = Material::elastic(1e6)
-        .with_dissipation(0.3)
-        .with_friction(0.5);
+    let skin = rubbing(1e6, 0.3, 0.5);
     let off = vector![0.3, -0.2, 0.5];
     let field = shapes::ellipsoid([0.1, 0.15, 0.2], 2).unwrap();
     let vertices = field.mesh().vertices().iter().map(|vertex| vertex - off);
@@ -75,7 +74,7 @@ fn where_a_bodys_frame_has_its_origin_does_not_matter() {
     let shifted = PressureField::new(mesh, field.extents().to_vec()).unwrap();
     let turn = vector![0.4, 0.3, 0.2];
     let limits = [(field, Vector3::zeros()), (shifted, off)].map(|(field, off)| {
-        let body = Body::dynamic("body", Shape::new(field), skin, Mass::Total(1.0)).unwrap();
+        let body = dynamic("body", Shape::new(field), skin, 1.0);
         let upright = Pose::from_rotation_vector(&turn, Vector3::zeros());
         let origin = vector![0.03, 0.05, 0.11] + upright.rotation() * off;
         let body = body

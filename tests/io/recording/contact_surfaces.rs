@@ -5,11 +5,11 @@ use super::recorded_worlds::{
     rollout, rubbing, standing, state_at, times, tumbling,
 };
 use crate::support::glb::Glb;
+use crate::support::worlds::{at, cuboid, dynamic, fixed, icosphere};
 use gltf_json::{Index, Node};
 use hydroelastic::contact::{ContactPolygon, Shape};
-use hydroelastic::dynamics::{Body, BodyState, Contact, Mass, Plan, Trajectory, World};
+use hydroelastic::dynamics::{Body, BodyState, Contact, Plan, Trajectory, World};
 use hydroelastic::io::Recording;
-use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::{Pose, Twist};
 use nalgebra::{Vector3, vector};
 use std::sync::Arc;
@@ -192,17 +192,17 @@ fn colors_brighten_with_pressure_up_to_the_peak() {
 
 /// Returns a hammer that touches a heavy block in every other frame.
 fn hammering() -> World {
-    let cube = || Shape::new(shapes::cuboid([0.1; 3]).unwrap());
+    let cube = || cuboid([0.1; 3]);
     let path = |time: f64| {
         let is_up = (time * RATE).round() % 2.0 > 0.5;
         let height = if is_up { 0.12 } else { 0.09 };
         BodyState {
-            pose: Pose::from_translation(vector![0.0, 0.0, height]),
+            pose: at(0.0, 0.0, height),
             twist: Twist::zero(),
         }
     };
     World::new(vec![
-        Body::dynamic("block", cube(), ELASTIC, Mass::Total(1e9)).unwrap(),
+        dynamic("block", cube(), ELASTIC, 1e9),
         Body::kinematic("hammer", cube(), ELASTIC, Arc::new(path)).unwrap(),
     ])
     .unwrap()
@@ -293,8 +293,8 @@ fn length(part: &impl serde::Serialize) -> usize {
 
 #[test]
 fn contact_surfaces_are_as_long_as_the_documentation_says() {
-    let floor = |_| Shape::new(shapes::cuboid([1.0, 1.0, 0.2]).unwrap());
-    let ball = |order| Shape::new(shapes::icosphere(0.1, order).unwrap());
+    let floor = |_| cuboid([1.0, 1.0, 0.2]);
+    let ball = |order| icosphere(0.1, order);
     let on_floor = bytes_of_polygons_and_surfaces("floor", floor);
     let on_ball = bytes_of_polygons_and_surfaces("ball", ball);
     for [of_polygon, of_surface] in [on_floor, on_ball] {
@@ -329,16 +329,14 @@ fn bytes_of_polygons_and_surfaces(name: &str, below: impl Fn(usize) -> Shape) ->
 
 /// Returns two cubes whose corners overlap by a small depth (m).
 fn barely_touching(depth: f64) -> World {
-    let cube = || Shape::new(shapes::cuboid([0.1; 3]).unwrap());
+    let cube = || cuboid([0.1; 3]);
     let axis = vector![1.0, -1.0, 0.0].normalize();
     let corner_down = axis * (1.0_f64 / 3.0).sqrt().acos();
     let height = 0.05 + 0.05 * 3.0_f64.sqrt() - depth;
     let tilted = Pose::from_rotation_vector(&corner_down, vector![0.0, 0.0, height]);
     World::new(vec![
-        Body::dynamic("tilted", cube(), ELASTIC, Mass::Total(1.0))
-            .unwrap()
-            .with_pose(tilted),
-        Body::fixed("flat", cube(), ELASTIC).unwrap(),
+        dynamic("tilted", cube(), ELASTIC, 1.0).with_pose(tilted),
+        fixed("flat", cube(), ELASTIC),
     ])
     .unwrap()
 }

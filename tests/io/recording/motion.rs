@@ -5,11 +5,10 @@ use super::recorded_worlds::{
     resting, rollout, rubbing, standing, state_at, times, tumbling,
 };
 use crate::support::glb::{Glb, quaternion};
+use crate::support::worlds::{cuboid, fixed};
 use gltf_json::animation::{Interpolation, Property};
-use hydroelastic::contact::Shape;
-use hydroelastic::dynamics::{Body, Plan, Trajectory, World};
+use hydroelastic::dynamics::{Plan, Trajectory, World};
 use hydroelastic::io::Recording;
-use hydroelastic::mesh::shapes;
 use nalgebra::Vector3;
 
 #[test]
@@ -201,8 +200,8 @@ fn the_first_frame_shows_without_animation() {
 
 #[test]
 fn a_world_where_nothing_moves_has_no_animation() {
-    let stone = Shape::new(shapes::cuboid([1.0; 3]).unwrap());
-    let stone = Body::fixed("stone", stone, ELASTIC).unwrap();
+    let stone = cuboid([1.0; 3]);
+    let stone = fixed("stone", stone, ELASTIC);
     let world = World::new(vec![stone]).unwrap().with_gravity(DOWN).unwrap();
     let trajectory = rollout(&world);
     let points = [Vector3::zeros(), Vector3::x()];

@@ -1,12 +1,12 @@
 //! Worlds whose motion the tests record, and functions that read the recordings.
 
 use crate::support::glb::Glb;
+use crate::support::worlds::{at, cuboid, dynamic, fixed, icosphere, turned};
 use gltf_json::animation::Property;
 use hydroelastic::contact::Shape;
 use hydroelastic::dynamics::{Body, Mass, Material, Plan, State, Trajectory, World};
 use hydroelastic::io::Recording;
-use hydroelastic::mesh::shapes;
-use hydroelastic::spatial::{MassProperties, Pose};
+use hydroelastic::spatial::MassProperties;
 use nalgebra::{Matrix3, Vector3, vector};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -38,28 +38,28 @@ pub fn rubbing() -> Material {
 /// Returns a floor, a block with its weight off center that tumbles over the floor, a ball that hits the block, and a ball of the same
 /// shape that flies past.
 pub fn tumbling(skin: Material) -> World {
-    let floor = Shape::new(shapes::cuboid([2.0, 2.0, 0.2]).unwrap());
-    let block = Shape::new(shapes::cuboid([0.3, 0.2, 0.1]).unwrap());
+    let floor = cuboid([2.0, 2.0, 0.2]);
+    let block = cuboid([0.3, 0.2, 0.1]);
     let off_center = Mass::Properties(MassProperties {
         mass: 2.0,
         center_of_mass: vector![0.04, -0.02, 0.01],
         inertia: Matrix3::from_diagonal(&vector![0.01, 0.02, 0.025]),
     });
-    let ball_shape = Arc::new(Shape::new(shapes::icosphere(0.08, 1).unwrap()));
-    let ball = |name| Body::dynamic(name, Arc::clone(&ball_shape), skin, Mass::Total(0.5)).unwrap();
-    let tilted = Pose::from_rotation_vector(&vector![0.4, 0.3, 2.0], vector![0.0, 0.0, 0.3]);
+    let ball_shape = Arc::new(icosphere(0.08, 1));
+    let ball = |name| dynamic(name, Arc::clone(&ball_shape), skin, 0.5);
+    let tilted = turned([0.4, 0.3, 2.0], [0.0, 0.0, 0.3]);
     World::new(vec![
-        Body::fixed("floor", floor, skin).unwrap(),
+        fixed("floor", floor, skin),
         Body::dynamic("block", block, skin, off_center)
             .unwrap()
             .with_pose(tilted)
             .with_velocity(vector![0.3, 0.1, -1.0])
             .with_angular_velocity(vector![12.0, -6.0, 9.0]),
         ball("ball")
-            .with_pose(Pose::from_translation(vector![0.03, 0.02, 0.5]))
+            .with_pose(at(0.03, 0.02, 0.5))
             .with_velocity(vector![0.0, 0.0, -1.5]),
         ball("twin")
-            .with_pose(Pose::from_translation(vector![0.8, 0.0, 1.6]))
+            .with_pose(at(0.8, 0.0, 1.6))
             .with_angular_velocity(vector![0.0, 20.0, 0.0]),
     ])
     .unwrap()
@@ -131,19 +131,17 @@ pub fn named(name: &str, words: &str, unit: &str) -> f64 {
 
 /// Returns a ball that comes to rest on a floor.
 pub fn resting() -> World {
-    let floor = Shape::new(shapes::cuboid([1.0, 1.0, 0.2]).unwrap());
+    let floor = cuboid([1.0, 1.0, 0.2]);
     resting_on(floor, 1)
 }
 
 /// Returns a ball on a body whose top is at 0.1 m.
 pub fn resting_on(floor: Shape, subdivisions: usize) -> World {
-    let ball = Shape::new(shapes::icosphere(0.1, subdivisions).unwrap());
+    let ball = icosphere(0.1, subdivisions);
     let skin = ELASTIC.with_dissipation(1.0).with_friction(0.5);
     World::new(vec![
-        Body::dynamic("ball", ball, skin, Mass::Total(1.0))
-            .unwrap()
-            .with_pose(Pose::from_translation(vector![0.0, 0.0, 0.195])),
-        Body::fixed("floor", floor, skin).unwrap(),
+        dynamic("ball", ball, skin, 1.0).with_pose(at(0.0, 0.0, 0.195)),
+        fixed("floor", floor, skin),
     ])
     .unwrap()
     .with_gravity(DOWN)

@@ -1,9 +1,9 @@
 //! Recordings that are rejected, each with its error and without a file.
 
 use super::recorded_worlds::{ELASTIC, TIME_STEP, file, resting, rollout, standing, tumbling};
+use crate::support::worlds::at;
 use hydroelastic::dynamics::Plan;
 use hydroelastic::io::{FileError, Recording};
-use hydroelastic::spatial::Pose;
 use nalgebra::{Vector3, vector};
 
 /// Returns the error of a recording, and checks that no file is written.
@@ -103,7 +103,7 @@ fn a_target_whose_radius_is_no_positive_number_is_refused() {
 fn a_state_that_is_not_finite_in_single_precision_is_refused() {
     let world = tumbling(ELASTIC);
     let mut lost = world.initial_state();
-    lost.bodies[1].pose = Pose::from_translation(vector![1e300, 0.0, 1.0]);
+    lost.bodies[1].pose = at(1e300, 0.0, 1.0);
     let rollout = world.rollout(&Plan::new(TIME_STEP, 0).unwrap());
     let trajectory = rollout.clone().with_state(lost).unwrap().run();
     let error = refused("lost.glb", &Recording::new(&world, &trajectory.unwrap()));

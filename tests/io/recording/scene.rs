@@ -4,12 +4,12 @@ use super::recorded_worlds::{
     ELASTIC, SINGLE, SINGLE_TURN, SLOWDOWN, assert_near, file, read_back, rollout, rubbing,
     standing, tumbling,
 };
+use crate::support::worlds::{at, cuboid, dynamic, fixed, turned};
 use gltf_json::mesh::Semantic;
 use gltf_json::validation::Checked;
-use hydroelastic::contact::{HalfSpace, Shape};
-use hydroelastic::dynamics::{Body, Mass, Material, World};
+use hydroelastic::contact::HalfSpace;
+use hydroelastic::dynamics::{Material, World};
 use hydroelastic::io::Recording;
-use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::Pose;
 use nalgebra::{Vector3, vector};
 use std::f64::consts::FRAC_PI_2;
@@ -113,20 +113,20 @@ fn a_recording_is_the_same_bytes_each_time() {
 
 #[test]
 fn half_spaces_are_drawn_below_the_bodies_that_move_and_as_wide_as_they_reach() {
-    let ball = Shape::new(shapes::cuboid([0.2, 0.2, 0.1]).unwrap());
-    let ball = Body::dynamic("ball", ball, ELASTIC, Mass::Total(1.0)).unwrap();
-    let away = Shape::new(shapes::cuboid([0.1; 3]).unwrap());
-    let away = Body::fixed("away", away, ELASTIC).unwrap();
+    let ball = cuboid([0.2, 0.2, 0.1]);
+    let ball = dynamic("ball", ball, ELASTIC, 1.0);
+    let away = cuboid([0.1; 3]);
+    let away = fixed("away", away, ELASTIC);
     let half_space = Arc::new(HalfSpace::rigid());
     let plane = |name, pose| {
-        let body = Body::fixed(name, Arc::clone(&half_space), Material::rigid()).unwrap();
+        let body = fixed(name, Arc::clone(&half_space), Material::rigid());
         body.with_pose(pose)
     };
     // The wall is the plane x = -1 and faces along x.
-    let wall = Pose::from_rotation_vector(&vector![0.0, FRAC_PI_2, 0.0], vector![-1.0, 0.0, 7.0]);
+    let wall = turned([0.0, FRAC_PI_2, 0.0], [-1.0, 0.0, 7.0]);
     let bodies = vec![
-        ball.with_pose(Pose::from_translation(vector![3.0, 2.0, 1.0])),
-        away.with_pose(Pose::from_translation(vector![50.0, 0.0, 0.0])),
+        ball.with_pose(at(3.0, 2.0, 1.0)),
+        away.with_pose(at(50.0, 0.0, 0.0)),
         plane("ground", Pose::identity()),
         plane("wall", wall),
     ];

@@ -1,4 +1,4 @@
-//! Mass, center of mass and inertia of meshes against closed forms.
+//! Mass, center of mass and inertia of meshes and of their surfaces against closed forms.
 
 use super::sample_meshes::{
     FIVE, KUHN, ROUND_OFF, assert_inertia, assert_relative, cube, meshes, transformed, unit_tet,
@@ -27,16 +27,19 @@ fn boxes_have_their_mass_properties_wherever_they_are() {
         (vector![20.0, -10.0, 5.0], SHIFTED_ROUND_OFF),
     ] {
         let mesh = transformed(&cube(&KUHN), |v| v.component_mul(&lengths) + shift);
-        assert_relative(mesh.volume(), 1.0, tolerance);
-        let properties = mesh.mass_properties(density).unwrap();
-        assert_relative(properties.mass, density, tolerance);
-        let center = lengths * 0.5 + shift;
-        assert!((properties.center_of_mass - center).amax() <= tolerance);
-        assert_inertia(
-            &properties.inertia,
-            &box_inertia(density, &lengths),
-            tolerance,
-        );
+        let surface = TriangleSurface::around(&mesh).unwrap();
+        for (volume, properties) in [
+            (mesh.volume(), mesh.mass_properties(density)),
+            (surface.volume(), surface.mass_properties(density)),
+        ] {
+            let properties = properties.unwrap();
+            assert_relative(volume, 1.0, tolerance);
+            assert_relative(properties.mass, density, tolerance);
+            let center = lengths * 0.5 + shift;
+            assert!((properties.center_of_mass - center).amax() <= tolerance);
+            let expected = box_inertia(density, &lengths);
+            assert_inertia(&properties.inertia, &expected, tolerance);
+        }
     }
 }
 
@@ -46,10 +49,16 @@ fn a_turned_box_has_the_turned_inertia() {
     let rotation = Rotation3::new(vector![0.4, -1.1, 0.3]);
     let mesh = transformed(&cube(&FIVE), |v| rotation * v.component_mul(&lengths));
     let expected = rotation * box_inertia(density, &lengths) * rotation.transpose();
-    let inertia = mesh.mass_properties(density).unwrap().inertia;
-    assert_inertia(&inertia, &expected, ROUND_OFF);
-    // The matrix is exactly symmetric, so algorithms for symmetric matrices lose nothing.
-    assert_eq!(inertia, inertia.transpose());
+    let surface = TriangleSurface::around(&mesh).unwrap();
+    for properties in [
+        mesh.mass_properties(density),
+        surface.mass_properties(density),
+    ] {
+        let inertia = properties.unwrap().inertia;
+        assert_inertia(&inertia, &expected, ROUND_OFF);
+        // The matrix is exactly symmetric, so algorithms for symmetric matrices lose nothing.
+        assert_eq!(inertia, inertia.transpose());
+    }
 }
 
 #[test]

@@ -4,61 +4,20 @@ use super::sample_surfaces::{block, reversed, surface, together, torus, unit_blo
 use crate::tet_mesh::sample_meshes::{assert_inertia, assert_relative, meshes};
 use hydroelastic::mesh::{TriangleSurface, shapes};
 use hydroelastic::spatial::MassProperties;
-use nalgebra::{Matrix3, Rotation3, Vector3, vector};
+use nalgebra::{Vector3, vector};
 use std::f64::consts::PI;
 
 /// Relative rounding error of sums over some hundred signed tetrahedra from the middle.
 const ROUND_OFF: f64 = 1e-13;
 
-/// Rounding error of moments of a shape whose distance from the origin is ten times its size: about a hundred rounding errors of the
-/// squared coordinates.
-const SHIFTED_ROUND_OFF: f64 = 1e-12;
-
 /// Tolerance of the factor of a quarter by which the error of an inscribed polyhedron decreases if its edges are halved.
 const SECOND_ORDER: f64 = 0.01;
 
-fn box_inertia(mass: f64, lengths: &Vector3<f64>) -> Matrix3<f64> {
-    let squares = lengths.component_mul(lengths);
-    Matrix3::from_diagonal(&squares.map(|square| mass / 12.0 * (squares.sum() - square)))
-}
-
-fn assert_same(actual: &MassProperties, expected: &MassProperties, size: f64) {
-    assert_relative(actual.mass, expected.mass, ROUND_OFF);
-    let apart = (actual.center_of_mass - expected.center_of_mass).amax();
+fn assert_same(found: &MassProperties, expected: &MassProperties, size: f64) {
+    assert_relative(found.mass, expected.mass, ROUND_OFF);
+    let apart = (found.center_of_mass - expected.center_of_mass).amax();
     assert!(apart <= ROUND_OFF * size, "{apart:e}");
-    assert_inertia(&actual.inertia, &expected.inertia, ROUND_OFF);
-}
-
-#[test]
-fn boxes_have_their_mass_properties_wherever_they_are() {
-    let (lengths, density) = (vector![0.5, 1.0, 2.0], 800.0);
-    for (low, tolerance) in [
-        (Vector3::zeros(), ROUND_OFF),
-        (vector![20.0, -10.0, 5.0], SHIFTED_ROUND_OFF),
-    ] {
-        let solid = surface(block(low, lengths));
-        assert_relative(solid.volume(), 1.0, tolerance);
-        let properties = solid.mass_properties(density).unwrap();
-        assert_relative(properties.mass, density, tolerance);
-        assert!((properties.center_of_mass - low - lengths / 2.0).amax() <= tolerance);
-        assert_inertia(
-            &properties.inertia,
-            &box_inertia(density, &lengths),
-            tolerance,
-        );
-    }
-}
-
-#[test]
-fn a_turned_box_has_the_turned_inertia() {
-    let lengths = vector![0.5, 1.0, 2.0];
-    let rotation = Rotation3::new(vector![0.4, -1.1, 0.3]);
-    let (vertices, triangles) = block(Vector3::zeros(), lengths);
-    let turned = vertices.iter().map(|v| rotation * v).collect();
-    let properties = surface((turned, triangles)).mass_properties(3.0).unwrap();
-    let expected = rotation * box_inertia(3.0, &lengths) * rotation.transpose();
-    assert_inertia(&properties.inertia, &expected, ROUND_OFF);
-    assert_eq!(properties.inertia, properties.inertia.transpose());
+    assert_inertia(&found.inertia, &expected.inertia, ROUND_OFF);
 }
 
 #[test]
@@ -74,11 +33,8 @@ fn a_surface_has_the_mass_properties_of_the_mesh_it_is_around() {
         );
         assert_relative(solid.volume(), mesh.volume(), ROUND_OFF);
         assert_eq!(solid.triangles().len(), mesh.surface_triangles().len());
-        let (actual, expected) = (solid.aabb(), mesh.aabb());
-        assert_eq!(
-            (actual.lower, actual.upper),
-            (expected.lower, expected.upper)
-        );
+        let (found, expected) = (solid.aabb(), mesh.aabb());
+        assert_eq!((found.lower, found.upper), (expected.lower, expected.upper));
     }
 }
 
@@ -106,10 +62,10 @@ fn finer_spheres_tend_to_the_ball_with_the_square_of_their_edges() {
     let ball = MassProperties::solid_ball(mass, radius);
     let errors = [4, 5].map(|subdivisions| {
         let field = shapes::icosphere(radius, subdivisions).unwrap();
-        let properties = TriangleSurface::around(field.mesh()).unwrap();
-        let properties = properties.mass_properties(density).unwrap();
-        let inertia = (ball.inertia - properties.inertia).amax() / ball.inertia.amax();
-        [(ball.mass - properties.mass) / ball.mass, inertia]
+        let found = TriangleSurface::around(field.mesh()).unwrap();
+        let found = found.mass_properties(density).unwrap();
+        let inertia = (ball.inertia - found.inertia).amax() / ball.inertia.amax();
+        [(ball.mass - found.mass) / ball.mass, inertia]
     });
     for quantity in 0..2 {
         let [coarse, fine] = errors.map(|error| error[quantity]);
@@ -142,10 +98,10 @@ fn a_cavity_is_taken_off() {
     let hollow = surface(together([outer.clone(), reversed(inner.clone())]));
     assert_eq!(hollow.component_starts(), [0, 12]);
     assert_relative(hollow.volume(), 26.0, ROUND_OFF);
-    let properties = hollow.mass_properties(2.0).unwrap();
-    assert_relative(properties.mass, 52.0, ROUND_OFF);
+    let found = hollow.mass_properties(2.0).unwrap();
+    assert_relative(found.mass, 52.0, ROUND_OFF);
     let center = (Vector3::repeat(1.5) * 27.0 - vector![1.0, 1.5, 1.5]) / 26.0;
-    assert!((properties.center_of_mass - center).amax() <= ROUND_OFF);
+    assert!((found.center_of_mass - center).amax() <= ROUND_OFF);
     // A block in the cavity is a third component. It may touch at corners only.
     let pebble = block(vector![0.75, 1.25, 1.25], vector![0.5, 0.5, 0.5]);
     let rattle = surface(together([reversed(inner), outer, pebble]));
