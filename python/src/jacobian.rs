@@ -118,6 +118,7 @@ pub fn both(
     let states = numbers.chunks(each).map(|state| {
         let bodies = state[1..].chunks(NUMBERS).map(body_state);
         Ok(dynamics::State {
+            joints: Vec::new(),
             time: state[0],
             bodies: bodies.collect::<PyResult<_>>()?,
         })

@@ -58,7 +58,11 @@ impl State {
         let bodies = bodies
             .map(|(pose, twist)| BodyState { pose, twist })
             .collect();
-        Ok(Self(dynamics::State { time, bodies }))
+        Ok(Self(dynamics::State {
+            time,
+            bodies,
+            joints: Vec::new(),
+        }))
     }
 
     /// Time (s).

@@ -31,6 +31,7 @@ impl Body {
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
         let alone = dynamics::World::new(vec![self.inner.clone()]);
         let start = State {
+            joints: Vec::new(),
             time: self.inner.initial_time(),
             bodies: vec![*self.inner.initial_state()],
         };

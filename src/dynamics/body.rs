@@ -1,8 +1,9 @@
+use super::joint::JointKind;
 use super::mass::check_mass_number;
 use super::motion::state_on;
 use super::validate::check_finite;
 use super::{
-    BodyShape, BodyState, Inertia, KinematicPath, Mass, Material, Motion, State, WorldError,
+    BodyShape, BodyState, Inertia, Joint, KinematicPath, Mass, Material, Motion, State, WorldError,
 };
 use crate::scalar::{Scalar, real_part};
 use crate::spatial::{Pose, Twist};
@@ -44,7 +45,10 @@ impl Body<f64> {
     ) -> Result<Self, WorldError> {
         let shape = shape.into();
         let properties = shape.mass_properties(name, &mass)?;
-        let motion = Motion::Dynamic(Inertia::new(&properties));
+        let motion = Motion::Dynamic {
+            inertia: Inertia::new(&properties),
+            joint: Box::new(Joint::free()),
+        };
         Self::new(name, shape, material, motion)
     }
 
@@ -85,7 +89,7 @@ impl Body<f64> {
         material.check_on(name, &shape)?;
         let initial = match &motion {
             Motion::Kinematic(path) => state_on(&**path, 0.0),
-            Motion::Dynamic(_) | Motion::Fixed => BodyState {
+            Motion::Dynamic { .. } | Motion::Fixed => BodyState {
                 pose: Pose::identity(),
                 twist: Twist::zero(),
             },
@@ -106,6 +110,23 @@ impl Body<f64> {
     pub fn with_pose(mut self, pose: Pose) -> Self {
         self.initial.pose = pose;
         self
+    }
+
+    /// Connects a dynamic body to its parent, or to the world, by a joint. The joint gives the pose and the velocity of the body.
+    ///
+    /// # Errors
+    /// If the body is not dynamic.
+    pub fn with_joint(mut self, joint: Joint) -> Result<Self, WorldError> {
+        match &mut self.motion {
+            Motion::Dynamic { joint: current, .. } => **current = joint,
+            Motion::Fixed | Motion::Kinematic(_) => {
+                return Err(WorldError::NotDynamic {
+                    body: self.name,
+                    quantity: "joint",
+                });
+            }
+        }
+        Ok(self)
     }
 
     /// Sets the initial velocity of the center of mass (m/s, world axes) of a dynamic body.
@@ -130,7 +151,10 @@ impl Body<f64> {
             material: self.material.lifted(),
             is_law_differentiated: self.is_law_differentiated,
             motion: match &self.motion {
-                Motion::Dynamic(inertia) => Motion::Dynamic(inertia.lifted()),
+                Motion::Dynamic { inertia, joint } => Motion::Dynamic {
+                    inertia: inertia.lifted(),
+                    joint: Box::new(joint.lifted()),
+                },
                 Motion::Fixed => Motion::Fixed,
                 Motion::Kinematic(path) => Motion::Kinematic(Arc::clone(path)),
             },
@@ -151,6 +175,9 @@ impl Body<f64> {
     pub(crate) fn check(&self) -> Result<(), WorldError> {
         self.material.check_on(&self.name, &self.shape)?;
         self.check_mass()?;
+        if let Some(joint) = self.joint().filter(|_| self.is_on_joint()) {
+            joint.check()?;
+        }
         self.initial.check(&self.name)?;
         self.check_start()
     }
@@ -166,7 +193,7 @@ impl Body<f64> {
     /// Checks that a fixed body starts at rest, and a kinematic body on its path.
     fn check_start(&self) -> Result<(), WorldError> {
         let start = match &self.motion {
-            Motion::Dynamic(_) => return Ok(()),
+            Motion::Dynamic { .. } => return Ok(()),
             Motion::Fixed => BodyState {
                 pose: self.initial.pose,
                 twist: Twist::zero(),
@@ -202,7 +229,10 @@ impl<T: Scalar> Body<T> {
             material: self.material.real(),
             is_law_differentiated: self.is_law_differentiated,
             motion: match &self.motion {
-                Motion::Dynamic(inertia) => Motion::Dynamic(inertia.real()),
+                Motion::Dynamic { inertia, joint } => Motion::Dynamic {
+                    inertia: inertia.real(),
+                    joint: Box::new(joint.real()),
+                },
                 Motion::Fixed => Motion::Fixed,
                 Motion::Kinematic(path) => Motion::Kinematic(Arc::clone(path)),
             },
@@ -233,12 +263,33 @@ impl<T: Scalar> Body<T> {
     #[must_use]
     pub fn inertia(&self) -> Option<&Inertia<T>> {
         match &self.motion {
-            Motion::Dynamic(inertia) => Some(inertia),
+            Motion::Dynamic { inertia, .. } => Some(inertia),
             Motion::Fixed | Motion::Kinematic(_) => None,
         }
     }
 
-    /// Initial state.
+    /// Joint of a dynamic body to its parent.
+    #[must_use]
+    pub fn joint(&self) -> Option<&Joint<T>> {
+        match &self.motion {
+            Motion::Dynamic { joint, .. } => Some(joint),
+            Motion::Fixed | Motion::Kinematic(_) => None,
+        }
+    }
+
+    /// Whether the body is connected by a joint: it is dynamic, but not free.
+    pub(crate) fn is_on_joint(&self) -> bool {
+        self.joint()
+            .is_some_and(|joint| joint.kind != JointKind::Free)
+    }
+
+    /// Joint with a state of its own: neither free nor fixed.
+    pub(crate) fn joint_with_state(&self) -> Option<&Joint<T>> {
+        self.joint().filter(|joint| joint.kind.has_state())
+    }
+
+    /// Initial state of a body that is not on a joint. The state of a body on a joint follows from the joint: see
+    /// [`World::initial_state`](super::World::initial_state).
     #[must_use]
     pub fn initial_state(&self) -> &BodyState<T> {
         &self.initial
@@ -256,6 +307,14 @@ impl<T: Scalar> Body<T> {
         self.is_law_differentiated
             || is_positive(self.material.dissipation)
             || self.material.friction.is_some_and(is_positive)
+    }
+
+    /// Mutable [`Self::joint_with_state`].
+    pub(super) fn joint_with_state_mut(&mut self) -> Option<&mut Joint<T>> {
+        match &mut self.motion {
+            Motion::Dynamic { joint, .. } if joint.kind.has_state() => Some(joint),
+            Motion::Dynamic { .. } | Motion::Fixed | Motion::Kinematic(_) => None,
+        }
     }
 
     /// Position of the center of mass (m) in the world. For a body that is not dynamic, it is the origin of the body frame.
@@ -319,6 +378,13 @@ impl<T: Scalar> State<T> {
         if found != expected {
             return Err(WorldError::StateSize { found, expected });
         }
+        let joints = bodies.iter().filter_map(Body::joint_with_state);
+        let (found, expected) = (self.joints.len(), joints.clone().count());
+        if found != expected {
+            return Err(WorldError::JointCount { found, expected });
+        }
+        let mut joints = self.joints.iter().zip(joints);
+        joints.try_for_each(|(state, joint)| state.check(&joint.name, &joint.kind))?;
         let mut bodies = self.bodies.iter().zip(bodies);
         bodies.try_for_each(|(state, body)| state.check(body.name()))
     }

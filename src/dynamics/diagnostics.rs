@@ -1,6 +1,8 @@
 use super::model::Model;
 use super::sweep::Sweep;
-use super::{BodyShape, BodyState, Force, Inertia, RolloutError, State, World, WorldError};
+use super::{
+    Body, BodyShape, BodyState, Force, Inertia, JointState, RolloutError, State, World, WorldError,
+};
 use crate::scalar::{Scalar, lift, lift_vector};
 use nalgebra::Vector3;
 
@@ -8,7 +10,7 @@ use nalgebra::Vector3;
 #[derive(Debug, Clone, Copy)]
 #[non_exhaustive]
 pub struct Diagnostics<T = f64> {
-    /// Kinetic energy (J): ½ m v² + ½ ω·I·ω.
+    /// Kinetic energy (J): ½ m v² + ½ ω·I·ω of bodies, and ½ A u² of the armatures of joints.
     pub kinetic_energy: T,
     /// Gravitational energy (J): −m g·x, with the center of mass x relative to the origin of the world.
     pub gravitational_energy: T,
@@ -150,10 +152,21 @@ impl<T: Scalar> Model<T> {
         diagnostics
     }
 
-    /// Kinetic energy (J) of all dynamic bodies.
+    /// Kinetic energy (J) of all dynamic bodies and of the armatures of joints.
     pub(super) fn kinetic_energy(&self, state: &State<T>) -> T {
+        let joints = self.bodies.iter().filter_map(Body::joint_with_state);
+        let of_rotors = joints.zip(&state.joints).map(|(joint, state)| {
+            let squared = match state {
+                JointState::Scalar { velocity, .. } => *velocity * *velocity,
+                JointState::Ball {
+                    angular_velocity, ..
+                } => angular_velocity.dot(angular_velocity),
+            };
+            squared * joint.law.armature * 0.5
+        });
+        let of_rotors = of_rotors.fold(lift(0.0), |sum: T, energy| sum + energy);
         let bodies = self.bodies.iter().zip(&state.bodies);
-        bodies.fold(lift(0.0), |sum, (body, state)| {
+        bodies.fold(of_rotors, |sum, (body, state)| {
             let of_body =
                 |inertia: &Inertia<T>| inertia.momentum(state).dot(&state.twist.to_vector()) * 0.5;
             sum + body.inertia().map_or(lift(0.0), of_body)

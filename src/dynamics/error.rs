@@ -55,6 +55,66 @@ pub enum WorldError {
         /// Number of bodies.
         bodies: usize,
     },
+    /// Differences of states are requested for a world with joints.
+    #[error(
+        "body {0:?} is on a joint: differences of states are in coordinates of free bodies, so compare State::joints instead"
+    )]
+    NoCoordinates(String),
+    /// A ball joint has a force.
+    #[error(
+        "ball joint {0:?} has damping, friction, stops or an actuator, but ball joints can have armature only"
+    )]
+    BallJointForce(String),
+    /// Two joints have the same name.
+    #[error("two joints have the name {0:?}: names of joints must be unique")]
+    DuplicateJoint(String),
+    /// No revolute or prismatic joint has this name.
+    #[error("no revolute or prismatic joint is named {name:?}: the names are {known:?}")]
+    UnknownJoint {
+        /// Requested name.
+        name: String,
+        /// Names of all revolute and prismatic joints.
+        known: Vec<String>,
+    },
+    /// A joint connects a body to a body that does not come before it.
+    #[error(
+        "joint {joint:?} connects body {body:?} to {parent:?}, but no earlier body has this name: list parents before children"
+    )]
+    JointParent {
+        /// Name of the joint.
+        joint: String,
+        /// Name of the body.
+        body: String,
+        /// Name of the parent.
+        parent: String,
+    },
+    /// A number of a joint is out of range.
+    #[error("the {quantity} of joint {joint:?} is {value}, but must be {expected}")]
+    Joint {
+        /// Name of the joint.
+        joint: String,
+        /// Name of the number.
+        quantity: &'static str,
+        /// Value of the number.
+        value: f64,
+        /// Values that are allowed.
+        expected: &'static str,
+    },
+    /// The state of a joint is that of another kind of joint.
+    #[error(
+        "the state of joint {0:?} does not fit its kind: revolute and prismatic joints have a position and a velocity, ball joints a rotation and an angular velocity"
+    )]
+    JointState(String),
+    /// A state has another number of joints than the world.
+    #[error(
+        "the state has {found} joints, but the world has {expected} joints that are neither free nor fixed"
+    )]
+    JointCount {
+        /// Number of joints in the state.
+        found: usize,
+        /// Number of joints of the world.
+        expected: usize,
+    },
     /// A mass, density or moment of inertia is not positive and finite.
     #[error("the {quantity} of body {body:?} is {value}, but must be positive and finite")]
     Mass {

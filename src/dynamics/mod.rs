@@ -51,12 +51,17 @@ mod free_rotation;
 mod implicit;
 mod inertia;
 mod integrator;
+mod joint;
+#[cfg(feature = "serde")]
+mod joint_serial;
 mod mass;
 mod material;
 mod model;
 mod motion;
+mod multibody;
 mod plan;
 mod reverse;
+mod rigid_motion;
 mod rollout;
 mod rollout_error;
 #[cfg(feature = "serde")]
@@ -90,6 +95,7 @@ pub use force::{
 pub use implicit::{BodyErrors, EnergyBalance, StepReport, Work};
 pub use inertia::Inertia;
 pub use integrator::Integrator;
+pub use joint::{Actuator, Joint, JointKind, JointLaw, JointState, Stops};
 pub use mass::Mass;
 pub use material::Material;
 pub(crate) use model::Model;
@@ -98,10 +104,11 @@ pub(crate) use motion::Motion;
 pub use plan::Plan;
 pub use reverse::{Kink, KinkSummary, StateGradient};
 pub(crate) use reverse::{ModelGradient, ReverseSweep, Tape};
+pub(crate) use rigid_motion::turn_between;
 pub use rollout::Rollout;
 pub use rollout_error::RolloutError;
 pub use state::{BodyState, State};
-pub(crate) use tangent::{STATE_DIM, turn_between};
+pub(crate) use tangent::STATE_DIM;
 pub use trajectory::{RolloutFailure, RolloutResult, Trajectory};
 pub(crate) use validate::check_positive;
 pub use world::World;

@@ -1,5 +1,7 @@
 use super::body::require_index_of;
+use super::joint::{Joint, JointKind};
 use super::motion::state_on;
+use super::multibody::{Kinematics, Multibody, Parent};
 use super::validate::check_finite;
 use super::{Body, BodyState, Control, Motion, State, WorldError};
 use crate::scalar::{Scalar, lift, lift_vector, real_part, real_vector};
@@ -23,6 +25,8 @@ pub(crate) struct Model<T = f64> {
     /// Time (s) of the initial state.
     pub(crate) start: f64,
     pub(super) ignored: BTreeSet<(usize, usize)>,
+    /// Pairs of bodies that a joint connects, or that are welded to such bodies, the smaller index first.
+    adjacent: BTreeSet<(usize, usize)>,
     pub(super) slip_tolerance: f64,
 }
 
@@ -40,7 +44,9 @@ impl Model {
                 return Err(WorldError::DuplicateName(body.name.clone()));
             }
         }
+        check_joints(&bodies)?;
         Ok(Self {
+            adjacent: adjacent_pairs(&bodies),
             bodies,
             gravity: Vector3::zeros(),
             controls: Vec::new(),
@@ -85,6 +91,7 @@ impl Model {
             force_parameters: self.force_parameters_by(|value| lift(value)),
             start: self.start,
             ignored: self.ignored.clone(),
+            adjacent: self.adjacent.clone(),
             slip_tolerance: self.slip_tolerance,
         }
     }
@@ -100,6 +107,7 @@ impl<T: Scalar> Model<T> {
             force_parameters: self.force_parameters_by(real_part),
             start: self.start,
             ignored: self.ignored.clone(),
+            adjacent: self.adjacent.clone(),
             slip_tolerance: self.slip_tolerance,
         }
     }
@@ -119,10 +127,118 @@ impl<T: Scalar> Model<T> {
 
     /// Initial state of rollouts.
     pub(super) fn initial_state(&self) -> State<T> {
-        State {
+        let joints = self.bodies.iter().filter_map(Body::joint_with_state);
+        let mut state = State {
             time: self.start,
             bodies: self.bodies.iter().map(|body| body.initial).collect(),
+            joints: joints.map(|joint| joint.initial).collect(),
+        };
+        self.place_joints(&mut state);
+        state
+    }
+
+    /// Bodies on joints with their parents. Bodies whose parent is the world are omitted.
+    pub(super) fn parents(&self) -> impl Iterator<Item = (usize, usize)> {
+        let bodies = self.bodies.iter().enumerate();
+        bodies.filter_map(|(index, body)| {
+            let parent = body.joint().and_then(Joint::parent)?;
+            Some((index, self.index_of(parent).ok()?))
+        })
+    }
+
+    /// Index of the body on a revolute or prismatic joint, and index of the state of the joint.
+    pub(crate) fn scalar_joint(&self, name: &str) -> Result<(usize, usize), WorldError> {
+        let with_state =
+            |(index, body): (usize, &'_ Body<T>)| body.joint_with_state().map(|_| index);
+        let bodies: Vec<usize> = self
+            .bodies
+            .iter()
+            .enumerate()
+            .filter_map(with_state)
+            .collect();
+        let joint = |body: usize| self.bodies[body].joint_with_state();
+        let scalar_joint =
+            |body: usize| joint(body).filter(|joint| joint.initial.position().is_some());
+        let is_named = |&body: &usize| scalar_joint(body).is_some_and(|joint| joint.name == name);
+        if let Some(state_index) = bodies.iter().position(is_named) {
+            return Ok((bodies[state_index], state_index));
         }
+        let scalar = bodies.iter().filter_map(|&body| scalar_joint(body));
+        Err(WorldError::UnknownJoint {
+            name: name.to_owned(),
+            known: scalar.map(|joint| joint.name.clone()).collect(),
+        })
+    }
+
+    /// Returns an error if the world has joints.
+    pub(super) fn refuse_joints(&self) -> Result<(), WorldError> {
+        match self.bodies.iter().find(|body| body.is_on_joint()) {
+            Some(body) => Err(WorldError::NoCoordinates(body.name().to_owned())),
+            None => Ok(()),
+        }
+    }
+
+    /// Number of joints that are neither free nor fixed.
+    pub(crate) fn joint_count(&self) -> usize {
+        self.bodies
+            .iter()
+            .filter_map(Body::joint_with_state)
+            .count()
+    }
+
+    /// Whether a body is on a joint.
+    pub(crate) fn has_joints(&self) -> bool {
+        self.bodies.iter().any(Body::is_on_joint)
+    }
+
+    /// Generalized coordinates of dynamic bodies, in increasing order. `neighbors` has their parents that are not dynamic.
+    pub(super) fn multibody(&self, dynamic: &[usize], neighbors: &[usize]) -> Multibody<T> {
+        let mut next_state = 0;
+        let state_indices = self.bodies.iter().map(|body| {
+            let index = next_state;
+            next_state += usize::from(body.joint_with_state().is_some());
+            index
+        });
+        let state_indices: Vec<usize> = state_indices.collect();
+        let links = dynamic.iter().filter_map(|&body| {
+            let Motion::Dynamic { inertia, joint } = &self.bodies[body].motion else {
+                return None;
+            };
+            let parent = joint
+                .parent
+                .as_ref()
+                .and_then(|name| self.index_of(name).ok());
+            let parent = parent.map_or(Parent::World, |parent| {
+                let index_in =
+                    |indices: &[usize]| indices.iter().position(|&index| index == parent);
+                match (index_in(dynamic), index_in(neighbors)) {
+                    (Some(link), _) => Parent::Link(link),
+                    (None, Some(neighbor)) => Parent::Neighbor(neighbor),
+                    (None, None) => Parent::World,
+                }
+            });
+            Some((body, state_indices[body], *inertia, &**joint, parent))
+        });
+        Multibody::new(links, neighbors)
+    }
+
+    /// Sets the bodies on joints to the states that their joints give. Other bodies must have their states.
+    fn place_joints(&self, state: &mut State<T>) {
+        if self.has_joints() {
+            let (multibody, kinematics) = self.kinematics_at(state);
+            multibody.store(&kinematics, state);
+        }
+    }
+
+    /// All dynamic bodies of the world with their kinematics.
+    pub(super) fn kinematics_at(&self, state: &State<T>) -> (Multibody<T>, Kinematics<T>) {
+        let dynamic: Vec<usize> = self.dynamic_bodies().collect();
+        let indices = 0..self.bodies.len();
+        let neighbors: Vec<usize> = indices.filter(|index| !dynamic.contains(index)).collect();
+        let multibody = self.multibody(&dynamic, &neighbors);
+        let states: Vec<_> = neighbors.iter().map(|&body| state.bodies[body]).collect();
+        let kinematics = multibody.kinematics(multibody.coordinates(state), &states);
+        (multibody, kinematics)
     }
 
     /// Indices of the dynamic bodies.
@@ -151,12 +267,14 @@ impl<T: Scalar> Model<T> {
     /// Whether the contact of two bodies, i < j, has an effect: one of them is dynamic, and the pair is not ignored.
     fn can_interact(&self, i: usize, j: usize) -> bool {
         let moves = |index: usize| self.bodies[index].inertia().is_some();
-        (moves(i) || moves(j)) && !self.ignored.contains(&(i, j))
+        let is_excluded = self.ignored.contains(&(i, j)) || self.adjacent.contains(&(i, j));
+        (moves(i) || moves(j)) && !is_excluded
     }
 
-    /// Returns the state with fixed and kinematic bodies in their prescribed states.
+    /// Returns the state with fixed and kinematic bodies in their prescribed states, and bodies on joints where their joints put them.
     pub(super) fn with_prescribed_states(&self, mut state: State<T>) -> State<T> {
         self.set_prescribed_states(&mut state);
+        self.place_joints(&mut state);
         state
     }
 
@@ -172,9 +290,69 @@ impl<T: Scalar> Model<T> {
     /// State of a fixed or kinematic body at a time (s), or `None` for a dynamic body.
     pub(super) fn prescribed_state(&self, index: usize, time: f64) -> Option<BodyState<T>> {
         match &self.bodies[index].motion {
-            Motion::Dynamic(_) => None,
+            Motion::Dynamic { .. } => None,
             Motion::Fixed => Some(self.bodies[index].initial),
             Motion::Kinematic(path) => Some(state_on(&**path, time).lifted()),
         }
     }
+}
+
+/// Checks the names, the parents and the numbers of joints.
+fn check_joints(bodies: &[Body]) -> Result<(), WorldError> {
+    let mut names = BTreeSet::new();
+    for (index, body) in bodies.iter().enumerate() {
+        let Some(joint) = body.joint().filter(|_| body.is_on_joint()) else {
+            continue;
+        };
+        if !names.insert(&joint.name) {
+            return Err(WorldError::DuplicateJoint(joint.name.clone()));
+        }
+        if let Some(parent) = &joint.parent {
+            let is_parent = |candidate: &Body| candidate.name() == parent;
+            if !bodies[..index].iter().any(is_parent) {
+                return Err(WorldError::JointParent {
+                    joint: joint.name.clone(),
+                    body: body.name().to_owned(),
+                    parent: parent.clone(),
+                });
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Pairs of bodies, the smaller index first, that a joint connects, or that are welded to such bodies.
+fn adjacent_pairs(bodies: &[Body]) -> BTreeSet<(usize, usize)> {
+    let parent_of = |body: &Body| {
+        let parent = body.joint().and_then(Joint::parent)?;
+        bodies
+            .iter()
+            .position(|candidate| candidate.name() == parent)
+    };
+    // Welded bodies have the same root. Parents come before children.
+    let mut roots: Vec<usize> = (0..bodies.len()).collect();
+    let mut connected = BTreeSet::new();
+    for (index, body) in bodies.iter().enumerate() {
+        let Some(parent) = parent_of(body) else {
+            continue;
+        };
+        if body
+            .joint()
+            .is_some_and(|joint| joint.kind == JointKind::Fixed)
+        {
+            roots[index] = roots[parent];
+        } else {
+            connected.insert((roots[parent], index));
+        }
+    }
+    let mut pairs = BTreeSet::new();
+    for (i, &first) in roots.iter().enumerate() {
+        for (j, &second) in roots.iter().enumerate().skip(i + 1) {
+            let is_connected = |a: usize, b: usize| connected.contains(&(a, b));
+            if first == second || is_connected(first, second) || is_connected(second, first) {
+                pairs.insert((i, j));
+            }
+        }
+    }
+    pairs
 }

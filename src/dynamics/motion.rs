@@ -1,6 +1,6 @@
 //! Kinds of motion: dynamic, fixed and kinematic.
 
-use super::{BodyState, Inertia};
+use super::{BodyState, Inertia, Joint};
 use std::fmt;
 use std::sync::Arc;
 
@@ -12,7 +12,12 @@ pub type KinematicPath = dyn Fn(f64) -> BodyState + Send + Sync;
 #[non_exhaustive]
 pub enum Motion<T = f64> {
     /// Forces move the body.
-    Dynamic(Inertia<T>),
+    Dynamic {
+        /// Mass and rotational inertia.
+        inertia: Inertia<T>,
+        /// Connection to the parent.
+        joint: Box<Joint<T>>,
+    },
     /// The body does not move.
     Fixed,
     /// The body moves along a path, whatever forces act on it. The path carries no derivatives.
@@ -24,7 +29,7 @@ impl<T> Motion<T> {
     pub(crate) fn is_kinematic(&self) -> bool {
         match self {
             Self::Kinematic(_) => true,
-            Self::Dynamic(_) | Self::Fixed => false,
+            Self::Dynamic { .. } | Self::Fixed => false,
         }
     }
 }
@@ -41,7 +46,13 @@ pub(super) fn state_on(path: &KinematicPath, time: f64) -> BodyState {
 impl<T: fmt::Debug> fmt::Debug for Motion<T> {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Dynamic(inertia) => formatter.debug_tuple("Dynamic").field(inertia).finish(),
+            Self::Dynamic { inertia, joint } => {
+                let mut parts = formatter.debug_struct("Dynamic");
+                parts
+                    .field("inertia", inertia)
+                    .field("joint", joint)
+                    .finish()
+            }
             Self::Fixed => formatter.write_str("Fixed"),
             Self::Kinematic(_) => formatter.write_str("Kinematic"),
         }

@@ -1,4 +1,4 @@
-use super::WorldError;
+use super::{Integrator, WorldError};
 use crate::parallel::Panicked;
 
 /// Reason why a rollout ended early.
@@ -27,6 +27,16 @@ pub enum RolloutError {
         found: f64,
         /// Smallest valid slip tolerance (m/s).
         least: f64,
+    },
+    /// The world has joints, but the integrator is explicit.
+    #[error(
+        "steps of {integrator:?} cannot integrate joints, but body {body:?} is on one: use Integrator::Sdirk3 or Integrator::ImplicitEuler"
+    )]
+    Joints {
+        /// Integrator of the plan.
+        integrator: Integrator,
+        /// Name of the first body on a joint.
+        body: String,
     },
     /// The rollout was [stopped](super::Rollout::with_cancel_flag), or its batch ended before the
     /// rollout began.

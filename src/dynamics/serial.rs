@@ -1,7 +1,9 @@
 //! Serde formats of plans, states, materials and trajectories.
 
 use super::plan::SOLVER_TOLERANCE;
-use super::{Accuracy, BodyState, Integrator, Material, Plan, State, Trajectory, WorldError};
+use super::{
+    Accuracy, BodyState, Integrator, JointState, Material, Plan, State, Trajectory, WorldError,
+};
 use crate::spatial::{Pose, Twist};
 use serde::de::{Deserialize, Deserializer, Error};
 use serde::ser::{Serialize, Serializer};
@@ -56,6 +58,8 @@ struct BodyStateLayout {
 struct StateLayout<'a> {
     time: f64,
     bodies: Cow<'a, [BodyState]>,
+    #[serde(default)]
+    joints: Cow<'a, [JointState]>,
 }
 
 /// Saved form of a material.
@@ -165,6 +169,7 @@ impl Serialize for State {
         let layout = StateLayout {
             time: self.time,
             bodies: Cow::Borrowed(&self.bodies),
+            joints: Cow::Borrowed(&self.joints),
         };
         layout.serialize(serializer)
     }
@@ -172,13 +177,18 @@ impl Serialize for State {
 
 impl<'de> Deserialize<'de> for State {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let StateLayout { time, bodies } = StateLayout::deserialize(deserializer)?;
+        let StateLayout {
+            time,
+            bodies,
+            joints,
+        } = StateLayout::deserialize(deserializer)?;
         if !time.is_finite() {
             return Err(D::Error::custom(LoadError::Time(time)));
         }
         Ok(Self {
             time,
             bodies: bodies.into_owned(),
+            joints: joints.into_owned(),
         })
     }
 }

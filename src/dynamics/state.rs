@@ -1,4 +1,4 @@
-use super::WorldError;
+use super::{JointState, WorldError};
 use crate::scalar::{Scalar, lift_vector};
 use crate::spatial::{Pose, Twist};
 use nalgebra::Vector3;
@@ -19,6 +19,8 @@ pub struct State<T = f64> {
     pub time: f64,
     /// Body states, in the order of the bodies of the world.
     pub bodies: Vec<BodyState<T>>,
+    /// States of the joints that are neither free nor fixed, in the order of their bodies. Bodies on joints follow them.
+    pub joints: Vec<JointState<T>>,
 }
 
 impl<T: Scalar> BodyState<T> {
@@ -93,6 +95,7 @@ impl<T: Scalar> State<T> {
         State {
             time: self.time,
             bodies: self.bodies.iter().map(BodyState::real).collect(),
+            joints: self.joints.iter().map(JointState::real).collect(),
         }
     }
 }
@@ -103,6 +106,7 @@ impl State {
         State {
             time: self.time,
             bodies: self.bodies.iter().map(BodyState::lifted).collect(),
+            joints: self.joints.iter().map(JointState::lifted).collect(),
         }
     }
 }

@@ -125,6 +125,7 @@ impl<T: Scalar> Stepper<T> {
         }
         self.next.time = self.state.time;
         self.next.bodies.clone_from(&self.state.bodies);
+        self.next.joints.clone_from(&self.state.joints);
         // The time is computed from the step count, because a sum of 10⁶ time steps would drift.
         let end = self.start + step as f64 * plan.time_step();
         match plan.integrator().kind() {
@@ -147,6 +148,12 @@ impl<T: Scalar> Stepper<T> {
         step: usize,
     ) -> Result<(), RolloutError> {
         let (model, time_step) = (world.model(), plan.time_step());
+        let body = model.bodies.iter().find(|body| body.is_on_joint());
+        let error = body.map(|body| RolloutError::Joints {
+            integrator: plan.integrator(),
+            body: body.name().to_owned(),
+        });
+        self.stop_at(error)?;
         splitting.approach(model, &mut self.next, time_step);
         self.stop_at(self.path_error(model, step))?;
         if plan.checks_stability() {

@@ -1,10 +1,10 @@
 //! Local coordinates of states: the difference of two states as one vector, with as many numbers as there are degrees of freedom.
 
+use super::rigid_motion::turn_between;
 use super::validate::check_finite;
 use super::{BodyState, Force, State, World, WorldError};
-use crate::scalar::portable::atan2;
 use crate::spatial::{Pose, Twist};
-use nalgebra::{DVector, Rotation3, UnitQuaternion, Vector3, Vector6};
+use nalgebra::{DVector, Vector6};
 
 /// Number of local coordinates of each dynamic body.
 pub(crate) const STATE_DIM: usize = 12;
@@ -15,9 +15,11 @@ impl<F: Force> World<f64, F> {
     /// rad/s, velocity of the center of mass in m/s).
     ///
     /// # Errors
+    /// - If the world has joints.
     /// - If a state does not fit the world.
     /// - If the change is not finite.
     pub fn difference(&self, from: &State, to: &State) -> Result<DVector<f64>, WorldError> {
+        self.model.refuse_joints()?;
         from.check_fits(self.bodies())?;
         to.check_fits(self.bodies())?;
         let numbers = self.model.dynamic_bodies().flat_map(|body| {
@@ -35,9 +37,11 @@ impl<F: Force> World<f64, F> {
     /// bodies, stay the same.
     ///
     /// # Errors
+    /// - If the world has joints.
     /// - If the state before or after the change does not fit the world.
     /// - If the change does not have 12 finite numbers for each dynamic body.
     pub fn integrate(&self, state: &State, change: &[f64]) -> Result<State, WorldError> {
+        self.model.refuse_joints()?;
         state.check_fits(self.bodies())?;
         check_finite("change of a state", change)?;
         let (found, expected) = (
@@ -76,14 +80,4 @@ fn turn_and_shift(from: &Pose, to: &Pose) -> Vector6<f64> {
         linear: to.translation() - from.translation(),
     };
     twist.to_vector()
-}
-
-/// Rotation vector (rad, at most half a turn) from one pose to another.
-pub(crate) fn turn_between(from: &Pose, to: &Pose) -> Vector3<f64> {
-    let turn = Rotation3::from_matrix_unchecked(to.rotation() * from.rotation().transpose());
-    let quaternion = UnitQuaternion::from_rotation_matrix(&turn);
-    quaternion.axis().map_or_else(Vector3::zeros, |axis| {
-        let half_angle = atan2(quaternion.imag().norm(), quaternion.w.abs());
-        axis.into_inner() * (2.0 * half_angle)
-    })
 }

@@ -161,6 +161,14 @@ impl<F: Force> World<f64, F> {
         for (body, initial) in self.model.bodies.iter_mut().zip(placed.bodies) {
             (body.initial, body.start) = (initial, placed.time);
         }
+        let joints = self
+            .model
+            .bodies
+            .iter_mut()
+            .filter_map(Body::joint_with_state_mut);
+        for (joint, initial) in joints.zip(placed.joints) {
+            joint.initial = initial;
+        }
         self.model.check()?;
         Ok(self)
     }

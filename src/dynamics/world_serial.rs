@@ -3,7 +3,9 @@
 use super::force::Control;
 use super::inertia::PrincipalInertia;
 use super::model::Model;
-use super::{Body, BodyShape, BodyState, Force, Inertia, Material, Motion, World, WorldError};
+use super::{
+    Body, BodyShape, BodyState, Force, Inertia, Joint, Material, Motion, World, WorldError,
+};
 use crate::contact::{HalfSpace, RigidShape, Shape, ThicknessError};
 use crate::mesh::{MeshError, PressureField, TetMesh, TriangleSurface};
 use crate::spatial::Wrench;
@@ -59,6 +61,9 @@ struct BodyLayout {
     shape: usize,
     material: Material,
     inertia: Option<InertiaLayout>,
+    /// `None` for a body that is free or not dynamic.
+    #[serde(default)]
+    joint: Option<Joint>,
     initial: BodyState,
 }
 
@@ -226,7 +231,7 @@ impl BodyLayout {
     /// Saved form of a body, or `None` for a kinematic body.
     fn of(body: &Body, shape: usize) -> Option<Self> {
         let inertia = match &body.motion {
-            Motion::Dynamic(inertia) => Some(InertiaLayout {
+            Motion::Dynamic { inertia, .. } => Some(InertiaLayout {
                 mass: inertia.mass,
                 center_of_mass: inertia.center_of_mass.into(),
                 moments: inertia.principal.moments.into(),
@@ -240,6 +245,7 @@ impl BodyLayout {
             shape,
             material: body.material,
             inertia,
+            joint: body.joint().filter(|_| body.is_on_joint()).cloned(),
             initial: body.initial,
         })
     }
@@ -254,7 +260,10 @@ impl BodyLayout {
         };
         let motion = match &self.inertia {
             Some(layout) => match layout.inertia() {
-                Some(inertia) => Motion::Dynamic(inertia),
+                Some(inertia) => Motion::Dynamic {
+                    inertia,
+                    joint: Box::new(self.joint.unwrap_or_else(Joint::free)),
+                },
                 None => return Err(LoadError::Inertia(self.name)),
             },
             None => Motion::Fixed,

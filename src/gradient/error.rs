@@ -27,6 +27,24 @@ pub enum GradientError {
         /// The parameter.
         parameter: String,
     },
+    /// The initial pose or velocity of a body on a joint is a parameter.
+    #[error(
+        "{parameter} has no effect, because a joint gives the state of body {body:?}: use Parameter::joint with the initial position or velocity of the joint"
+    )]
+    OnJoint {
+        /// Name of the body.
+        body: String,
+        /// The parameter.
+        parameter: String,
+    },
+    /// A linearization of a world with joints is requested.
+    #[error(
+        "worlds with joints cannot be linearized in coordinates of their bodies: use Experiment::jacobian with Parameter::joint"
+    )]
+    JointsNotLinearized,
+    /// Derivatives with respect to the shapes of a world with joints are requested.
+    #[error("derivatives with respect to shapes are not available in worlds with joints")]
+    JointsWithShapes,
     /// The modulus of a rigid body is a parameter.
     #[error("body {body:?} is rigid: it has no modulus to differentiate with respect to")]
     NoModulus {

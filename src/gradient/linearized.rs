@@ -52,6 +52,7 @@ fn state_of(values: &[f64]) -> State {
     State {
         time: time[0],
         bodies: bodies.chunks(NUMBERS).map(body).collect(),
+        joints: Vec::new(),
     }
 }
 
@@ -85,6 +86,9 @@ impl Experiment {
     /// velocity of each dynamic body, then the parameters.
     pub fn linearize(&self, parameters: &[Parameter]) -> Result<LinearizedRollout, GradientError> {
         let model = self.model();
+        if model.has_joints() {
+            return Err(GradientError::JointsNotLinearized);
+        }
         let bodies: Vec<usize> = model.dynamic_bodies().collect();
         let initial_states = bodies.iter().flat_map(|&body| {
             let name: Arc<str> = model.bodies[body].name().into();

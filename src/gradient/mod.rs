@@ -83,7 +83,7 @@ pub use mode::Mode;
 pub use outcome::{
     FinalPosition, FinalState, Integrand, Outcome, OutcomeJacobian, RecordedStates, TimeIntegral,
 };
-pub use parameter::Parameter;
+pub use parameter::{JointQuantity, Parameter};
 pub use problem::Problem;
 pub use rollout_gradient::{HoldFixed, RolloutGradient};
 pub use verdict::{CheckedDerivative, DerivativeCheck, Verdict};

@@ -13,11 +13,12 @@ use nalgebra::{SVector, Vector6};
 /// Number of body states that the widest dual numbers can seed at once.
 const BODIES_PER_PASS: usize = WIDE / STATE_DIM;
 
-/// Reference to the state of a body at a recorded time.
+/// Reference to the state of a body or of a joint at a recorded time.
 #[derive(Debug, Clone, Copy)]
 struct StateRef {
     record: usize,
-    body: usize,
+    /// Index of a body, or number of bodies plus index of a joint.
+    part: usize,
 }
 
 /// Derivatives of a scalar with respect to recorded states of bodies, in the order of time.
@@ -48,7 +49,7 @@ impl RecordedCovectors {
         }
         let of_state = |(record, bodies): (usize, Vec<StateGradient>)| {
             let bodies = bodies.into_iter().enumerate();
-            bodies.map(move |(body, by_state)| (StateRef { record, body }, by_state))
+            bodies.map(move |(part, by_state)| (StateRef { record, part }, by_state))
         };
         Ok(Self(
             by_states
@@ -64,12 +65,12 @@ impl RecordedCovectors {
         while let Some((state_ref, by_state)) =
             self.0.pop_if(|(state_ref, _)| state_ref.record >= record)
         {
-            reversal.add(state_ref.body, &by_state);
+            reversal.add(state_ref.part, &by_state);
         }
     }
 }
 
-/// Loss and its derivatives with respect to the recorded states of all bodies except kinematic bodies.
+/// Loss and its derivatives with respect to the recorded states of all joints and of all bodies except kinematic bodies.
 ///
 /// Most losses depend on few states. Derivatives along one random direction per group of states first exclude the groups without
 /// effect.
@@ -81,7 +82,9 @@ pub(super) fn loss_covectors(
     let value = loss_of(&OutcomeIn::<f64>::of_trajectory(loss, trajectory))?;
     check_outcome(&[value])?;
     let is_differentiable = |body: &usize| !model.bodies[*body].motion.is_kinematic();
-    let bodies: Vec<usize> = (0..model.bodies.len()).filter(is_differentiable).collect();
+    let bodies = (0..model.bodies.len()).filter(is_differentiable);
+    let joints = (0..model.joint_count()).map(|joint| model.bodies.len() + joint);
+    let parts: Vec<usize> = bodies.chain(joints).collect();
     let dependence = LossDependence {
         loss,
         trajectory,
@@ -89,9 +92,9 @@ pub(super) fn loss_covectors(
     };
     let (mut covectors, mut remaining) = (Vec::new(), Vec::new());
     for record in 0..trajectory.states().len() {
-        let states: Vec<StateRef> = bodies
+        let states: Vec<StateRef> = parts
             .iter()
-            .map(|&body| StateRef { record, body })
+            .map(|&part| StateRef { record, part })
             .collect();
         if dependence.add_from_share(&states, &mut covectors).is_none() {
             remaining.extend(states);
@@ -151,7 +154,7 @@ impl LossDependence<'_> {
             let record = states[0].record;
             let mut state = self.trajectory.states()[record].lifted();
             for (index, state_ref) in states.iter().enumerate() {
-                displace(&mut state, state_ref.body, &seeds(index));
+                displace(&mut state, state_ref.part, &seeds(index));
             }
             let numbers = loss.share_of(&self.times, record, &state)?;
             push_nonzero(states, &numbers.first()?.eps, covectors);
@@ -167,8 +170,8 @@ impl LossDependence<'_> {
         mut seeds: impl FnMut(usize) -> SVector<DenseDual<WIDTH>, STATE_DIM>,
     ) -> [f64; WIDTH] {
         let mut trajectory = self.trajectory.lifted();
-        for (index, StateRef { record, body }) in states {
-            displace(trajectory.state_mut(record), body, &seeds(index));
+        for (index, StateRef { record, part }) in states {
+            displace(trajectory.state_mut(record), part, &seeds(index));
         }
         let numbers = loss.of_trajectory(&trajectory);
         numbers.first().map_or([0.0; WIDTH], |number| number.eps)
@@ -194,10 +197,14 @@ fn push_nonzero(
     }
 }
 
-/// Adds a tangent-space change, whose real part is zero, to the state of a body.
-fn displace<T: Scalar>(state: &mut State<T>, body: usize, change: &SVector<T, STATE_DIM>) {
+/// Adds a tangent-space change, whose real part is zero, to the state of a body or of a joint.
+fn displace<T: Scalar>(state: &mut State<T>, part_index: usize, change: &SVector<T, STATE_DIM>) {
+    if let Some(joint) = part_index.checked_sub(state.bodies.len()) {
+        let part = |row: usize| change.fixed_rows::<3>(row).into_owned();
+        return state.joints[joint].displace(&part(0), &part(6));
+    }
     let part = |row: usize| -> Vector6<T> { change.fixed_rows::<6>(row).into_owned() };
-    let BodyState { pose, twist } = &mut state.bodies[body];
+    let BodyState { pose, twist } = &mut state.bodies[part_index];
     *pose = pose.moved_by(&Twist::from_vector(&part(0)));
     *twist = Twist::from_vector(&(twist.to_vector() + part(6)));
 }

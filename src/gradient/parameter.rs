@@ -39,6 +39,70 @@ pub enum Parameter {
     /// Named parameter of forces: 1 number. See
     /// [`World::with_force_parameter`](crate::dynamics::World::with_force_parameter).
     ForceParameter(Arc<str>),
+    /// Quantity of the named revolute or prismatic joint: 1 number.
+    Joint(Arc<str>, JointQuantity),
+}
+
+/// Quantity of a revolute or prismatic joint that can be a parameter. Units are those of a revolute joint; a prismatic joint has m for rad
+/// and N for N m.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub enum JointQuantity {
+    /// Initial position (rad).
+    InitialPosition,
+    /// Initial velocity (rad/s).
+    InitialVelocity,
+    /// Torque of the actuator (N m).
+    Torque,
+    /// Target position of the servo (rad).
+    TargetPosition,
+    /// Target velocity of the servo (rad/s).
+    TargetVelocity,
+    /// Stiffness of the servo (N m/rad).
+    ServoStiffness,
+    /// Damping of the servo (N m s/rad).
+    ServoDamping,
+    /// Viscous damping (N m s/rad).
+    Damping,
+    /// Coulomb friction (N m).
+    Friction,
+    /// Armature (kg m²).
+    Armature,
+}
+
+impl JointQuantity {
+    /// Index in the numbers of a joint law, or `None` for the initial state.
+    pub(super) fn law_index(self) -> Option<usize> {
+        match self {
+            Self::InitialPosition | Self::InitialVelocity => None,
+            Self::Torque => Some(0),
+            Self::TargetPosition => Some(1),
+            Self::TargetVelocity => Some(2),
+            Self::ServoStiffness => Some(3),
+            Self::ServoDamping => Some(4),
+            Self::Damping => Some(5),
+            Self::Friction => Some(6),
+            Self::Armature => Some(7),
+        }
+    }
+}
+
+impl fmt::Display for JointQuantity {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(match self {
+            Self::InitialPosition => "initial position",
+            Self::InitialVelocity => "initial velocity",
+            Self::Torque => "torque",
+            Self::TargetPosition => "target position",
+            Self::TargetVelocity => "target velocity",
+            Self::ServoStiffness => "servo stiffness",
+            Self::ServoDamping => "servo damping",
+            Self::Damping => "damping",
+            Self::Friction => "friction",
+            Self::Armature => "armature",
+        })
+    }
 }
 
 /// Constructors.
@@ -97,6 +161,12 @@ impl Parameter {
         Self::ForceParameter(name.into())
     }
 
+    /// Quantity of a revolute or prismatic joint: [`Self::Joint`].
+    #[must_use]
+    pub fn joint(joint: impl Into<Arc<str>>, quantity: JointQuantity) -> Self {
+        Self::Joint(joint.into(), quantity)
+    }
+
     /// Wrench of an interval of a body's control: [`Self::Control`].
     #[must_use]
     pub fn control(body: impl Into<Arc<str>>, interval: usize) -> Self {
@@ -118,7 +188,8 @@ impl Parameter {
             | Self::Dissipation(_)
             | Self::Friction(_)
             | Self::Mass(_)
-            | Self::ForceParameter(_) => 1,
+            | Self::ForceParameter(_)
+            | Self::Joint(..) => 1,
             Self::Control(..) => 6,
         }
     }
@@ -136,7 +207,7 @@ impl Parameter {
         numbers.iter().map(name).collect()
     }
 
-    /// Name of the body, or `None` for gravity and force parameters.
+    /// Name of the body, or `None` for gravity, force parameters and joints.
     #[must_use]
     pub fn body(&self) -> Option<&str> {
         match self {
@@ -149,7 +220,7 @@ impl Parameter {
             | Self::Friction(name)
             | Self::Mass(name)
             | Self::Control(name, _) => Some(name),
-            Self::Gravity | Self::ForceParameter(_) => None,
+            Self::Gravity | Self::ForceParameter(_) | Self::Joint(..) => None,
         }
     }
 }
@@ -167,6 +238,9 @@ impl fmt::Display for Parameter {
             Self::Mass(_) => "the mass",
             Self::Gravity => "gravity",
             Self::ForceParameter(name) => return write!(formatter, "the force parameter {name:?}"),
+            Self::Joint(name, quantity) => {
+                return write!(formatter, "the {quantity} of joint {name:?}");
+            }
             Self::Control(_, interval) => {
                 write!(formatter, "interval {interval} of ")?;
                 "the control"

@@ -1,7 +1,7 @@
 //! Parameters with names resolved to indices: [`Slots::resolve`] looks each name up once and checks that the model has the parameter.
 
-use super::{GradientError, Parameter};
-use crate::dynamics::{Body, Model, ModelGradient, Motion, turn_between};
+use super::{GradientError, JointQuantity, Parameter};
+use crate::dynamics::{Body, Joint, JointState, Model, ModelGradient, Motion, turn_between};
 use crate::scalar::{Scalar, lift_vector};
 use crate::spatial::{Pose, Twist};
 use nalgebra::Vector3;
@@ -14,6 +14,8 @@ enum Slot {
     ForceParameter(usize),
     /// Index of a control, and of an interval.
     Control(usize, usize),
+    /// Index of the body on a joint, index of the state of the joint, and a quantity of the joint.
+    Joint(usize, usize, JointQuantity),
     /// Index of a body, and a quantity of the body.
     Body(usize, Quantity),
 }
@@ -158,6 +160,10 @@ impl Slot {
                 model.index_of(body)?;
                 return Self::of_control(body, *interval, model);
             }
+            Parameter::Joint(name, quantity) => {
+                let (body, state_index) = model.scalar_joint(name)?;
+                return Ok(Self::Joint(body, state_index, *quantity));
+            }
             Parameter::InitialPosition(_) => Quantity::Position,
             Parameter::InitialOrientation(_) => Quantity::Orientation,
             Parameter::InitialVelocity(_) => Quantity::Velocity,
@@ -197,7 +203,7 @@ impl Slot {
     fn dimension(&self) -> usize {
         match self {
             Self::Gravity => 3,
-            Self::ForceParameter(_) => 1,
+            Self::ForceParameter(_) | Self::Joint(..) => 1,
             Self::Control(..) => 6,
             Self::Body(_, quantity) => quantity.dimension(),
         }
@@ -215,6 +221,10 @@ impl Slot {
                     wrench.torque.iter_mut().chain(&mut wrench.force).collect()
                 })
             }
+            Self::Joint(body, _, quantity) => match &mut model.bodies[body].motion {
+                Motion::Dynamic { joint, .. } => joint_numbers(joint, quantity),
+                Motion::Fixed | Motion::Kinematic(_) => Vec::new(),
+            },
             Self::Body(body, quantity) => quantity.numbers(&mut model.bodies[body]),
         }
     }
@@ -248,6 +258,14 @@ impl Slot {
     fn scales(&self, model: &mut Model) -> Vec<f64> {
         match self {
             Self::ForceParameter(_)
+            | Self::Joint(
+                ..,
+                JointQuantity::ServoStiffness
+                | JointQuantity::ServoDamping
+                | JointQuantity::Damping
+                | JointQuantity::Friction
+                | JointQuantity::Armature,
+            )
             | Self::Body(
                 _,
                 Quantity::Modulus | Quantity::Dissipation | Quantity::Friction | Quantity::Mass,
@@ -257,7 +275,9 @@ impl Slot {
                     .map(|size| if size > 0.0 { size } else { 1.0 })
                     .collect()
             }
-            Self::Gravity | Self::Control(..) | Self::Body(..) => vec![1.0; self.dimension()],
+            Self::Gravity | Self::Control(..) | Self::Body(..) | Self::Joint(..) => {
+                vec![1.0; self.dimension()]
+            }
         }
     }
 
@@ -298,6 +318,15 @@ impl Slot {
             Self::Control(control, interval) => {
                 gradient.controls[control][interval].as_slice().to_vec()
             }
+            Self::Joint(body, state_index, quantity) => {
+                let initial = &gradient.joints[state_index];
+                let number = match (quantity, quantity.law_index()) {
+                    (_, Some(index)) => gradient.bodies[body].joint_law[index],
+                    (JointQuantity::InitialVelocity, _) => initial.velocity.x,
+                    _ => initial.position.x,
+                };
+                vec![number]
+            }
             Self::Body(body, quantity) => {
                 let by_body = &gradient.bodies[body];
                 match quantity {
@@ -312,6 +341,24 @@ impl Slot {
                 }
             }
         }
+    }
+}
+
+/// Number of a revolute or prismatic joint.
+fn joint_numbers<T>(joint: &mut Joint<T>, quantity: JointQuantity) -> Vec<&mut T> {
+    if let Some(index) = quantity.law_index() {
+        return joint
+            .law
+            .numbers_mut()
+            .into_iter()
+            .skip(index)
+            .take(1)
+            .collect();
+    }
+    match (&mut joint.initial, quantity) {
+        (JointState::Scalar { velocity, .. }, JointQuantity::InitialVelocity) => vec![velocity],
+        (JointState::Scalar { position, .. }, _) => vec![position],
+        _ => Vec::new(),
     }
 }
 
@@ -332,6 +379,14 @@ impl Quantity {
             }
             Self::Friction if body.material.friction.is_none() => {
                 return Err(GradientError::NoOwnFriction { body: name() });
+            }
+            Self::Position | Self::Orientation | Self::Velocity | Self::AngularVelocity
+                if body.is_on_joint() =>
+            {
+                return Err(GradientError::OnJoint {
+                    body: name(),
+                    parameter: parameter.to_string(),
+                });
             }
             Self::Position | Self::Orientation => !body.motion.is_kinematic(),
             Self::Velocity | Self::AngularVelocity | Self::Mass => body.inertia().is_some(),
@@ -356,7 +411,7 @@ impl Quantity {
             Self::Dissipation => vec![&mut body.material.dissipation],
             Self::Friction => body.material.friction.iter_mut().collect(),
             Self::Mass => match &mut body.motion {
-                Motion::Dynamic(inertia) => vec![&mut inertia.mass],
+                Motion::Dynamic { inertia, .. } => vec![&mut inertia.mass],
                 Motion::Fixed | Motion::Kinematic(_) => Vec::new(),
             },
         }

@@ -199,6 +199,12 @@ impl<T: Scalar> Pose<T> {
         Vector3::new(row(0), row(1), row(2))
     }
 
+    /// Maps a constant point from the inner to the outer frame.
+    #[inline]
+    pub(crate) fn transformed_constant(&self, point: &Vector3<f64>) -> Vector3<T> {
+        self.translation + self.rotated_constant(point)
+    }
+
     /// Checks the real part of the pose, and orthonormalizes the rotation up to rounding error. A
     /// contact decides signs at 1e-14, so a rotation that is off by 1e-10 would lead to
     /// contradictory decisions.

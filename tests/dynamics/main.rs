@@ -10,6 +10,7 @@ mod free_rotation;
 mod gradient_refusals;
 mod heap;
 mod implicit;
+mod joints;
 mod long_runs;
 mod motion;
 mod partners;

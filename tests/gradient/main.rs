@@ -7,6 +7,7 @@ mod derivative_check;
 mod difference_check;
 mod dimensions;
 mod force_parameters;
+mod joints;
 mod kinks;
 mod no_derivative;
 mod random_scenes;

@@ -64,11 +64,13 @@ fn the_layout_is_rows_and_names() {
     let twist_text = r#"{"angular":[1.0,2.0,3.0],"linear":[4.0,5.0,6.0]}"#;
     assert_eq!(saved(&twist), twist_text);
     let state = State {
+        joints: Vec::new(),
         time: 0.5,
         bodies: vec![BodyState { pose, twist }],
     };
-    let state_text =
-        format!(r#"{{"time":0.5,"bodies":[{{"pose":{pose_text},"twist":{twist_text}}}]}}"#);
+    let state_text = format!(
+        r#"{{"time":0.5,"bodies":[{{"pose":{pose_text},"twist":{twist_text}}}],"joints":[]}}"#
+    );
     assert_eq!(saved(&state), state_text);
     let trajectory_text = format!(r#"{{"states":[{state_text},{state_text}]}}"#);
     let trajectory: Trajectory = serde_json::from_str(&trajectory_text).unwrap();

@@ -1,15 +1,16 @@
 //! Real pass of a step: advances an island in as many substeps as its errors require.
 
 use super::evaluation::Evaluation;
-use super::island_solver::{IslandSolver, SolvedStep, velocities_of};
+use super::island_solver::{IslandSolver, SolvedStep};
 use super::island_step::{StepError, Substep};
 
 use super::stage::StageStart;
 use super::step_size::StepSize;
 use super::substep::Trial;
 use crate::dynamics::Accuracy;
+use crate::dynamics::multibody::Coordinates;
 use crate::scalar::portable::power;
-use nalgebra::Vector6;
+use nalgebra::{DVector, Vector6};
 
 /// Shortest substep, as a fraction of the time step. If contact begins with a jump of stiffness, such as a flat face on a half-space,
 /// substeps become very short. One of them then ends at the first contact.
@@ -41,34 +42,36 @@ impl IslandSolver<'_> {
         Ok(self.solved)
     }
 
-    /// Evaluates the wrenches at the start, unless the last step has provided them.
+    /// Evaluates the forces at the start, unless the last step has provided them.
     fn evaluate_start(&mut self) -> Result<(), StepError> {
-        let SolvedStep { bodies, .. } = &self.solved;
-        if bodies.iter().all(|body| body.wrench.is_some()) {
+        if self.solved.progress.forces.is_some() {
             return Ok(());
         }
         let evaluation = self.evaluation_at(0.0)?;
-        let SolvedStep { bodies, work, .. } = &mut self.solved;
+        let multibody = &self.step.multibody;
+        let SolvedStep { progress, work, .. } = &mut self.solved;
         work.evaluations += usize::from(!evaluation.contacts.is_empty());
-        for (body, wrench) in bodies.iter_mut().zip(evaluation.wrenches) {
-            body.wrench.get_or_insert(wrench);
-        }
+        let forces = multibody.generalized_forces(&progress.kinematics, &evaluation.wrenches);
+        let joint_forces = multibody.joint_forces(&progress.kinematics.coordinates);
+        progress.forces = Some(forces + joint_forces);
         Ok(())
     }
 
-    /// Contacts and forces at the current poses, at a time (s) after the start of the step.
+    /// Contacts and forces at the current positions, at a time (s) after the start of the step.
     fn evaluation_at(&self, offset: f64) -> Result<Evaluation, StepError> {
-        let bodies = &self.solved.bodies;
-        let zeros = vec![Vector6::zeros(); bodies.len()];
+        let Coordinates {
+            positions,
+            velocities,
+        } = &self.solved.progress.kinematics.coordinates;
         let start = StageStart {
-            displacements: zeros.clone(),
-            poses: bodies.iter().map(|body| body.state.pose).collect(),
-            momenta: zeros,
+            displacement: DVector::zeros(velocities.len()),
+            positions: positions.clone(),
+            momenta: DVector::zeros(velocities.len()),
             duration: 0.0,
             time: self.step.start + offset,
         };
         let equations = self.step.equations(start)?;
-        Ok(equations.evaluation(velocities_of(bodies), false))
+        Ok(equations.evaluation(velocities.clone(), false))
     }
 
     /// Finds the reason why a substep was not solved. Evaluates the forces at the initial poses of the substep, at its initial and its
@@ -95,13 +98,14 @@ impl IslandSolver<'_> {
 
     /// Takes substeps until the end of the step.
     fn advance(&mut self, duration: f64) -> Result<(), StepError> {
-        let bodies = self.solved.bodies.iter();
-        let allowed = bodies
-            .map(|body| body.allowed)
-            .fold(f64::INFINITY, f64::min);
         let estimate = self.step.scheme.estimate.as_ref();
         let order = estimate.map_or(1.0, |estimate| estimate.order);
-        let mut size = StepSize::new(allowed, order, SHORTEST * duration, self.budget());
+        let mut size = StepSize::new(
+            self.solved.allowed,
+            order,
+            SHORTEST * duration,
+            self.budget(),
+        );
         let mut offset = 0.0;
         while offset < duration {
             let remaining = duration - offset;
@@ -137,9 +141,7 @@ impl IslandSolver<'_> {
                 Err(error) => return Err(self.diagnosed(error, offset, substep)),
             }
         }
-        for body in &mut self.solved.bodies {
-            body.allowed = size.allowed();
-        }
+        self.solved.allowed = size.allowed();
         Ok(())
     }
 
@@ -147,7 +149,7 @@ impl IslandSolver<'_> {
     /// because the duration at which an error of third order meets its tolerance is inversely
     /// proportional to this root.
     fn budget(&self) -> f64 {
-        let count = self.solved.bodies.len() as f64;
+        let count = self.step.island.dynamic.len() as f64;
         let tightness = Accuracy::default().values() / self.control.accuracy.values();
         let trials = BUDGET / (count * count) * power(tightness, 1.0 / 3.0);
         trials.max(LEAST_BUDGET).floor()
@@ -178,7 +180,7 @@ impl IslandSolver<'_> {
             missed,
         });
         self.control.speeds = trial.speeds;
-        self.solved.bodies = trial.bodies;
+        self.solved.progress = trial.progress;
         self.solved.energy += trial.energy;
     }
 }

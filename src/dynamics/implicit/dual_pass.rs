@@ -5,12 +5,12 @@
 //! factorization.
 
 use super::island_step::{IslandStep, StepError, Substep};
-use super::rigid::zero6;
-use super::stage::{StageEquations, Stages, six_of};
+use super::stage::{StageEquations, Stages};
 use crate::contact::{ContactWrench, LinearizedContact};
 use crate::dynamics::dyn_world::DynWorld;
+use crate::dynamics::multibody::{Kinematics, Multibody};
 use crate::dynamics::sweep::Sweep;
-use crate::dynamics::{BodyState, Inertia};
+use crate::dynamics::{BodyState, State};
 use crate::parallel::mapped_into;
 use crate::scalar::{Scalar, change, lift};
 use crate::spatial::Wrench;
@@ -25,8 +25,7 @@ pub(super) struct DualPass<'a, T> {
     step: &'a IslandStep<'a>,
     /// Weight and control of each body of the world.
     applied: &'a [Vector6<T>],
-    /// Inertias of the dynamic bodies.
-    inertias: Vec<&'a Inertia<T>>,
+    multibody: Multibody<T>,
 }
 
 impl<'a, T: Scalar> DualPass<'a, T> {
@@ -35,73 +34,79 @@ impl<'a, T: Scalar> DualPass<'a, T> {
         step: &'a IslandStep<'a>,
         applied: &'a [Vector6<T>],
     ) -> Self {
-        let bodies = &world.model().bodies;
-        let dynamic = step.island.dynamic.iter();
+        let island = step.island;
         Self {
             world,
             step,
             applied,
-            inertias: dynamic.filter_map(|&body| bodies[body].inertia()).collect(),
+            multibody: world.model().multibody(&island.dynamic, &island.neighbors),
         }
     }
 
-    /// Advances the bodies of the island by a substep. `states` has the states of all bodies of the world.
-    pub fn advance(&self, substep: &Substep, states: &mut [BodyState<T>]) -> Result<(), StepError> {
+    /// Advances the bodies of the island by a substep, in a state of the world.
+    pub fn advance(&self, substep: &Substep, state: &mut State<T>) -> Result<(), StepError> {
         if self.step.context.is_stopped() {
             return Err(StepError::Stopped);
         }
-        let island = self.step.island;
-        let from = island.dynamic.iter().map(|&body| states[body]).collect();
-        let mut stages = Stages::new(self.step, &self.inertias, substep.offset, from);
-        for (stage, root) in self
-            .step
-            .scheme
-            .stages(substep.duration)
-            .zip(&substep.roots)
-        {
+        let neighbors = self.neighbors_at(self.step.start + substep.offset, state);
+        let mut end = self
+            .multibody
+            .kinematics(self.multibody.coordinates(state), &neighbors);
+        let mut stages = Stages::new(self.step, &self.multibody, substep.offset, &end);
+        let schedule = self.step.scheme.stages(substep.duration);
+        for (stage, root) in schedule.zip(&substep.roots) {
             let start = stages.start(&stage);
-            let neighbors = self.step.context.neighbors_at(island, start.time);
-            for (&body, state) in island.neighbors.iter().zip(&neighbors) {
-                // A path carries no derivatives, but the pose of a fixed body may.
-                if self.step.context.model.bodies[body].motion.is_kinematic() {
-                    states[body] = state.lifted();
-                }
-            }
             let equations = StageEquations {
                 step: self.step,
-                inertias: &self.inertias,
+                multibody: &self.multibody,
                 applied: self.applied,
+                neighbors: self.neighbors_at(start.time, state),
                 start,
-                neighbors: island.neighbors.iter().map(|&body| states[body]).collect(),
             };
-            self.solve(&equations, root, states)?;
-            let ends: Vec<_> = island.dynamic.iter().map(|&body| states[body]).collect();
-            stages.push(&equations.start, &ends);
+            end = self.solve(&equations, root, state)?;
+            stages.push(&equations.start, &end);
         }
+        self.multibody.store(&end, state);
         Ok(())
     }
 
-    /// Adds the derivatives to the real solution of a stage, and sets the states at its end.
+    /// Sets kinematic neighbors to their states at a time (s), and returns the states of all neighbors. A path carries no derivatives, but
+    /// the pose of a fixed body may.
+    fn neighbors_at(&self, time: f64, state: &mut State<T>) -> Vec<BodyState<T>> {
+        let (context, island) = (self.step.context, self.step.island);
+        let neighbors = context.neighbors_at(island, time);
+        for (&body, neighbor) in island.neighbors.iter().zip(&neighbors) {
+            if context.model.bodies[body].motion.is_kinematic() {
+                state.bodies[body] = neighbor.lifted();
+            }
+        }
+        island
+            .neighbors
+            .iter()
+            .map(|&body| state.bodies[body])
+            .collect()
+    }
+
+    /// Adds the derivatives to the real solution of a stage, and sets the states of the bodies at its end.
     fn solve(
         &self,
         equations: &StageEquations<'_, T>,
         root: &DVector<f64>,
-        states: &mut [BodyState<T>],
-    ) -> Result<(), StepError> {
-        let lifted = (0..self.inertias.len()).map(|index| six_of(root, index).map(lift));
-        let mut velocities: Vec<Vector6<T>> = lifted.collect();
-        let set = |velocities: &[Vector6<T>], states: &mut [BodyState<T>]| {
-            let moved = equations.states_with(|index| velocities[index]);
-            for (&body, state) in self.step.island.dynamic.iter().zip(&moved) {
-                states[body] = *state;
+        state: &mut State<T>,
+    ) -> Result<Kinematics<T>, StepError> {
+        let end = |velocities: &DVector<T>, state: &mut State<T>| {
+            let end = equations.end(velocities.clone());
+            for (&body, moved) in self.step.island.dynamic.iter().zip(&end.states) {
+                state.bodies[body] = *moved;
             }
-            moved
+            end
         };
+        let mut velocities = root.map(lift::<T>);
         let mut inverse: Option<DMatrix<f64>> = None;
         for _ in 0..T::NDERIV {
-            let moved = set(&velocities, states);
+            let moved = end(&velocities, state);
             let (wrenches, contacts) =
-                self.wrenches_and_contacts(equations, states, inverse.is_none());
+                self.wrenches_and_contacts(equations, &state.bodies, inverse.is_none());
             let residual = equations.residual(&moved, &wrenches);
             let inverse = match inverse.take() {
                 Some(known) => inverse.insert(known),
@@ -109,8 +114,7 @@ impl<'a, T: Scalar> DualPass<'a, T> {
             };
             correct(&mut velocities, inverse, &residual);
         }
-        set(&velocities, states);
-        Ok(())
+        Ok(end(&velocities, state))
     }
 
     /// Wrenches of contacts and forces on the dynamic bodies, and the linearized contacts if `wants_contacts` is true.
@@ -168,31 +172,21 @@ fn inverse_at(
     root: &DVector<f64>,
     contacts: &[Linearized],
 ) -> Result<DMatrix<f64>, StepError> {
-    let states = equations.states_with(|index| six_of(root, index));
+    let end = equations.end(root.clone());
     let contacts = contacts.iter().map(|(bodies, contact)| (*bodies, contact));
-    let matrix = equations.exact_matrix(&states, contacts);
-    let factors = matrix.factorized(equations.step.context.symbolic_cache);
+    let exact = equations.exact_matrix(&end, contacts);
+    let factors = exact
+        .matrix
+        .factorized(equations.step.context.symbolic_cache);
     factors.inverse().ok_or_else(|| equations.singular())
 }
 
 /// Subtracts J⁻¹·(r − re r) from the velocities.
-fn correct<T: Scalar>(
-    velocities: &mut [Vector6<T>],
-    inverse: &DMatrix<f64>,
-    residual: &[Vector6<T>],
-) {
-    let changes: Vec<T> = residual
-        .iter()
-        .flatten()
-        .map(|&number| change(number))
-        .collect();
-    for (index, velocities_of_body) in velocities.iter_mut().enumerate() {
-        let mut step: Vector6<T> = zero6();
-        for (column, number) in changes.iter().enumerate() {
-            for row in 0..6 {
-                step[row] += *number * inverse[(6 * index + row, column)];
-            }
+fn correct<T: Scalar>(velocities: &mut DVector<T>, inverse: &DMatrix<f64>, residual: &DVector<T>) {
+    for (column, number) in residual.iter().enumerate() {
+        let change = change(*number);
+        for (velocity, factor) in velocities.iter_mut().zip(&inverse.column(column)) {
+            *velocity -= change * *factor;
         }
-        *velocities_of_body -= step;
     }
 }

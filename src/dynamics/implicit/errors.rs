@@ -9,13 +9,12 @@
 //! the estimate for all derivatives.
 
 use super::island_solver::IslandSolver;
+use super::rates::{Change, ChangedBodies, RatesInTime, StartRates};
 use super::report::Work;
 use super::scheme::ErrorEstimate;
-use super::solved_stage::{BodyChange, Change, ChangedBodies, RatesInTime, SolvedStage};
+use super::solved_stage::SolvedStage;
 use super::stage::{StageStart, Stages};
-use crate::dynamics::{BodyState, Inertia};
-use crate::spatial::Twist;
-use nalgebra::Vector6;
+use crate::dynamics::joint::JointPosition;
 
 /// Errors below this multiple of the solver's tolerance are always accepted, because they may be round-off.
 const ROUND_OFF: f64 = 100.0;
@@ -30,6 +29,8 @@ pub(super) struct ErrorEstimator<'a> {
     pub estimate: &'a ErrorEstimate,
     pub stages: &'a Stages<'a>,
     pub solved: Vec<SolvedStage<'a>>,
+    /// Rates at the start of the substep.
+    pub start_rates: &'a StartRates,
     /// Largest relative speeds (m/s) of the dynamic bodies in the step so far.
     pub speeds: &'a [f64],
     /// Time from the start of the step to the start of the substep (s).
@@ -41,15 +42,14 @@ impl ErrorEstimator<'_> {
     /// Errors of values and of slopes of each dynamic body, relative to its tolerances. Exact
     /// derivatives of contacts are used if the approximate error of slopes is not negligible.
     pub fn errors(&mut self, work: &mut Work) -> Vec<[f64; 2]> {
-        let changed = ChangedBodies::new(self.solver.step);
-        let inertias: Vec<_> = changed.inertias.iter().collect();
-        let bodies = (&*inertias, &*changed.applied);
+        let start_rates = self.start_rates;
+        let bodies = &start_rates.bodies;
         let control = &self.solver.control;
         let values = self.relative(self.errors_of_values(bodies), |index, speed| {
             control.velocity(index, speed)
         });
         let of_slopes = |estimator: &Self| {
-            let errors = estimator.errors_of_slopes(bodies);
+            let errors = estimator.errors_of_slopes(start_rates);
             estimator.relative(errors, |index, speed| control.slope(index, speed))
         };
         let mut slopes = of_slopes(self);
@@ -100,56 +100,41 @@ impl ErrorEstimator<'_> {
 
     /// Error of the velocity (m/s) of each dynamic body, or of its displacement over the duration
     /// if that is larger. `None` if a stage is singular.
-    fn errors_of_values(
-        &self,
-        (inertias, applied): (&[&Inertia<Change>], &[Vector6<Change>]),
-    ) -> Option<Vec<f64>> {
+    fn errors_of_values(&self, bodies: &ChangedBodies) -> Option<Vec<f64>> {
         let last = self.solved.last()?;
-        let count = inertias.len();
-        let start = self.start_with_difference(last, inertias);
-        let still = RatesInTime::zero(last.states.len() - count, count);
-        let ends = last.response((inertias, applied), &start, &still)?;
-        let error = |index: usize| {
-            let inertia = self.solver.step.inertias[index];
-            let change = BodyChange::carried_by(inertias[index], &ends[index]);
-            let shift = inertia.speed(&change.displacement) / self.duration;
-            inertia.speed(&change.velocities).max(shift)
-        };
-        Some((0..count).map(error).collect())
+        let count = bodies.multibody.links.len();
+        let start = self.start_with_difference(last, bodies);
+        let still = RatesInTime::zero(last.end.states.len() - count, count);
+        let end = last.response(bodies, &start, &still)?;
+        let links = bodies.multibody.links.iter().zip(bodies.changes(&end));
+        let errors = links.map(|(link, change)| {
+            let shift = link.inertia.real().speed(&change.displacement) / self.duration;
+            link.inertia.real().speed(&change.velocities).max(shift)
+        });
+        Some(errors.collect())
     }
 
     /// Start of the last stage. Its derivative part is the difference from the embedded formula.
     fn start_with_difference(
         &self,
         last: &SolvedStage,
-        inertias: &[&Inertia<Change>],
+        bodies: &ChangedBodies,
     ) -> StageStart<Change> {
         let start = &last.equations.start;
+        let width = start.momenta.len();
         let rates = self.stages.rates();
-        let (mut poses, mut momenta) = (Vec::new(), Vec::new());
-        for (index, inertia) in inertias.iter().enumerate() {
-            let velocities = rates.iter().map(|rates| rates.velocities[index]);
-            let wrenches = rates.iter().map(|rates| rates.wrenches[index]);
-            let displacement = self.estimate.of(velocities, self.duration);
-            let impulse = self.estimate.of(wrenches, self.duration);
-            let state = BodyState {
-                pose: start.poses[index],
-                twist: Twist::zero(),
-            };
-            let change = BodyChange {
-                displacement,
-                velocities: Vector6::zeros(),
-            };
-            poses.push(change.applied_to(inertia, &state).pose);
-            momenta.push(
-                start.momenta[index]
-                    .zip_map(&impulse, |value, change| Change::new(value, [change])),
-            );
-        }
+        let velocities = rates.iter().map(|rates| &rates.velocities);
+        let momenta = rates.iter().map(|rates| &rates.momenta);
+        let displacement = self.estimate.of(width, velocities, self.duration);
+        let impulse = self.estimate.of(width, momenta, self.duration);
+        let positions: Vec<_> = start.positions.iter().map(JointPosition::lifted).collect();
+        let change = displacement.map(|change| Change::new(0.0, [change]));
         StageStart {
-            displacements: Vec::new(),
-            poses,
-            momenta,
+            positions: bodies.multibody.displaced(&positions, &change),
+            momenta: start
+                .momenta
+                .zip_map(&impulse, |value, change| Change::new(value, [change])),
+            displacement: change,
             duration: start.duration,
             time: start.time,
         }
@@ -158,33 +143,36 @@ impl ErrorEstimator<'_> {
     /// Error of the derivatives of each dynamic body along the motion, or `None` if a stage is
     /// singular or the step should end. It is the error of the rate of displacement (m/s), plus the
     /// error of the acceleration (m/s²) times the flight time (s).
-    fn errors_of_slopes(
-        &self,
-        (inertias, applied): (&[&Inertia<Change>], &[Vector6<Change>]),
-    ) -> Option<Vec<f64>> {
-        let (step, last) = (self.solver.step, self.solved.last()?);
-        let bodies = inertias.iter().zip(&self.solver.solved.bodies);
-        let from = self.solver.rates().zip(bodies);
-        let from = from.map(|(rates, (inertia, body))| rates.applied_to(inertia, &body.state));
-        let mut carried = Stages::new(step, inertias, self.offset, from.collect());
-        let mut ends = carried.from.clone();
+    fn errors_of_slopes(&self, start_rates: &StartRates) -> Option<Vec<f64>> {
+        let StartRates {
+            bodies,
+            neighbors,
+            accelerations,
+        } = start_rates;
+        let (solver, last) = (self.solver, self.solved.last()?);
+        let (step, start) = (solver.step, &solver.solved.progress.kinematics);
+        let from = bodies.along(start, accelerations, neighbors);
+        let mut carried = Stages::new(step, &bodies.multibody, self.offset, &from);
+        let mut end = from;
         for (stage, solved) in step.scheme.stages(self.duration).zip(&self.solved) {
             if step.context.is_stopped() {
                 return None;
             }
             let start = carried.start(&stage);
-            ends = solved.response((inertias, applied), &start, &solved.rates_in_time())?;
-            carried.push(&start, &ends);
+            end = solved.response(bodies, &start, &solved.rates_in_time())?;
+            carried.push(&start, &end);
         }
-        let wrenches = &self.stages.rates().last()?.wrenches;
-        let error = |index: usize| {
-            let inertia = step.inertias[index];
-            let carried = BodyChange::carried_by(inertias[index], &ends[index]);
-            let rates = BodyChange::rates(inertia, &last.states[index], &wrenches[index]);
+        let neighbors = step.neighbor_rates(last.equations.start.time, self.duration);
+        let momentum_rates = &self.stages.rates().last()?.momenta;
+        let accelerations = bodies.accelerations(step, &last.end, momentum_rates, &neighbors);
+        let along = bodies.along(&last.end, &accelerations, &neighbors);
+        let changes = bodies.changes(&end).zip(bodies.changes(&along)).enumerate();
+        let errors = changes.map(|(index, (carried, rates))| {
+            let inertia = &step.multibody.links[index].inertia;
             let flight = self.solver.control.flight(self.speeds[index]);
             inertia.speed(&(carried.displacement - rates.displacement))
                 + flight * inertia.speed(&(carried.velocities - rates.velocities))
-        };
-        Some((0..inertias.len()).map(error).collect())
+        });
+        Some(errors.collect())
     }
 }

@@ -4,26 +4,32 @@ use super::about_centers::{PairVector, block, joined, part};
 use super::frozen_contact_model::{FrozenContactModel, PairWrenches};
 use super::island_step::StepError;
 use super::matrix::BlockMatrix;
-use super::rigid::displacement;
-use super::stage::{StageEquations, concatenated, six_of};
+use super::stage::StageEquations;
 use crate::contact::LinearizedContact;
 use crate::dynamics::BodyState;
+use crate::dynamics::multibody::{BodyColumn, Directions, Kinematics};
+use crate::dynamics::rigid_motion::displacement;
 use crate::dynamics::sweep::Sweep;
 use crate::parallel::mapped_into;
-use nalgebra::{DVector, Matrix6, Vector6};
+use nalgebra::{DMatrix, DVector, Matrix6, Vector6};
 
-/// Contacts, forces and states at given velocities, with a local model of the contacts and forces.
+/// Contacts and forces at given velocities, with a local model of both.
 pub(super) struct Evaluation {
-    pub velocities: DVector<f64>,
-    pub states: Vec<BodyState>,
+    pub end: Kinematics,
     pub contacts: Vec<FrozenContactModel>,
     /// Sum of the wrenches of contacts and forces on each dynamic body.
     pub wrenches: Vec<Vector6<f64>>,
-    /// Forces other than contact on each dynamic body, or an empty list if there are none.
+    /// Forces other than contact on each dynamic body; empty if there are none.
     forces: Vec<Vector6<f64>>,
     pub force_jacobians: Vec<ForceJacobian>,
     /// Whether the derivatives of the contacts are exact.
     pub is_exact: bool,
+}
+
+/// Matrix of a stage at its solution, and the wrenches of contacts and forces on the dynamic bodies.
+pub(super) struct ExactMatrix {
+    pub matrix: BlockMatrix,
+    pub wrenches: Vec<Vector6<f64>>,
 }
 
 /// Derivatives of the wrench on one body with respect to the displacement and the velocities of another body.
@@ -38,21 +44,22 @@ impl StageEquations<'_> {
     /// Evaluates contacts and forces for these velocities. This is the only place where the solver searches for contacts.
     pub fn evaluation(&self, velocities: DVector<f64>, is_exact: bool) -> Evaluation {
         let (context, island) = (self.step.context, self.step.island);
-        let states = self.states_with(|index| six_of(&velocities, index));
+        let end = self.end(velocities);
+        let states = &*end.states;
         let mut sweep = Sweep::default();
-        let pairs = context.close_pairs(island, &states, &mut sweep);
+        let pairs = context.close_pairs(island, states, &mut sweep);
         let mut models = Vec::new();
         mapped_into(&mut models, pairs, |&(i, j)| {
-            let pair = context.pair(island, [i, j], &states)?;
+            let pair = context.pair(island, [i, j], states)?;
             FrozenContactModel::of(&pair, [i, j], is_exact)
         });
         let contacts: Vec<_> = models.into_iter().flatten().collect();
         let (mut forces, mut force_jacobians) =
-            (vec![Vector6::zeros(); self.inertias.len()], Vec::new());
+            (vec![Vector6::zeros(); island.dynamic.len()], Vec::new());
         if !context.forces.is_empty() {
             let wrenches: Vec<_> = contacts.iter().map(FrozenContactModel::evaluated).collect();
-            forces = self.forces(self.start.time, &states, &wrenches);
-            force_jacobians = self.force_jacobians(&states, &wrenches);
+            forces = self.forces(self.start.time, states, &wrenches);
+            force_jacobians = self.force_jacobians(states, &wrenches);
         }
         let contact_wrenches = contacts
             .iter()
@@ -60,8 +67,7 @@ impl StageEquations<'_> {
         Evaluation {
             wrenches: with_contacts(forces.clone(), contact_wrenches),
             is_exact: is_exact || !contacts.iter().any(FrozenContactModel::is_dissipative),
-            velocities,
-            states,
+            end,
             contacts,
             forces,
             force_jacobians,
@@ -70,7 +76,7 @@ impl StageEquations<'_> {
 
     /// Residual in an evaluated state.
     pub fn residual_in(&self, evaluation: &Evaluation) -> DVector<f64> {
-        concatenated(self.residual(&evaluation.states, &evaluation.wrenches))
+        self.residual(&evaluation.end, &evaluation.wrenches)
     }
 
     /// Residual and its matrix near an evaluated state, with the contact polygons of that state.
@@ -79,59 +85,84 @@ impl StageEquations<'_> {
         evaluation: &Evaluation,
         velocities: &DVector<f64>,
     ) -> (DVector<f64>, BlockMatrix) {
-        let states = self.states_with(|index| six_of(velocities, index));
-        let change = velocities - &evaluation.velocities;
-        let displacement = |index: usize| {
-            let [from, to] = [&evaluation.states[index].pose, &states[index].pose];
-            displacement(self.inertias[index], from, to)
+        let end = self.end(velocities.clone());
+        let count = self.step.island.dynamic.len();
+        let changes = |participant: usize| {
+            let [from, to] =
+                [&evaluation.end.states, &end.states].map(|states| &states[participant]);
+            let inertia = &self.multibody.links[participant].inertia;
+            [
+                displacement(inertia, &from.pose, &to.pose),
+                to.twist.to_vector() - from.twist.to_vector(),
+            ]
         };
-        let count = self.inertias.len();
-        let displacements: Vec<_> = (0..count).map(displacement).collect();
+        let changes: Vec<_> = (0..count).map(changes).collect();
         let near = |contact: &FrozenContactModel| {
-            let of = |numbers: &dyn Fn(usize) -> Vector6<f64>| {
-                let of_dynamic = |body: usize| (body < count).then(|| numbers(body));
-                joined(contact.bodies.map(of_dynamic))
+            let of = |kind: usize| {
+                joined(
+                    contact
+                        .bodies
+                        .map(|body| changes.get(body).map(|change| change[kind])),
+                )
             };
-            let velocities = of(&|body| six_of(&change, body));
-            contact.near(&of(&|body| displacements[body]), &velocities)
+            contact.near(&of(0), &of(1))
         };
         let mut contacts = Vec::new();
         mapped_into(&mut contacts, &evaluation.contacts, near);
         let mut forces = evaluation.forces.clone();
         for slopes in &evaluation.force_jacobians {
-            forces[slopes.row] += slopes.by_displacement * displacements[slopes.column]
-                + slopes.by_velocities * six_of(&change, slopes.column);
+            let [displacement, velocities] = &changes[slopes.column];
+            forces[slopes.row] +=
+                slopes.by_displacement * displacement + slopes.by_velocities * velocities;
         }
-        let matrix = self.matrix(&states, &contacts, &evaluation.force_jacobians);
         let contact_wrenches = contacts
             .iter()
             .map(|contact| (contact.bodies, &contact.wrenches));
         let wrenches = with_contacts(forces, contact_wrenches);
-        (concatenated(self.residual(&states, &wrenches)), matrix)
+        let matrix = self.matrix(&end, &wrenches, &contacts, &evaluation.force_jacobians);
+        (self.residual(&end, &wrenches), matrix)
     }
 
-    /// Derivatives of the residual with respect to the velocities.
+    /// Derivatives of the residual with respect to the velocities, from the wrenches of contacts and forces on the dynamic bodies.
     pub fn matrix(
         &self,
-        states: &[BodyState],
+        end: &Kinematics,
+        wrenches: &[Vector6<f64>],
         contacts: &[PairWrenches],
         forces: &[ForceJacobian],
     ) -> BlockMatrix {
-        let (count, duration) = (self.inertias.len(), self.start.duration);
-        let rates: Vec<_> = (0..count)
-            .map(|index| self.inertias[index].motion_jacobian(&states[index], duration))
-            .collect();
-        let mut matrix = BlockMatrix::zeros(count);
-        for (index, rates) in rates.iter().enumerate() {
-            let by_pose = rates.momentum_by_pose * rates.displacement;
-            matrix.add(index, index, &(by_pose + rates.momentum_by_twist));
+        let (multibody, duration) = (self.multibody, self.start.duration);
+        let directions = multibody.stage_directions(end, duration);
+        let mut matrix = BlockMatrix::zeros(&multibody.trees);
+        let by_velocity = self.velocity_slopes(end, &directions, wrenches);
+        for (tree, slopes) in by_velocity.iter().enumerate() {
+            let mut block = matrix.block(tree, tree);
+            block += slopes;
+        }
+        let bodies = contacts.iter().flat_map(|contact| contact.bodies);
+        let bodies = bodies.chain(forces.iter().flat_map(|slopes| [slopes.row, slopes.column]));
+        let mut columns: Vec<Vec<BodyColumn>> = Vec::new();
+        columns.resize_with(multibody.links.len(), Vec::new);
+        for body in bodies.filter(|&body| body < multibody.links.len()) {
+            if columns[body].is_empty() {
+                columns[body] = multibody.body_columns(end, &directions, body);
+            }
         }
         let mut add = |row: usize,
                        column: usize,
                        by_displacement: &Matrix6<f64>,
                        by_velocities: &Matrix6<f64>| {
-            let slopes = by_displacement * rates[column].displacement + by_velocities;
-            matrix.add(row, column, &(slopes * -duration));
+            let [row_tree, column_tree] = [row, column].map(|body| multibody.links[body].tree);
+            let [first_row, first_column] =
+                [row_tree, column_tree].map(|tree| multibody.trees[tree].start);
+            let mut block = matrix.block(row_tree, column_tree);
+            for moved in &columns[column] {
+                let change = by_displacement * moved.displacement + by_velocities * moved.velocity;
+                for pushed in &columns[row] {
+                    block[(pushed.column - first_row, moved.column - first_column)] -=
+                        pushed.axis.dot(&change) * duration;
+                }
+            }
         };
         for slopes in forces {
             add(
@@ -141,6 +172,7 @@ impl StageEquations<'_> {
                 &slopes.by_velocities,
             );
         }
+        let count = multibody.links.len();
         for contact in contacts {
             for (row, &body) in contact.bodies.iter().enumerate() {
                 for (column, &other_body) in contact.bodies.iter().enumerate() {
@@ -156,19 +188,79 @@ impl StageEquations<'_> {
         matrix
     }
 
+    /// Derivatives of the residual with respect to the velocities at constant wrenches about the centers of mass: one matrix for each tree.
+    fn velocity_slopes(
+        &self,
+        end: &Kinematics,
+        directions: &Directions,
+        wrenches: &[Vector6<f64>],
+    ) -> Vec<DMatrix<f64>> {
+        let (multibody, duration) = (self.multibody, self.start.duration);
+        let mut slopes = multibody.momentum_slopes(end, directions);
+        let total = self.total_wrenches(wrenches);
+        multibody.add_force_slopes(&mut slopes, (end, directions), &total, -duration);
+        let [by_position, by_velocity] = multibody.joint_force_slopes(&end.coordinates);
+        for (columns, slopes) in multibody.trees.iter().zip(&mut slopes) {
+            for (i, column) in columns.clone().enumerate() {
+                let slope = by_position[column] * duration + by_velocity[column];
+                slopes[(i, i)] -= slope * duration;
+            }
+        }
+        slopes
+    }
+
     /// Matrix at the solution, from the exact derivatives of the contacts. Each contact has two participants.
     pub fn exact_matrix<'c>(
         &self,
-        states: &[BodyState],
+        end: &Kinematics,
         contacts: impl Iterator<Item = ([usize; 2], &'c LinearizedContact)>,
-    ) -> BlockMatrix {
+    ) -> ExactMatrix {
         let (context, island) = (self.step.context, self.step.island);
         let contacts: Vec<_> = contacts
             .map(|(bodies, contact)| {
-                PairWrenches::of(&context.geometry(island, bodies, states), bodies, contact)
+                let geometry = context.geometry(island, bodies, &end.states);
+                PairWrenches::of(&geometry, bodies, contact)
             })
             .collect();
-        self.matrix(states, &contacts, &self.force_jacobians(states, &contacts))
+        let wrenches = self.wrenches(&end.states, &contacts);
+        let forces = self.force_jacobians(&end.states, &contacts);
+        let matrix = self.matrix(end, &wrenches, &contacts, &forces);
+        ExactMatrix { matrix, wrenches }
+    }
+
+    /// Derivatives of the residual with respect to the positions at the end, at constant velocities and constant wrenches about the centers
+    /// of mass: one matrix for each tree.
+    pub fn position_slopes(
+        &self,
+        end: &Kinematics,
+        wrenches: &[Vector6<f64>],
+    ) -> Vec<DMatrix<f64>> {
+        let (multibody, duration) = (self.multibody, self.start.duration);
+        let directions = multibody.position_directions(end, duration);
+        let mut slopes = multibody.momentum_slopes(end, &directions);
+        let total = self.total_wrenches(wrenches);
+        multibody.add_force_slopes(&mut slopes, (end, &directions), &total, -duration);
+        let [by_position, _] = multibody.joint_force_slopes(&end.coordinates);
+        for (columns, slopes) in multibody.trees.iter().zip(&mut slopes) {
+            for (i, column) in columns.clone().enumerate() {
+                slopes[(i, i)] -= by_position[column] * duration;
+            }
+        }
+        slopes
+    }
+
+    /// Wrenches of contacts and forces on the dynamic bodies.
+    pub fn wrenches(&self, states: &[BodyState], contacts: &[PairWrenches]) -> Vec<Vector6<f64>> {
+        let context = self.step.context;
+        let forces = if context.forces.is_empty() {
+            vec![Vector6::zeros(); self.step.island.dynamic.len()]
+        } else {
+            self.forces(self.start.time, states, contacts)
+        };
+        let contacts = contacts
+            .iter()
+            .map(|contact| (contact.bodies, &contact.wrenches));
+        with_contacts(forces, contacts)
     }
 
     /// Error of a singular stage matrix.
@@ -181,17 +273,18 @@ impl StageEquations<'_> {
 
     /// Norm (m/s) of the speeds of all bodies.
     pub fn speed(&self, velocities: &DVector<f64>) -> f64 {
-        let inertias = self.inertias.iter().enumerate();
-        let speeds = inertias.map(|(index, inertia)| inertia.speed(&six_of(velocities, index)));
-        speeds.map(|speed| speed * speed).sum::<f64>().sqrt()
+        self.step
+            .speeds(velocities)
+            .map(|speed| speed * speed)
+            .sum::<f64>()
+            .sqrt()
     }
 
     /// Index of the body with the largest speed.
     pub fn fastest(&self, velocities: &DVector<f64>) -> usize {
-        let speed = |index: usize| self.inertias[index].speed(&six_of(velocities, index));
-        let indices = 0..self.inertias.len();
-        let fastest = indices.max_by(|&a, &b| speed(a).total_cmp(&speed(b)));
-        self.step.island.dynamic[fastest.unwrap_or_default()]
+        let speeds = self.step.speeds(velocities).enumerate();
+        let fastest = speeds.max_by(|(_, a), (_, b)| a.total_cmp(b));
+        self.step.island.dynamic[fastest.map_or(0, |(index, _)| index)]
     }
 }
 

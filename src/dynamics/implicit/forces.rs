@@ -21,7 +21,7 @@ impl StageEquations<'_> {
         contacts: &[PairWrenches],
     ) -> Vec<Vector6<f64>> {
         let context = self.step.context;
-        let mut all = context.start.to_vec();
+        let mut all = context.start.bodies.clone();
         let mut contact = vec![Wrench::zero(); all.len()];
         for (participant, state) in states.iter().enumerate() {
             all[self.step.island.body(participant)] = *state;
@@ -132,6 +132,7 @@ impl StageEquations<'_> {
             .step
             .context
             .start
+            .bodies
             .iter()
             .map(BodyState::lifted)
             .collect();
@@ -163,7 +164,7 @@ impl StageEquations<'_> {
 
     /// Contact wrench on each body of the world, with its derivatives with respect to the state of one dynamic body of the island.
     fn seeded_contact(&self, by: usize, contacts: &[PairWrenches]) -> Vec<Wrench<BodyDual>> {
-        let mut wrenches = vec![Wrench::zero(); self.step.context.start.len()];
+        let mut wrenches = vec![Wrench::zero(); self.step.context.start.bodies.len()];
         for pair in contacts {
             for (side, &participant) in pair.bodies.iter().enumerate() {
                 let mut wrench = part(&pair.wrenches, side).map(lift::<BodyDual>);

@@ -1,7 +1,7 @@
 use super::dual_pass::DualPass;
 use super::error_control::ErrorControl;
 use super::island::Island;
-use super::island_solver::{BodyProgress, IslandSolver, SolvedStep};
+use super::island_solver::{IslandSolver, SolvedStep};
 use super::island_step::IslandStep;
 use super::matrix::SymbolicCache;
 use super::report::{BodyErrors, StepReport};
@@ -9,11 +9,12 @@ use super::scheme::Scheme;
 use super::{IslandRecord, StepContext, StepError};
 use crate::dynamics::dyn_world::{BodyDual, DynForce, DynWorld};
 use crate::dynamics::model::Model;
+use crate::dynamics::multibody::Multibody;
 use crate::dynamics::{Accuracy, BodyState, State, TimeSpan};
 use crate::geometry::Aabb;
 use crate::parallel::mapped_into;
 use crate::scalar::{Scalar, carries_derivatives};
-use nalgebra::Vector6;
+use nalgebra::{DVector, Vector6};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
@@ -37,9 +38,9 @@ pub(in crate::dynamics) struct ImplicitIntegratorState {
 /// Data that a step passes to the next step.
 #[derive(Debug, Clone)]
 pub(in crate::dynamics) struct LastStep {
-    /// Wrench of contacts and forces on each body at the end of the step, or `None` before the
-    /// first step.
-    wrenches: Vec<Option<Vector6<f64>>>,
+    /// Generalized forces of contacts, forces and joints on each body at the end of the step, padded with zeros, or `None` before the first
+    /// step.
+    forces: Vec<Option<Vector6<f64>>>,
     /// Duration (s) that the errors of each body allow for its next substep.
     allowed: Vec<f64>,
 }
@@ -63,7 +64,7 @@ impl ImplicitIntegratorState {
             coupled: forces.coupling_groups(&model.bodies),
             symbolic_cache: SymbolicCache::default(),
             last: LastStep {
-                wrenches: vec![None; model.bodies.len()],
+                forces: vec![None; model.bodies.len()],
                 allowed: vec![f64::INFINITY; model.bodies.len()],
             },
             island_records: Vec::new(),
@@ -82,7 +83,7 @@ impl ImplicitIntegratorState {
     pub fn context<'a>(
         &'a self,
         forces: &'a dyn DynForce,
-        start: &'a [BodyState],
+        start: &'a State,
         span: TimeSpan,
     ) -> StepContext<'a> {
         StepContext::new(
@@ -101,27 +102,28 @@ impl ImplicitIntegratorState {
         state: &mut State<T>,
         step: &StepSettings,
     ) -> Result<(), StepError> {
-        let start: Vec<BodyState> = state.bodies.iter().map(BodyState::real).collect();
+        let start = state.real();
         let span = TimeSpan::new(state.time, step.duration);
         let context = self.context(world.real_forces(), &start, span);
         let solved = self.solve_islands(&context, state.time, step)?;
         if carries_derivatives::<T>() {
-            let mut bodies = state.bodies.clone();
+            let mut moved = state.clone();
             let applied = world.model().applied_wrenches(span);
             for (island, solved) in &solved {
                 let step = IslandStep::new(&context, island, step.scheme, state.time);
                 let pass = DualPass::new(world, &step, &applied);
                 for substep in &solved.substeps {
-                    pass.advance(substep, &mut bodies)?;
+                    pass.advance(substep, &mut moved)?;
                 }
             }
-            state.bodies = bodies;
+            *state = moved;
         } else {
+            let mut moved = start.clone();
             for (island, solved) in &solved {
-                for (&body, moved) in island.dynamic.iter().zip(&solved.bodies) {
-                    state.bodies[body] = moved.state.lifted();
-                }
+                let multibody = self.model.multibody(&island.dynamic, &island.neighbors);
+                multibody.store(&solved.progress.kinematics, &mut moved);
             }
+            *state = moved.lifted();
         }
         self.keep(solved);
         state.time = step.end;
@@ -137,10 +139,20 @@ impl ImplicitIntegratorState {
         };
         self.island_records.clear();
         for (island, step) in solved {
-            for (index, (&body, moved)) in island.dynamic.iter().zip(&step.bodies).enumerate() {
-                self.last.wrenches[body] = moved.wrench;
-                self.last.allowed[body] = moved.allowed;
-                self.report.errors[body] = step.errors[index];
+            let multibody = self.model.multibody(&island.dynamic, &island.neighbors);
+            for (link, errors) in multibody.links.iter().zip(&step.errors) {
+                let columns = link.columns.clone();
+                self.last.forces[link.body] = step.progress.forces.as_ref().map(|forces| {
+                    Vector6::from_fn(|i, _| {
+                        if i < columns.len() {
+                            forces[columns.start + i]
+                        } else {
+                            0.0
+                        }
+                    })
+                });
+                self.last.allowed[link.body] = step.allowed;
+                self.report.errors[link.body] = *errors;
             }
             self.report.islands += 1;
             self.report.work += step.work;
@@ -176,15 +188,10 @@ impl ImplicitIntegratorState {
             }
             let mut results = Vec::new();
             mapped_into(&mut results, &pending, |island| {
-                let bodies = island.dynamic.iter().map(|&body| BodyProgress {
-                    state: context.start[body],
-                    wrench: self.last.wrenches[body],
-                    allowed: self.last.allowed[body],
-                });
                 let island_step = IslandStep::new(context, island, step.scheme, start);
                 let control = ErrorControl::new(context, island, step.accuracy);
-                let solver =
-                    IslandSolver::new(&island_step, step.tolerance, control, bodies.collect());
+                let last = self.last.of(&island_step.multibody);
+                let solver = IslandSolver::new(&island_step, step.tolerance, control, last);
                 solver.solve(step.duration)
             });
             let is_done = pending.is_empty();
@@ -202,6 +209,27 @@ impl ImplicitIntegratorState {
                 return Ok(solved);
             }
         }
+    }
+}
+
+impl LastStep {
+    /// Generalized forces of an island at the end of the step, and the shortest duration (s) that the errors of its bodies allow.
+    fn of(&self, multibody: &Multibody) -> (Option<DVector<f64>>, f64) {
+        let mut forces = Some(DVector::zeros(multibody.width()));
+        let mut allowed = f64::INFINITY;
+        for link in &multibody.links {
+            allowed = allowed.min(self.allowed[link.body]);
+            forces = forces
+                .zip(self.forces[link.body])
+                .map(|(mut forces, padded)| {
+                    let width = link.columns.len();
+                    forces
+                        .rows_mut(link.columns.start, width)
+                        .copy_from(&padded.rows(0, width));
+                    forces
+                });
+        }
+        (forces, allowed)
     }
 }
 
@@ -224,6 +252,6 @@ impl StepContext<'_> {
             let margin = fall + 0.1 * (state.twist.linear.norm() * duration + turn);
             bounds.union(&end_bounds).inflated(margin)
         };
-        self.start.iter().enumerate().map(of_body).collect()
+        self.start.bodies.iter().enumerate().map(of_body).collect()
     }
 }

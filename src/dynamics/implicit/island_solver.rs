@@ -3,16 +3,17 @@
 use super::error_control::ErrorControl;
 use super::island_step::{IslandStep, Substep};
 use super::report::{BodyErrors, EnergyBalance, Work};
-use super::stage::concatenated;
-use crate::dynamics::BodyState;
+use crate::dynamics::multibody::Kinematics;
 use crate::geometry::Aabb;
-use nalgebra::{DVector, Vector6};
+use nalgebra::DVector;
 
 /// Motion of an island through a time step.
 #[derive(Debug)]
 pub(super) struct SolvedStep {
     pub substeps: Vec<Substep>,
-    pub bodies: Vec<BodyProgress>,
+    pub progress: Progress,
+    /// Duration (s) that the errors of the last substep allow for the next.
+    pub allowed: f64,
     pub work: Work,
     pub energy: EnergyBalance,
     /// Estimated errors of the dynamic bodies.
@@ -21,15 +22,12 @@ pub(super) struct SolvedStep {
     pub swept: Vec<Aabb>,
 }
 
-/// State of a dynamic body between two substeps.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct BodyProgress {
-    pub state: BodyState,
-    /// Wrench of contacts and forces in the last stage, without gravity and controls, or `None`
-    /// before the first stage.
-    pub wrench: Option<Vector6<f64>>,
-    /// Duration (s) that the errors of the last substep allow for the next substep.
-    pub allowed: f64,
+/// State of an island between two substeps.
+#[derive(Debug, Clone)]
+pub(super) struct Progress {
+    pub kinematics: Kinematics,
+    /// Generalized forces of contacts, forces and joints in the last stage, without gravity and controls; `None` before the first stage.
+    pub forces: Option<DVector<f64>>,
 }
 
 /// Solver of the step of an island in the real pass.
@@ -42,29 +40,29 @@ pub(super) struct IslandSolver<'a> {
 }
 
 impl<'a> IslandSolver<'a> {
+    /// Solver from the forces of the last stage and the duration (s) that the last step allowed.
     pub fn new(
         step: &'a IslandStep<'a>,
         tolerance: f64,
         control: ErrorControl,
-        bodies: Vec<BodyProgress>,
+        (forces, allowed): (Option<DVector<f64>>, f64),
     ) -> Self {
+        let (context, multibody) = (step.context, &step.multibody);
+        let neighbors = context.neighbors_at(step.island, step.start);
+        let kinematics = multibody.kinematics(multibody.coordinates(context.start), &neighbors);
         Self {
             step,
             tolerance,
             control,
             solved: SolvedStep {
                 substeps: Vec::new(),
-                errors: vec![BodyErrors::default(); bodies.len()],
-                bodies,
+                errors: vec![BodyErrors::default(); multibody.links.len()],
+                progress: Progress { kinematics, forces },
+                allowed,
                 work: Work::default(),
                 energy: EnergyBalance::default(),
                 swept: Vec::new(),
             },
         }
     }
-}
-
-/// Velocities of the bodies.
-pub(super) fn velocities_of(bodies: &[BodyProgress]) -> DVector<f64> {
-    concatenated(bodies.iter().map(|body| body.state.twist.to_vector()))
 }

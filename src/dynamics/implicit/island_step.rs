@@ -3,8 +3,9 @@
 use super::StepContext;
 use super::island::Island;
 use super::scheme::Scheme;
+use crate::dynamics::RolloutError;
 use crate::dynamics::model::Model;
-use crate::dynamics::{Inertia, RolloutError};
+use crate::dynamics::multibody::{BodyColumn, MassFactors, Multibody};
 use crate::scalar::Scalar;
 use nalgebra::{DVector, Vector6};
 
@@ -12,8 +13,11 @@ use nalgebra::{DVector, Vector6};
 pub(in crate::dynamics) struct IslandStep<'a> {
     pub context: &'a StepContext<'a>,
     pub island: &'a Island,
-    /// Inertias of the dynamic bodies.
-    pub inertias: Vec<&'a Inertia>,
+    pub multibody: Multibody,
+    /// Motions of the dynamic bodies per unit of the generalized velocities, at the start of the step.
+    axes: Vec<Vec<BodyColumn>>,
+    /// Mass matrices at the start of the step.
+    masses: MassFactors,
     pub scheme: &'a Scheme,
     /// Time at the start of the step (s).
     pub start: f64,
@@ -58,13 +62,45 @@ impl<'a> IslandStep<'a> {
         scheme: &'a Scheme,
         start: f64,
     ) -> Self {
+        let multibody = context.model.multibody(&island.dynamic, &island.neighbors);
+        let neighbors: Vec<_> = island
+            .neighbors
+            .iter()
+            .map(|&body| context.start.bodies[body])
+            .collect();
+        let kinematics = multibody.kinematics(multibody.coordinates(context.start), &neighbors);
+        let directions = multibody.velocity_directions(&kinematics);
+        let links = 0..multibody.links.len();
         Self {
             context,
             island,
-            inertias: context.inertias(island),
+            axes: links
+                .map(|link| multibody.body_columns(&kinematics, &directions, link))
+                .collect(),
+            masses: multibody.mass_factors(&kinematics),
+            multibody,
             scheme,
             start,
         }
+    }
+
+    /// Speed (m/s) of each dynamic body, from generalized velocities.
+    pub fn speeds(&self, velocities: &DVector<f64>) -> impl Iterator<Item = f64> {
+        let links = self.multibody.links.iter().zip(&self.axes);
+        links.map(|(link, columns)| {
+            let columns = columns
+                .iter()
+                .map(|column| column.axis * velocities[column.column]);
+            link.inertia.speed(&columns.sum())
+        })
+    }
+
+    /// Largest speed (m/s) that generalized impulses give to a body.
+    pub fn largest_speed_of(&self, impulses: &DVector<f64>) -> f64 {
+        let speeds = self
+            .speeds(&self.masses.velocities(impulses))
+            .collect::<Vec<_>>();
+        speeds.into_iter().fold(0.0, f64::max)
     }
 }
 

@@ -18,6 +18,11 @@ impl StepContext<'_> {
                 sets.join(i, j);
             }
         }
+        for (body, parent) in model.parents() {
+            if is_dynamic(parent) {
+                sets.join(body, parent);
+            }
+        }
         for group in self.coupled {
             let mut dynamic = group.iter().copied().filter(|&body| is_dynamic(body));
             if let Some(first) = dynamic.next() {
@@ -37,29 +42,32 @@ impl StepContext<'_> {
             }
             islands[island_of_root[root]].dynamic.push(body);
         }
-        for &(i, j) in pairs {
-            for (dynamic, neighbor) in [(i, j), (j, i)] {
-                if is_dynamic(dynamic) && !is_dynamic(neighbor) {
-                    islands[island_of_root[sets.root(dynamic)]]
-                        .neighbors
-                        .push(neighbor);
-                }
-            }
-        }
-        for group in self.coupled {
-            let first = group.iter().copied().find(|&body| is_dynamic(body));
-            let others = group.iter().copied().filter(|&body| !is_dynamic(body));
-            if let Some(first) = first {
-                islands[island_of_root[sets.root(first)]]
-                    .neighbors
-                    .extend(others);
-            }
+        for (body, neighbor) in self.neighbors(pairs) {
+            islands[island_of_root[sets.root(body)]]
+                .neighbors
+                .push(neighbor);
         }
         for island in &mut islands {
             island.neighbors.sort_unstable();
             island.neighbors.dedup();
         }
         islands
+    }
+
+    /// Dynamic bodies with the other bodies that they may touch, that carry their joints, or that a force couples to them.
+    fn neighbors(&self, pairs: &[(usize, usize)]) -> Vec<(usize, usize)> {
+        let is_dynamic = |body: usize| self.model.bodies[body].inertia().is_some();
+        let touching = pairs.iter().flat_map(|&(i, j)| [(i, j), (j, i)]);
+        let coupled = self.coupled.iter().flat_map(|group| {
+            let first = group.iter().copied().find(|&body| is_dynamic(body));
+            let others = group.iter().copied();
+            first
+                .into_iter()
+                .flat_map(move |first| others.clone().map(move |other| (first, other)))
+        });
+        let all = touching.chain(self.model.parents()).chain(coupled);
+        all.filter(|&(body, neighbor)| is_dynamic(body) && !is_dynamic(neighbor))
+            .collect()
     }
 }
 

@@ -4,14 +4,17 @@ use super::about_centers::joined;
 use super::evaluation::{ForceJacobian, with_contacts};
 use super::frozen_contact_model::PairWrenches;
 use super::matrix::Factors;
+use super::rates::BodyChange;
 use super::stage::StageEquations;
-use crate::dynamics::BodyState;
+use crate::dynamics::multibody::Kinematics;
 use crate::dynamics::sweep::Sweep;
 use crate::parallel::mapped_into;
 use nalgebra::Vector6;
 
 /// Linearization of a stage at its solution.
 pub(super) struct Linearization {
+    /// Wrenches of contacts and forces on the dynamic bodies.
+    pub wrenches: Vec<Vector6<f64>>,
     pub contacts: Vec<PairWrenches>,
     pub forces: Vec<ForceJacobian>,
     /// Factors of the derivatives of the residual with respect to the velocities.
@@ -22,16 +25,20 @@ pub(super) struct Linearization {
 
 impl Linearization {
     /// Change of contacts and forces on each dynamic body, from the displacements and the changes of velocity of all participants.
-    pub fn change(&self, count: usize, changes: &[[Vector6<f64>; 2]]) -> Vec<Vector6<f64>> {
+    pub fn change(&self, count: usize, changes: &[BodyChange]) -> Vec<Vector6<f64>> {
         let mut forces = vec![Vector6::zeros(); count];
         for slopes in &self.forces {
-            let [displacement, velocities] = &changes[slopes.column];
+            let BodyChange {
+                displacement,
+                velocities,
+            } = &changes[slopes.column];
             forces[slopes.row] +=
                 slopes.by_displacement * displacement + slopes.by_velocities * velocities;
         }
         let of_contact = |contact: &PairWrenches| {
-            let [displacements, velocities] =
-                [0, 1].map(|kind| joined(contact.bodies.map(|body| Some(changes[body][kind]))));
+            let changes = contact.bodies.map(|body| &changes[body]);
+            let displacements = joined(changes.map(|change| Some(change.displacement)));
+            let velocities = joined(changes.map(|change| Some(change.velocities)));
             contact.by_displacements * displacements + contact.by_velocities * velocities
         };
         let wrenches: Vec<_> = self.contacts.iter().map(of_contact).collect();
@@ -42,7 +49,8 @@ impl Linearization {
 
 impl StageEquations<'_> {
     /// Linearization with all exact first derivatives.
-    pub fn linearized(&self, states: &[BodyState]) -> Linearization {
+    pub fn linearized(&self, end: &Kinematics) -> Linearization {
+        let states = &*end.states;
         let (context, island) = (self.step.context, self.step.island);
         let mut sweep = Sweep::default();
         let pairs = context.close_pairs(island, states, &mut sweep);
@@ -57,9 +65,11 @@ impl StageEquations<'_> {
         });
         let contacts: Vec<_> = contacts.into_iter().flatten().collect();
         let forces = self.force_jacobians(states, &contacts);
-        let matrix = self.matrix(states, &contacts, &forces);
+        let wrenches = self.wrenches(states, &contacts);
+        let matrix = self.matrix(end, &wrenches, &contacts, &forces);
         Linearization {
             factors: matrix.factorized(context.symbolic_cache),
+            wrenches,
             contacts,
             forces,
             is_exact: true,

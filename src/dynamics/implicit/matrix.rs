@@ -1,8 +1,9 @@
-//! Matrix of Newton's method, with a 6×6 block for each pair of bodies that interact: dense for few bodies, sparse for many.
+//! Matrix of Newton's method, with a block for each pair of trees that interact: dense for few columns, sparse for many.
 
 #[cfg(feature = "sparse")]
 use super::sparse::{SparseFactors, SparseMatrix};
-use nalgebra::{DMatrix, DVector, Dyn, LU, Matrix6};
+use nalgebra::{DMatrix, DMatrixViewMut, DVector, Dyn, LU};
+use std::ops::Range;
 
 #[cfg(feature = "sparse")]
 pub(super) use super::sparse::SymbolicCache;
@@ -12,14 +13,18 @@ pub(super) use super::sparse::SymbolicCache;
 #[derive(Debug, Clone, Default)]
 pub(super) struct SymbolicCache(());
 
-/// Number of bodies from which a matrix is sparse. The time of dense factorization grows with the cube of this number.
+/// Number of columns from which a matrix is sparse. The time of dense factorization grows with the cube of this number.
 #[cfg(feature = "sparse")]
-const SPARSE_FROM: usize = 16;
+const SPARSE_FROM: usize = 96;
 
-/// Square matrix of 6×6 blocks.
+/// Square matrix of blocks: one row and one column of blocks for each tree.
 #[derive(Debug)]
 pub(super) enum BlockMatrix {
-    Dense(DMatrix<f64>),
+    Dense {
+        /// Columns of each tree.
+        trees: Vec<Range<usize>>,
+        matrix: DMatrix<f64>,
+    },
     #[cfg(feature = "sparse")]
     Sparse(SparseMatrix),
 }
@@ -32,28 +37,37 @@ pub(super) enum Factors {
 }
 
 impl BlockMatrix {
-    pub fn zeros(bodies: usize) -> Self {
+    /// Zero matrix for trees with these columns.
+    pub fn zeros(trees: &[Range<usize>]) -> Self {
+        let size = trees.last().map_or(0, |columns| columns.end);
         #[cfg(feature = "sparse")]
-        if bodies >= SPARSE_FROM {
-            return Self::Sparse(SparseMatrix::zeros(bodies));
+        if size >= SPARSE_FROM {
+            return Self::Sparse(SparseMatrix::zeros(trees));
         }
-        Self::Dense(DMatrix::zeros(6 * bodies, 6 * bodies))
+        Self::Dense {
+            trees: trees.to_vec(),
+            matrix: DMatrix::zeros(size, size),
+        }
     }
 
-    pub fn add(&mut self, row: usize, column: usize, block: &Matrix6<f64>) {
+    /// Block of the rows of one tree and the columns of another.
+    pub fn block(&mut self, row: usize, column: usize) -> DMatrixViewMut<'_, f64> {
         match self {
-            Self::Dense(matrix) => {
-                let mut view = matrix.fixed_view_mut::<6, 6>(6 * row, 6 * column);
-                view += block;
+            Self::Dense { trees, matrix } => {
+                let [rows, columns] = [&trees[row], &trees[column]];
+                matrix.view_mut((rows.start, columns.start), (rows.len(), columns.len()))
             }
             #[cfg(feature = "sparse")]
-            Self::Sparse(matrix) => matrix.add(row, column, block),
+            Self::Sparse(matrix) => matrix.block(row, column),
         }
     }
 
     pub fn transposed(self) -> Self {
         match self {
-            Self::Dense(matrix) => Self::Dense(matrix.transpose()),
+            Self::Dense { trees, matrix } => Self::Dense {
+                trees,
+                matrix: matrix.transpose(),
+            },
             #[cfg(feature = "sparse")]
             Self::Sparse(matrix) => Self::Sparse(matrix.transposed()),
         }
@@ -64,7 +78,7 @@ impl BlockMatrix {
         #[cfg(not(feature = "sparse"))]
         let _ = symbolic_cache;
         match self {
-            Self::Dense(matrix) => Factors::Dense(matrix.lu()),
+            Self::Dense { matrix, .. } => Factors::Dense(matrix.lu()),
             #[cfg(feature = "sparse")]
             Self::Sparse(matrix) => {
                 Factors::Sparse(matrix.factorized(symbolic_cache).map(Box::new))

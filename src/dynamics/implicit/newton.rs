@@ -64,6 +64,7 @@ impl NewtonIterate {
             velocities,
             tolerance,
             linearization: Linearization {
+                wrenches: self.evaluation.wrenches,
                 contacts: self.contacts,
                 forces: self.evaluation.force_jacobians,
                 factors: self.factors,
@@ -91,7 +92,7 @@ impl StageEquations<'_> {
             // The smallest scale so far, because diverging velocities must not loosen the tolerance.
             scale = scale.min(self.scale(&iterate.evaluation));
             let absolute_tolerance = tolerance * scale + self.rounding();
-            let at = &iterate.evaluation.velocities;
+            let at = iterate.evaluation.end.velocities();
             if iterate.size <= absolute_tolerance {
                 let velocities = at + &iterate.step;
                 return Ok(iterate.root(velocities, absolute_tolerance));
@@ -124,7 +125,7 @@ impl StageEquations<'_> {
         let mut best: Option<NewtonIterate> = None;
         let mut fraction = 1.0;
         while fraction >= SHORTEST_FRACTION {
-            let velocities = &from.evaluation.velocities + step * fraction;
+            let velocities = from.evaluation.end.velocities() + step * fraction;
             if let Ok(iterate) = self.iterate_at(velocities, is_exact, work) {
                 if iterate.size <= (1.0 - fraction / 4.0) * size {
                     return Ok(iterate);
@@ -158,7 +159,12 @@ impl StageEquations<'_> {
             .iter()
             .map(FrozenContactModel::evaluated)
             .collect();
-        let matrix = self.matrix(&evaluation.states, &contacts, &evaluation.force_jacobians);
+        let matrix = self.matrix(
+            &evaluation.end,
+            &evaluation.wrenches,
+            &contacts,
+            &evaluation.force_jacobians,
+        );
         let factors = matrix.factorized(self.step.context.symbolic_cache);
         let step = factors.solve(&-self.residual_in(&evaluation));
         let size = step.as_ref().map_or(f64::INFINITY, |step| self.speed(step));
@@ -170,7 +176,7 @@ impl StageEquations<'_> {
                 step,
                 size,
             }),
-            _ => Err(Unsolved(evaluation.velocities)),
+            _ => Err(Unsolved(evaluation.end.coordinates.velocities)),
         }
     }
 
@@ -182,7 +188,7 @@ impl StageEquations<'_> {
         work: &mut Work,
     ) -> DVector<f64> {
         let speed = |step: &DVector<f64>| self.speed(step);
-        let mut velocities = iterate.evaluation.velocities.clone();
+        let mut velocities = iterate.evaluation.end.velocities().clone();
         let mut damped = DampedStep::full(iterate.step.clone(), iterate.size);
         let mut new_factors = None;
         for _ in 0..MOST_ITERATIONS {
@@ -219,28 +225,39 @@ impl StageEquations<'_> {
         velocities
     }
 
-    /// Largest speed (m/s) that a body has, or that its momentum and the wrenches on it give to it in the stage.
+    /// Sum of the largest speeds (m/s) that momenta, applied wrenches, other wrenches and joint forces give to a body in the stage, or the
+    /// largest speed of a neighbor.
     fn scale(&self, evaluation: &Evaluation) -> f64 {
-        let of_body = |index: usize| {
-            let (inertia, pose) = (self.inertias[index], &self.start.poses[index]);
-            let [momentum, applied, wrench] = [
-                self.start.momenta[index],
-                self.applied_wrench(index) * self.start.duration,
-                evaluation.wrenches[index] * self.start.duration,
-            ]
-            .map(|impulse| inertia.speed(&inertia.velocities(pose.rotation(), &impulse)));
-            momentum + applied + wrench
-        };
+        let duration = self.start.duration;
+        let (multibody, end) = (self.multibody, &evaluation.end);
+        let applied: Vec<_> = (0..evaluation.wrenches.len())
+            .map(|index| self.applied_wrench(index))
+            .collect();
+        let forces = [&applied, &evaluation.wrenches]
+            .map(|wrenches| multibody.generalized_forces(end, wrenches));
+        let joint_forces = multibody.joint_forces(&end.coordinates);
+        let impulses = forces
+            .iter()
+            .chain([&joint_forces])
+            .map(|forces| forces * duration);
+        let speeds = impulses.map(|impulse| self.step.largest_speed_of(&impulse));
+        let bodies = self.step.largest_speed_of(&self.start.momenta) + speeds.sum::<f64>();
         let neighbors = self.neighbors.iter().map(|state| state.twist.linear.norm());
-        let bodies = (0..self.inertias.len()).map(of_body);
-        bodies.chain(neighbors).fold(0.0, f64::max)
+        neighbors.fold(bodies, f64::max)
     }
 
     /// Velocity error (m/s) from the rounding of coordinates.
     fn rounding(&self) -> f64 {
         let neighbors = self.neighbors.iter().map(|state| &state.pose);
-        let poses = self.start.poses.iter().chain(neighbors);
-        let indices = poses.map(|pose| pose.translation().amax());
-        4.0 * f64::EPSILON * indices.fold(0.0, f64::max) / self.start.duration
+        let bodies = self
+            .step
+            .island
+            .dynamic
+            .iter()
+            .map(|&body| &self.step.context.start.bodies[body].pose);
+        let sizes = bodies
+            .chain(neighbors)
+            .map(|pose| pose.translation().amax());
+        4.0 * f64::EPSILON * sizes.fold(0.0, f64::max) / self.start.duration
     }
 }

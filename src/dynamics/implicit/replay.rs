@@ -1,13 +1,14 @@
 //! Replay of a recorded step in `f64`, for the reverse sweep.
 
+use super::evaluation::ExactMatrix;
 use super::island_step::{IslandRecord, IslandStep, StepError, Substep};
 use super::scheme::{Scheme, Stage};
-use super::stage::{StageEquations, StageStart, Stages, concatenated, six_of};
+use super::stage::{StageEquations, StageStart, Stages};
 use super::{Island, StepContext};
 use crate::contact::LinearizedContact;
+use crate::dynamics::multibody::{Kinematics, Multibody};
 use crate::dynamics::sweep::Sweep;
-use crate::dynamics::{BodyState, Inertia};
-use nalgebra::Vector6;
+use nalgebra::{DVector, Vector6};
 
 /// Recorded step of an island.
 pub(in crate::dynamics) struct Replay<'a> {
@@ -17,8 +18,8 @@ pub(in crate::dynamics) struct Replay<'a> {
 
 /// Replayed substep.
 pub(in crate::dynamics) struct ReplayedSubstep<'a> {
-    /// States of the dynamic bodies at the start of the substep.
-    pub from: Vec<BodyState>,
+    /// Kinematics at the start of the substep.
+    pub from: Kinematics,
     pub stages: Vec<ReplayedStage<'a>>,
 }
 
@@ -26,8 +27,17 @@ pub(in crate::dynamics) struct ReplayedSubstep<'a> {
 pub(in crate::dynamics) struct ReplayedStage<'a> {
     pub stage: Stage,
     equations: StageEquations<'a>,
-    /// States of all participants at the end of the stage.
-    pub states: Vec<BodyState>,
+    pub end: Kinematics,
+}
+
+/// Solution of the adjoint equation of a stage.
+pub(in crate::dynamics) struct StageAdjoint {
+    /// λ = J⁻ᵀū: gradient with respect to the negative residual.
+    pub adjoint: DVector<f64>,
+    /// Gradient with respect to the positions at the end, as displacements, through λ at constant velocities and constant wrenches.
+    pub by_position: DVector<f64>,
+    /// Total wrench on each dynamic body about its center of mass.
+    pub wrenches: Vec<Vector6<f64>>,
 }
 
 impl<'a> Replay<'a> {
@@ -48,45 +58,45 @@ impl<'a> Replay<'a> {
         self.step.island
     }
 
-    /// Inertias of the dynamic bodies.
-    pub fn inertias(&self) -> &[&'a Inertia] {
-        &self.step.inertias
+    pub fn multibody(&self) -> &Multibody {
+        &self.step.multibody
     }
 
     /// Substeps in the order of time.
     pub fn substeps(&self) -> Vec<ReplayedSubstep<'_>> {
-        let bodies = self.step.island.dynamic.iter();
-        let mut states: Vec<_> = bodies.map(|&body| self.step.context.start[body]).collect();
+        let (context, multibody) = (self.step.context, &self.step.multibody);
+        let mut coordinates = multibody.coordinates(context.start);
         let replayed = self.substeps.iter().map(|substep| {
-            let replayed = self.substep(substep, states.clone());
+            let time = self.step.start + substep.offset;
+            let neighbors = context.neighbors_at(self.step.island, time);
+            let replayed = self.substep(
+                substep,
+                multibody.kinematics(coordinates.clone(), &neighbors),
+            );
             if let Some(last) = replayed.stages.last() {
-                states = last.states[..states.len()].to_vec();
+                coordinates = last.end.coordinates.clone();
             }
             replayed
         });
         replayed.collect()
     }
 
-    fn substep(&self, substep: &Substep, from: Vec<BodyState>) -> ReplayedSubstep<'_> {
-        let mut stages = Stages::new(&self.step, &self.step.inertias, substep.offset, from);
+    fn substep(&self, substep: &Substep, from: Kinematics) -> ReplayedSubstep<'_> {
+        let mut stages = Stages::new(&self.step, &self.step.multibody, substep.offset, &from);
         let mut replayed = Vec::new();
-        for (stage, root) in self
-            .step
-            .scheme
-            .stages(substep.duration)
-            .zip(&substep.roots)
-        {
+        let schedule = self.step.scheme.stages(substep.duration);
+        for (stage, root) in schedule.zip(&substep.roots) {
             let equations = StageEquations::new(&self.step, stages.start(&stage));
-            let states = equations.states_with(|index| six_of(root, index));
-            stages.push(&equations.start, &states);
+            let end = equations.end(root.clone());
+            stages.push(&equations.start, &end);
             replayed.push(ReplayedStage {
                 stage,
                 equations,
-                states,
+                end,
             });
         }
         ReplayedSubstep {
-            from: stages.from,
+            from,
             stages: replayed,
         }
     }
@@ -105,27 +115,34 @@ impl ReplayedStage<'_> {
         } = self.equations.step;
         let mut sweep = Sweep::default();
         context
-            .close_pairs(island, &self.states, &mut sweep)
+            .close_pairs(island, &self.end.states, &mut sweep)
             .to_vec()
     }
 
-    /// Solves the transposed linearization of the stage: returns J⁻ᵀ times the gradient with respect to the velocities of each body.
-    /// `contacts` has all contacts of the stage, each with its two participants.
+    /// Solves the adjoint equation of the stage for a gradient with respect to the generalized velocities. `contacts` has all contacts of the
+    /// stage, each with its two participants.
     pub fn solve_transposed<'c>(
         &self,
         contacts: impl Iterator<Item = ([usize; 2], &'c LinearizedContact)>,
-        by_velocities: &[Vector6<f64>],
-    ) -> Result<Vec<Vector6<f64>>, StepError> {
+        by_velocities: &DVector<f64>,
+    ) -> Result<StageAdjoint, StepError> {
         let context = self.equations.step.context;
         if context.is_stopped() {
             return Err(StepError::Stopped);
         }
-        let matrix = self.equations.exact_matrix(&self.states, contacts);
+        let ExactMatrix { matrix, wrenches } = self.equations.exact_matrix(&self.end, contacts);
         let factors = matrix.transposed().factorized(context.symbolic_cache);
-        let right = concatenated(by_velocities.iter().copied());
-        let solution = factors.solve(&right);
-        let solution = solution.ok_or_else(|| self.equations.singular())?;
-        let indices = 0..by_velocities.len();
-        Ok(indices.map(|index| six_of(&solution, index)).collect())
+        let adjoint = factors.solve(by_velocities);
+        let adjoint = adjoint.ok_or_else(|| self.equations.singular())?;
+        let slopes = self.equations.position_slopes(&self.end, &wrenches);
+        let by_position = -self
+            .equations
+            .multibody
+            .transposed_product(&slopes, &adjoint);
+        Ok(StageAdjoint {
+            adjoint,
+            by_position,
+            wrenches: self.equations.total_wrenches(&wrenches),
+        })
     }
 }

@@ -1,7 +1,8 @@
 //! Stiffly accurate, diagonally implicit Runge–Kutta methods. The last stage is the end of the substep.
 
+use crate::dynamics::multibody::zeros;
 use crate::scalar::Scalar;
-use nalgebra::Vector6;
+use nalgebra::DVector;
 
 /// Coefficients of a method.
 #[derive(Debug)]
@@ -87,13 +88,18 @@ impl Scheme {
 }
 
 impl ErrorEstimate {
-    /// Error estimate of the displacement or the momentum of a body, from its rates in all stages.
-    pub(super) fn of(
+    /// Error estimate of the displacement or the momenta, from their rates in all stages.
+    pub(super) fn of<'r>(
         &self,
-        rates: impl Iterator<Item = Vector6<f64>>,
+        width: usize,
+        rates: impl Iterator<Item = &'r DVector<f64>>,
         substep: f64,
-    ) -> Vector6<f64> {
-        sum(self.weights.iter().map(|weight| weight * substep), rates)
+    ) -> DVector<f64> {
+        sum(
+            width,
+            self.weights.iter().map(|weight| weight * substep),
+            rates,
+        )
     }
 }
 
@@ -104,19 +110,22 @@ impl Stage {
     }
 
     /// Sum of the rates of the earlier stages, each times its coefficient.
-    pub fn accumulated<T: Scalar>(&self, rates: impl Iterator<Item = Vector6<T>>) -> Vector6<T> {
-        sum(self.before(), rates)
+    pub fn accumulated<'r, T: Scalar>(
+        &self,
+        width: usize,
+        rates: impl Iterator<Item = &'r DVector<T>>,
+    ) -> DVector<T> {
+        sum(width, self.before(), rates)
     }
 }
 
 /// Sum of rates, each times a time (s).
-fn sum<T: Scalar>(
+fn sum<'r, T: Scalar>(
+    width: usize,
     times: impl Iterator<Item = f64>,
-    rates: impl Iterator<Item = Vector6<T>>,
-) -> Vector6<T> {
-    times
-        .zip(rates)
-        .fold(super::rigid::zero6(), |sum, (time, rate)| {
-            sum + rate.map(|number| number * time)
-        })
+    rates: impl Iterator<Item = &'r DVector<T>>,
+) -> DVector<T> {
+    times.zip(rates).fold(zeros(width), |sum, (time, rate)| {
+        sum + rate.map(|number| number * time)
+    })
 }

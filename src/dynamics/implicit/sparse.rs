@@ -5,16 +5,18 @@ use faer::Mat;
 use faer::linalg::solvers::Solve;
 use faer::sparse::linalg::solvers::{Lu, SymbolicLu};
 use faer::sparse::{SparseColMat, SymbolicSparseColMat};
-use nalgebra::{DMatrix, DVector, Matrix6};
+use nalgebra::{DMatrix, DMatrixViewMut, DVector};
 use std::collections::BTreeMap;
 use std::fmt;
+use std::ops::Range;
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// Sparse matrix. Its blocks are sorted by column, then by row.
 #[derive(Debug)]
 pub(in crate::dynamics) struct SparseMatrix {
-    bodies: usize,
-    blocks: BTreeMap<(usize, usize), Matrix6<f64>>,
+    /// Columns of each tree.
+    trees: Vec<Range<usize>>,
+    blocks: BTreeMap<(usize, usize), DMatrix<f64>>,
 }
 
 pub(in crate::dynamics) struct SparseFactors {
@@ -22,8 +24,8 @@ pub(in crate::dynamics) struct SparseFactors {
     size: usize,
 }
 
-/// Positions of the blocks: columns and rows.
-type Pattern = Vec<(usize, usize)>;
+/// Columns of the trees, and positions of the blocks: columns and rows.
+type Pattern = (Vec<Range<usize>>, Vec<(usize, usize)>);
 
 /// Cache of the symbolic factors of recent patterns. They are computed once while the same bodies touch.
 #[derive(Clone, Default)]
@@ -36,46 +38,54 @@ type CacheEntry = (Pattern, SymbolicLu<usize>);
 const CACHE_SIZE: usize = 16;
 
 impl SparseMatrix {
-    pub fn zeros(bodies: usize) -> Self {
+    pub fn zeros(trees: &[Range<usize>]) -> Self {
         Self {
-            bodies,
+            trees: trees.to_vec(),
             blocks: BTreeMap::new(),
         }
     }
 
-    pub fn add(&mut self, row: usize, column: usize, block: &Matrix6<f64>) {
-        *self.blocks.entry((column, row)).or_default() += block;
+    pub fn block(&mut self, row: usize, column: usize) -> DMatrixViewMut<'_, f64> {
+        let [rows, columns] = [row, column].map(|tree| self.trees[tree].len());
+        let block = self.blocks.entry((column, row));
+        block
+            .or_insert_with(|| DMatrix::zeros(rows, columns))
+            .as_view_mut()
     }
 
     pub fn transposed(self) -> Self {
         let blocks = self.blocks.into_iter();
         let turned = blocks.map(|((column, row), block)| ((row, column), block.transpose()));
         Self {
-            bodies: self.bodies,
+            trees: self.trees,
             blocks: turned.collect(),
         }
+    }
+
+    fn size(&self) -> usize {
+        self.trees.last().map_or(0, |columns| columns.end)
     }
 
     /// Factorizes the matrix. Returns `None` if it is singular.
     pub fn factorized(&self, symbolic_cache: &SymbolicCache) -> Option<SparseFactors> {
         let matrix = self.in_columns();
-        let pattern: Pattern = self.blocks.keys().copied().collect();
+        let pattern = (self.trees.clone(), self.blocks.keys().copied().collect());
         let symbolic = symbolic_cache.symbolic(pattern, &matrix)?;
         let lu = Lu::try_new_with_symbolic(symbolic, matrix.as_ref()).ok()?;
         Some(SparseFactors {
             lu,
-            size: 6 * self.bodies,
+            size: self.size(),
         })
     }
 
     fn in_columns(&self) -> SparseColMat<usize, f64> {
-        let size = 6 * self.bodies;
+        let size = self.size();
         let (mut starts, mut rows, mut values) = (vec![0], Vec::new(), Vec::new());
-        for body in 0..self.bodies {
-            let column_blocks = || self.blocks.range((body, 0)..(body + 1, 0));
-            for column in 0..6 {
+        for (tree, columns) in self.trees.iter().enumerate() {
+            let column_blocks = || self.blocks.range((tree, 0)..(tree + 1, 0));
+            for column in 0..columns.len() {
                 for (&(_, row), block) in column_blocks() {
-                    rows.extend(6 * row..6 * row + 6);
+                    rows.extend(self.trees[row].clone());
                     values.extend(block.column(column).iter());
                 }
                 starts.push(rows.len());
@@ -134,32 +144,46 @@ impl SparseFactors {
 mod tests {
     use super::*;
 
-    /// Block of a diagonally dominant matrix.
-    fn block(row: usize, column: usize, seed: f64) -> Matrix6<f64> {
-        let number = |i: usize, j: usize| {
-            let phase = (6 * row + i) as f64 * 1.3 + (6 * column + j) as f64 * 0.7 + seed;
-            phase.sin()
-        };
+    /// Columns of trees with one, three or six degrees of freedom.
+    fn trees(count: usize) -> Vec<Range<usize>> {
+        let mut next = 0;
+        let widths = (0..count).map(|tree| [6, 1, 3][tree % 3]);
+        let columns = widths.map(|width| {
+            let first = next;
+            next += width;
+            first..next
+        });
+        columns.collect()
+    }
+
+    /// Entry of a diagonally dominant matrix.
+    fn entry(row: usize, column: usize, seed: f64) -> f64 {
         let weight = if row == column { 20.0 } else { 0.0 };
-        Matrix6::from_fn(number) + Matrix6::identity() * weight
+        (row as f64 * 1.3 + column as f64 * 0.7 + seed).sin() + weight
     }
 
     #[test]
     fn solutions_are_those_of_dense_factors_and_patterns_are_kept() {
-        const BODIES: usize = 20;
+        const COUNT: usize = 20;
+        let trees = trees(COUNT);
+        let size = trees[COUNT - 1].end;
         let symbolic_cache = SymbolicCache::default();
         for seed in 0..3 {
-            let mut sparse = SparseMatrix::zeros(BODIES);
-            let mut dense = DMatrix::zeros(6 * BODIES, 6 * BODIES);
-            for row in 0..BODIES {
-                for column in [row, (row + 1) % BODIES, (row + 7) % BODIES] {
-                    let block = block(row, column, f64::from(seed));
-                    sparse.add(row, column, &block);
-                    let mut view = dense.fixed_view_mut::<6, 6>(6 * row, 6 * column);
+            let mut sparse = SparseMatrix::zeros(&trees);
+            let mut dense = DMatrix::zeros(size, size);
+            for row in 0..COUNT {
+                for column in [row, (row + 1) % COUNT, (row + 7) % COUNT] {
+                    let [rows, columns] = [row, column].map(|tree| trees[tree].clone());
+                    let block = DMatrix::from_fn(rows.len(), columns.len(), |i, j| {
+                        entry(rows.start + i, columns.start + j, f64::from(seed))
+                    });
+                    let mut view = sparse.block(row, column);
+                    view += &block;
+                    let mut view = dense.view_mut((rows.start, columns.start), block.shape());
                     view += block;
                 }
             }
-            let right = DVector::from_fn(6 * BODIES, |row, _| (row as f64).cos());
+            let right = DVector::from_fn(size, |row, _| (row as f64).cos());
             let factors = sparse.factorized(&symbolic_cache).unwrap();
             let expected = dense.clone().lu().solve(&right).unwrap();
             assert!((factors.solve(&right) - expected).amax() < 1e-13);
@@ -171,9 +195,9 @@ mod tests {
 
     #[test]
     fn a_singular_matrix_has_no_factors_or_no_finite_solution() {
-        let mut matrix = SparseMatrix::zeros(2);
-        matrix.add(0, 0, &Matrix6::identity());
-        matrix.add(1, 1, &Matrix6::zeros());
+        let mut matrix = SparseMatrix::zeros(&[0..6, 6..12]);
+        matrix.block(0, 0).fill_with_identity();
+        matrix.block(1, 1).fill(0.0);
         let factors = matrix.factorized(&SymbolicCache::default());
         let solution = factors.map(|factors| factors.solve(&DVector::repeat(12, 1.0)));
         assert!(solution.is_none_or(|solution| solution.iter().any(|number| !number.is_finite())));

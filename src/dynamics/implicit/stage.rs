@@ -1,26 +1,28 @@
-//! One implicit stage: the velocities u of the bodies of an island that solve
+//! One implicit stage: the generalized velocities u of an island at its end, which solve
 //!
-//! P(q̃ ⊕ τu, u) = p̃ + τ f(q̃ ⊕ τu, u, t).
+//! (S − τṠ)ᵀH + A·u = p̃ + τ(SᵀF + Q), at the positions q̃ ⊕ τu.
 //!
-//! Here q̃ and p̃ are the poses and momenta at the start, τ is the duration, and f are all wrenches about the centers of mass. The equation
-//! is between momenta P, not velocities, so it needs no gyroscopic term, and free bodies keep their momentum.
+//! Here q̃ and p̃ are the positions and the generalized momenta at the start, τ is the duration, F are all wrenches and Q the forces of the
+//! joints. [`multibody`](crate::dynamics::multibody) defines the other symbols. The equation is between momenta, so it needs no Coriolis
+//! terms, and the momenta of a free tree are conserved.
 
 use super::island_step::{IslandStep, StepError};
 use super::scheme::Stage;
-use crate::dynamics::{BodyState, Inertia};
+use crate::dynamics::BodyState;
+use crate::dynamics::joint::JointPosition;
+use crate::dynamics::multibody::{Coordinates, Kinematics, Multibody};
 use crate::scalar::{Scalar, real_part};
-use crate::spatial::{Pose, Twist};
 use nalgebra::{DVector, Vector6};
 
 /// Start of a stage.
 #[derive(Clone)]
 pub(in crate::dynamics) struct StageStart<T = f64> {
-    /// Displacements of the dynamic bodies (turn and shift about the center of mass) since the start of the substep.
-    pub displacements: Vec<Vector6<T>>,
-    /// q̃ of the dynamic bodies.
-    pub poses: Vec<Pose<T>>,
-    /// p̃ (N m s, N s) of the dynamic bodies.
-    pub momenta: Vec<Vector6<T>>,
+    /// Displacement of the joints since the start of the substep, one number for each column.
+    pub displacement: DVector<T>,
+    /// q̃: positions of the joints.
+    pub positions: Vec<JointPosition<T>>,
+    /// p̃: generalized momenta.
+    pub momenta: DVector<T>,
     /// τ (s).
     pub duration: f64,
     /// Time (s) at which the wrenches of the stage act.
@@ -30,8 +32,7 @@ pub(in crate::dynamics) struct StageStart<T = f64> {
 /// Equations of a stage of an island, in the scalar of a pass: see the module.
 pub(super) struct StageEquations<'a, T = f64> {
     pub step: &'a IslandStep<'a>,
-    /// Inertias of the dynamic bodies.
-    pub inertias: &'a [&'a Inertia<T>],
+    pub multibody: &'a Multibody<T>,
     /// Weight and control of each body of the world.
     pub applied: &'a [Vector6<T>],
     pub start: StageStart<T>,
@@ -41,46 +42,54 @@ pub(super) struct StageEquations<'a, T = f64> {
 
 /// Stages of a substep, in the scalar of a pass. The start of each stage follows from the rates of the earlier stages.
 ///
-/// The real pass, the derivative pass and the reverse sweep take poses, momenta and times from this type. A different order of these sums
-/// would change the last bit, which can decide whether a switched force acts.
+/// The real pass, the derivative pass and the reverse sweep take positions, momenta and times from this type. A different order of these
+/// sums would change the last bit, which can decide whether a switched force acts.
 pub(super) struct Stages<'a, T = f64> {
     pub step: &'a IslandStep<'a>,
-    inertias: &'a [&'a Inertia<T>],
+    multibody: &'a Multibody<T>,
     offset: f64,
-    /// The dynamic bodies at the start of the substep.
-    pub from: Vec<BodyState<T>>,
-    momenta: Vec<Vector6<T>>,
+    /// Positions at the start of the substep.
+    from: Vec<JointPosition<T>>,
+    momenta: DVector<T>,
     rates: Vec<StageRates<T>>,
 }
 
-/// Velocities of the dynamic bodies, and the wrenches on them, in a stage.
+/// Generalized velocities in a stage, and rates of the generalized momenta.
 pub(super) struct StageRates<T = f64> {
-    pub velocities: Vec<Vector6<T>>,
-    pub wrenches: Vec<Vector6<T>>,
+    pub velocities: DVector<T>,
+    pub momenta: DVector<T>,
 }
 
 impl<T: Scalar> StageEquations<'_, T> {
-    /// States of all participants at the end of the stage, from the velocities of each dynamic body.
-    pub fn states_with(&self, velocities: impl Fn(usize) -> Vector6<T>) -> Vec<BodyState<T>> {
-        let moved = self.start.poses.iter().enumerate().map(|(index, pose)| {
-            let velocities_of_body = velocities(index);
-            let displacement = velocities_of_body.map(|number| number * self.start.duration);
-            BodyState {
-                pose: self.inertias[index].displaced(pose, &displacement),
-                twist: Twist::from_vector(&velocities_of_body),
-            }
-        });
-        moved.chain(self.neighbors.iter().copied()).collect()
+    /// Kinematics at the end of the stage, from the velocities.
+    pub fn end(&self, velocities: DVector<T>) -> Kinematics<T> {
+        let displacement = velocities.map(|velocity| velocity * self.start.duration);
+        let positions = self
+            .multibody
+            .displaced(&self.start.positions, &displacement);
+        let coordinates = Coordinates {
+            positions,
+            velocities,
+        };
+        self.multibody.kinematics(coordinates, &self.neighbors)
     }
 
-    /// Residual P − p̃ − τf of each dynamic body, from the states and the wrenches of contacts and forces at the end.
-    pub fn residual(&self, states: &[BodyState<T>], wrenches: &[Vector6<T>]) -> Vec<Vector6<T>> {
-        let of_body = |index: usize| {
-            let force = self.applied_wrench(index) + wrenches[index];
-            let impulse = force.map(|number| number * self.start.duration);
-            self.inertias[index].momentum(&states[index]) - self.start.momenta[index] - impulse
-        };
-        (0..self.inertias.len()).map(of_body).collect()
+    /// Residual of the equation at the end of the stage, from the wrenches of contacts and forces on the dynamic bodies.
+    pub fn residual(&self, end: &Kinematics<T>, wrenches: &[Vector6<T>]) -> DVector<T> {
+        let duration = self.start.duration;
+        let wrenches = self.total_wrenches(wrenches);
+        let forces = self.multibody.generalized_forces(end, &wrenches)
+            + self.multibody.joint_forces(&end.coordinates);
+        let impulses = forces.map(|force| force * duration);
+        self.multibody.projected_momenta(end, duration) - &self.start.momenta - impulses
+    }
+
+    /// Wrenches on the dynamic bodies, with gravity and controls.
+    pub fn total_wrenches(&self, wrenches: &[Vector6<T>]) -> Vec<Vector6<T>> {
+        let wrenches = wrenches.iter().enumerate();
+        wrenches
+            .map(|(index, wrench)| self.applied_wrench(index) + wrench)
+            .collect()
     }
 
     /// Gravity and controls on a dynamic body.
@@ -90,22 +99,21 @@ impl<T: Scalar> StageEquations<'_, T> {
 
     /// The equations without derivatives.
     pub fn real(&self) -> StageEquations<'_> {
-        let real = |vectors: &[Vector6<T>]| vectors.iter().map(|six| six.map(real_part)).collect();
         let StageStart {
-            displacements,
-            poses,
+            displacement,
+            positions,
             momenta,
             duration,
             time,
         } = &self.start;
         StageEquations {
             step: self.step,
-            inertias: &self.step.inertias,
+            multibody: &self.step.multibody,
             applied: &self.step.context.applied,
             start: StageStart {
-                displacements: real(displacements),
-                poses: poses.iter().map(Pose::real).collect(),
-                momenta: real(momenta),
+                displacement: displacement.map(real_part),
+                positions: positions.iter().map(JointPosition::real).collect(),
+                momenta: momenta.map(real_part),
                 duration: *duration,
                 time: *time,
             },
@@ -119,7 +127,7 @@ impl<'a> StageEquations<'a> {
     pub fn new(step: &'a IslandStep<'a>, start: StageStart) -> Self {
         Self {
             step,
-            inertias: &step.inertias,
+            multibody: &step.multibody,
             applied: &step.context.applied,
             neighbors: step.context.neighbors_at(step.island, start.time),
             start,
@@ -152,59 +160,43 @@ impl<'a, T: Scalar> Stages<'a, T> {
     /// Stages of a substep that begins at an offset (s) from the start of the step.
     pub fn new(
         step: &'a IslandStep<'a>,
-        inertias: &'a [&'a Inertia<T>],
+        multibody: &'a Multibody<T>,
         offset: f64,
-        from: Vec<BodyState<T>>,
+        from: &Kinematics<T>,
     ) -> Self {
-        let bodies = inertias.iter().zip(&from);
         Self {
             step,
-            inertias,
+            multibody,
             offset,
-            momenta: bodies
-                .map(|(inertia, state)| inertia.momentum(state))
-                .collect(),
-            from,
+            from: from.coordinates.positions.clone(),
+            momenta: multibody.generalized_momenta(from),
             rates: Vec::new(),
         }
     }
 
     /// Start of the next stage.
     pub fn start(&self, stage: &Stage) -> StageStart<T> {
-        let indices = 0..self.from.len();
-        let displacements: Vec<_> = indices
-            .clone()
-            .map(|i| stage.accumulated(self.rates.iter().map(|rates| rates.velocities[i])))
-            .collect();
-        let impulse =
-            |i: usize| stage.accumulated(self.rates.iter().map(|rates| rates.wrenches[i]));
+        let width = self.multibody.width();
+        let displacement =
+            stage.accumulated(width, self.rates.iter().map(|rates| &rates.velocities));
+        let impulse = stage.accumulated(width, self.rates.iter().map(|rates| &rates.momenta));
         StageStart {
-            poses: indices
-                .clone()
-                .map(|i| self.inertias[i].displaced(&self.from[i].pose, &displacements[i]))
-                .collect(),
-            momenta: indices.map(|i| self.momenta[i] + impulse(i)).collect(),
-            displacements,
+            positions: self.multibody.displaced(&self.from, &displacement),
+            momenta: &self.momenta + impulse,
+            displacement,
             duration: stage.duration,
             time: self.step.start + (self.offset + stage.offset),
         }
     }
 
-    /// Adds the rates of a stage, from its start and the states at its end.
-    pub fn push(&mut self, start: &StageStart<T>, states: &[BodyState<T>]) -> &StageRates<T> {
+    /// Adds the rates of a stage, from its start and its end.
+    pub fn push(&mut self, start: &StageStart<T>, end: &Kinematics<T>) -> &StageRates<T> {
         let per_duration = start.duration.recip();
-        let bodies = self.inertias.iter().zip(states).zip(&start.momenta);
-        let wrenches = bodies.map(|((inertia, state), momentum)| {
-            (inertia.momentum(state) - momentum).map(|number| number * per_duration)
+        let impulse = self.multibody.generalized_momenta(end) - &start.momenta;
+        self.rates.push(StageRates {
+            velocities: end.velocities().clone(),
+            momenta: impulse.map(|number| number * per_duration),
         });
-        let rates = StageRates {
-            velocities: states[..self.from.len()]
-                .iter()
-                .map(|state| state.twist.to_vector())
-                .collect(),
-            wrenches: wrenches.collect(),
-        };
-        self.rates.push(rates);
         &self.rates[self.rates.len() - 1]
     }
 
@@ -212,18 +204,4 @@ impl<'a, T: Scalar> Stages<'a, T> {
     pub fn rates(&self) -> &[StageRates<T>] {
         &self.rates
     }
-}
-
-/// Six numbers of one body in the vector of all bodies.
-pub(super) fn six_of(vector: &DVector<f64>, index: usize) -> Vector6<f64> {
-    vector.fixed_rows::<6>(6 * index).into_owned()
-}
-
-/// Vector of the six numbers of all bodies.
-pub(super) fn concatenated(bodies: impl IntoIterator<Item = Vector6<f64>>) -> DVector<f64> {
-    let mut numbers = Vec::new();
-    for six in bodies {
-        numbers.extend_from_slice(six.as_slice());
-    }
-    DVector::from_vec(numbers)
 }

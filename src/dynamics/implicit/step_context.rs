@@ -6,7 +6,7 @@ use crate::dynamics::dyn_world::{BodyDual, DynForce};
 use crate::dynamics::model::Model;
 use crate::dynamics::motion::state_on;
 use crate::dynamics::sweep::Sweep;
-use crate::dynamics::{Body, BodyState, Inertia, Motion, TimeSpan};
+use crate::dynamics::{Body, BodyState, Motion, State, TimeSpan};
 use crate::geometry::Aabb;
 use crate::spatial::Pose;
 use nalgebra::Vector6;
@@ -25,7 +25,7 @@ pub(in crate::dynamics) struct StepContext<'a> {
     /// Weight and mean control of each body.
     pub(super) applied: Vec<Vector6<f64>>,
     /// States of all bodies at the start of the step.
-    pub(super) start: &'a [BodyState],
+    pub(super) start: &'a State,
     /// True once the step should end.
     stop: &'a AtomicBool,
 }
@@ -39,7 +39,7 @@ impl<'a> StepContext<'a> {
             &'a [Vec<usize>],
             &'a SymbolicCache,
         ),
-        start: &'a [BodyState],
+        start: &'a State,
         span: TimeSpan,
         stop: &'a AtomicBool,
     ) -> Self {
@@ -60,19 +60,11 @@ impl<'a> StepContext<'a> {
         self.stop.load(Ordering::Relaxed)
     }
 
-    /// Inertias of the dynamic bodies of an island.
-    pub(super) fn inertias(&self, island: &Island) -> Vec<&'a Inertia> {
-        let bodies = island.dynamic.iter();
-        bodies
-            .filter_map(|&body| self.model.bodies[body].inertia())
-            .collect()
-    }
-
     /// States of the neighbors of an island at a time (s).
     pub(super) fn neighbors_at(&self, island: &Island, time: f64) -> Vec<BodyState> {
         let state = |&body: &usize| match &self.model.bodies[body].motion {
             Motion::Kinematic(path) => state_on(&**path, time),
-            Motion::Fixed | Motion::Dynamic(_) => self.start[body],
+            Motion::Fixed | Motion::Dynamic { .. } => self.start.bodies[body],
         };
         island.neighbors.iter().map(state).collect()
     }

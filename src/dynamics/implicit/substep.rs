@@ -1,13 +1,14 @@
 //! Trial of a substep: solves its stages one after another.
 
 use super::errors::ErrorEstimator;
-use super::island_solver::{BodyProgress, IslandSolver, velocities_of};
+use super::island_solver::{IslandSolver, Progress};
 use super::island_step::StepError;
 use super::newton::{Root, Unsolved};
+use super::rates::{ChangedBodies, StartRates};
 use super::report::{EnergyBalance, Work};
-use super::solved_stage::{BodyChange, SolvedStage};
-use super::stage::{StageEquations, StageRates, Stages, concatenated, six_of};
-use crate::dynamics::BodyState;
+use super::solved_stage::SolvedStage;
+use super::stage::{StageEquations, StageRates, Stages};
+use crate::dynamics::multibody::Kinematics;
 use crate::geometry::Aabb;
 use nalgebra::DVector;
 
@@ -15,7 +16,7 @@ use nalgebra::DVector;
 pub(super) struct Trial {
     /// Velocities that solve the stages.
     pub roots: Vec<DVector<f64>>,
-    pub bodies: Vec<BodyProgress>,
+    pub progress: Progress,
     pub energy: EnergyBalance,
     pub swept: Vec<Aabb>,
     /// Largest relative speed (m/s) of each dynamic body in the step so far.
@@ -29,6 +30,19 @@ pub(super) struct Trial {
 }
 
 impl Trial {
+    /// Trial without stages.
+    fn new(progress: Progress, speeds: Vec<f64>) -> Self {
+        Self {
+            roots: Vec::new(),
+            progress,
+            energy: EnergyBalance::default(),
+            swept: Vec::new(),
+            speeds,
+            tunneling_ratio: 0.0,
+            errors: Vec::new(),
+        }
+    }
+
     /// Largest error of a body, relative to its tolerance.
     pub fn error(&self) -> f64 {
         self.errors.iter().flatten().copied().fold(0.0, f64::max)
@@ -61,18 +75,11 @@ impl IslandSolver<'_> {
     }
 
     fn trial(&self, offset: f64, duration: f64, work: &mut Work) -> Result<Trial, StepError> {
-        let (step, before) = (self.step, &self.solved.bodies);
-        let mut trial = Trial {
-            roots: Vec::new(),
-            bodies: before.clone(),
-            energy: EnergyBalance::default(),
-            swept: Vec::new(),
-            speeds: self.control.speeds.clone(),
-            tunneling_ratio: 0.0,
-            errors: Vec::new(),
-        };
-        let from = before.iter().map(|body| body.state).collect();
-        let mut stages = Stages::new(step, &step.inertias, offset, from);
+        let (step, before) = (self.step, &self.solved.progress);
+        let mut trial = Trial::new(before.clone(), self.control.speeds.clone());
+        let mut stages = Stages::new(step, &step.multibody, offset, &before.kinematics);
+        let estimate = step.scheme.estimate.as_ref();
+        let start_rates = estimate.map(|_| self.start_rates(offset, duration));
         let mut solved = Vec::new();
         let weights = step.scheme.weights(duration);
         for (stage, weight) in step.scheme.stages(duration).zip(weights) {
@@ -81,28 +88,30 @@ impl IslandSolver<'_> {
                 .last()
                 .map(|stage: &SolvedStage| stage.root.velocities.clone());
             let guesses = [
-                self.guess(offset, &equations, &solved),
-                last.unwrap_or_else(|| velocities_of(before)),
+                self.guess(offset, &equations, (&solved, start_rates.as_ref())),
+                last.unwrap_or_else(|| before.kinematics.velocities().clone()),
             ];
             let root = self.root(&equations, &guesses, duration, work)?;
-            let states = equations.states_with(|index| six_of(&root.velocities, index));
-            step.context.sweep(step.island, &states, &mut trial.swept);
-            let rates = stages.push(&equations.start, &states);
-            Self::add_stage(&equations, (rates, weight), &states, &mut trial);
+            let end = equations.end(root.velocities.clone());
+            step.context
+                .sweep(step.island, &end.states, &mut trial.swept);
+            let rates = stages.push(&equations.start, &end);
+            Self::add_stage(&equations, (rates, weight), &end, &mut trial);
             solved.push(SolvedStage {
                 equations,
-                states,
+                end,
                 root,
             });
         }
-        trial.energy.kinetic = self.kinetic(&trial.bodies) - self.kinetic(before);
-        if let Some(estimate) = &step.scheme.estimate {
+        trial.energy.kinetic = self.kinetic(&trial.progress) - self.kinetic(before);
+        if let (Some(estimate), Some(start_rates)) = (estimate, &start_rates) {
             trial.include_speeds_of(&solved);
             let mut estimator = ErrorEstimator {
                 solver: self,
                 estimate,
                 stages: &stages,
                 solved,
+                start_rates,
                 speeds: &trial.speeds,
                 offset,
                 duration,
@@ -122,15 +131,27 @@ impl IslandSolver<'_> {
         Ok(trial)
     }
 
-    /// Rates of the dynamic bodies at the start of a substep.
-    pub fn rates(&self) -> impl Iterator<Item = BodyChange> {
-        let step = self.step;
-        let bodies = self.solved.bodies.iter().enumerate();
-        bodies.map(move |(index, body)| {
-            let applied = step.context.applied[step.island.dynamic[index]];
-            let wrench = body.wrench.unwrap_or_default() + applied;
-            BodyChange::rates(step.inertias[index], &body.state, &wrench)
-        })
+    /// Rates at the start of a substep of a duration (s).
+    fn start_rates(&self, offset: f64, duration: f64) -> StartRates {
+        let (step, Progress { kinematics, forces }) = (self.step, &self.solved.progress);
+        let neighbors = step.neighbor_rates(step.start + offset, duration);
+        let applied = step
+            .island
+            .dynamic
+            .iter()
+            .map(|&body| step.context.applied[body]);
+        let applied: Vec<_> = applied.collect();
+        let mut rates = step.multibody.generalized_forces(kinematics, &applied)
+            + kinematics.momentum_transport();
+        if let Some(forces) = forces {
+            rates += forces;
+        }
+        let bodies = ChangedBodies::new(step);
+        StartRates {
+            accelerations: bodies.accelerations(step, kinematics, &rates, &neighbors),
+            neighbors,
+            bodies,
+        }
     }
 
     /// First guess of the velocities of a stage. It is extrapolated linearly from the velocities of the last two stages, or of the start
@@ -139,15 +160,12 @@ impl IslandSolver<'_> {
         &self,
         offset: f64,
         equations: &StageEquations,
-        solved: &[SolvedStage],
+        (solved, start_rates): (&[SolvedStage], Option<&StartRates>),
     ) -> DVector<f64> {
-        let start = velocities_of(&self.solved.bodies);
+        let start = self.solved.progress.kinematics.velocities().clone();
         let Some((last, before)) = solved.split_last() else {
-            if self.step.scheme.estimate.is_none() {
-                return start;
-            }
             let ahead = equations.start.time - (self.step.start + offset);
-            return start + concatenated(self.rates().map(|rates| rates.velocities * ahead));
+            return start_rates.map_or(start.clone(), |rates| start + &rates.accelerations * ahead);
         };
         let time = |stage: &SolvedStage| stage.equations.start.time;
         let (early, first) = before
@@ -191,26 +209,33 @@ impl IslandSolver<'_> {
     fn add_stage(
         equations: &StageEquations,
         (rates, weight): (&StageRates, f64),
-        states: &[BodyState],
+        end: &Kinematics,
         trial: &mut Trial,
     ) {
-        for (index, body) in trial.bodies.iter_mut().enumerate() {
-            let (velocity, applied) = (&rates.velocities[index], equations.applied_wrench(index));
-            let wrench = rates.wrenches[index] - applied;
-            trial.energy.given += weight * applied.dot(velocity);
-            trial.energy.acting += weight * wrench.dot(velocity);
-            body.state = states[index];
-            body.wrench = Some(wrench);
-        }
+        let multibody = equations.multibody;
+        let applied = (0..multibody.links.len()).map(|index| equations.applied_wrench(index));
+        let applied = multibody.generalized_forces(end, &applied.collect::<Vec<_>>());
+        let forces = &rates.momenta - end.momentum_transport() - &applied;
+        trial.energy.given += weight * applied.dot(&rates.velocities);
+        trial.energy.acting += weight * forces.dot(&rates.velocities);
+        trial.progress = Progress {
+            kinematics: end.clone(),
+            forces: Some(forces),
+        };
     }
 
     /// Kinetic energy (J).
-    fn kinetic(&self, bodies: &[BodyProgress]) -> f64 {
-        let bodies = self.step.inertias.iter().zip(bodies);
-        let energies = bodies.map(|(inertia, body)| {
-            let twist = body.state.twist.to_vector();
-            inertia.momentum(&body.state).dot(&twist) / 2.0
+    fn kinetic(&self, progress: &Progress) -> f64 {
+        let (multibody, kinematics) = (&self.step.multibody, &progress.kinematics);
+        let links = multibody.links.iter().zip(&kinematics.states);
+        let of_links = links.map(|(link, state)| {
+            let armature = link.columns.clone().map(|column| {
+                let velocity = kinematics.velocities()[column];
+                link.law.armature * velocity * velocity
+            });
+            let twist = state.twist.to_vector();
+            0.5 * (link.inertia.momentum(state).dot(&twist) + armature.sum::<f64>())
         });
-        energies.sum()
+        of_links.sum()
     }
 }

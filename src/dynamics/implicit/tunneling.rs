@@ -25,8 +25,8 @@ impl IslandSolver<'_> {
     fn participants_at(&self, offset: f64) -> Vec<BodyState> {
         let step = self.step;
         let neighbors = step.context.neighbors_at(step.island, step.start + offset);
-        let bodies = self.solved.bodies.iter().map(|body| body.state);
-        bodies.chain(neighbors).collect()
+        let bodies = &self.solved.progress.kinematics.states[..step.island.dynamic.len()];
+        bodies.iter().copied().chain(neighbors).collect()
     }
 
     /// Largest motion of two bodies relative to each other in a substep, divided by the sum of
@@ -43,7 +43,7 @@ impl IslandSolver<'_> {
         let from = &*self.participants_at(offset);
         let (context, island) = (self.step.context, self.step.island);
         let samples: Vec<_> = once(from)
-            .chain(stages.iter().map(|stage| &*stage.states))
+            .chain(stages.iter().map(|stage| &*stage.end.states))
             .collect();
         let mut sweep = Sweep::default();
         let boxes = swept.iter().enumerate().map(|(participant, stages)| {
@@ -102,8 +102,8 @@ impl IslandSolver<'_> {
 
     fn moving(&self, participant: usize, states: &[BodyState]) -> MovingBody {
         let body = self.step.island.body(participant);
-        let inertia = self.step.inertias.get(participant);
-        let center = inertia.map(|inertia| inertia.center_of_mass);
+        let link = self.step.multibody.links.get(participant);
+        let center = link.map(|link| link.inertia.center_of_mass);
         let center = center.unwrap_or_default();
         let bounds = self.step.context.bounds(body, &Pose::identity());
         let state = states[participant];

@@ -177,7 +177,7 @@ impl<'a> SeededForceContext<'a> {
         let wrench = &mut self.contact[body];
         *wrench = Wrench::from_vector(&(wrench.to_vector() + seeds.fixed_rows::<6>(0)));
         let seeded = &mut self.model.bodies[body];
-        if let Motion::Dynamic(inertia) = &mut seeded.motion {
+        if let Motion::Dynamic { inertia, .. } = &mut seeded.motion {
             inertia.mass += seeds[6];
         }
         if let Some(modulus) = &mut seeded.material.modulus {

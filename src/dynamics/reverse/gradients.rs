@@ -1,4 +1,5 @@
 use crate::contact::{Kinks, ShapeGradient};
+use crate::dynamics::joint::NUMBER_COUNT;
 use crate::dynamics::model::Model;
 use crate::dynamics::{Control, STATE_DIM};
 use crate::spatial::Twist;
@@ -99,11 +100,36 @@ impl StateGradient {
     }
 }
 
+/// Gradient of a number with respect to the state of a joint. A revolute or prismatic joint has the first component only.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct JointGradient {
+    /// Gradient with respect to the position (per rad or m), or to a turn in the axes of the joint frame.
+    pub position: Vector3<f64>,
+    /// Gradient with respect to the velocity.
+    pub velocity: Vector3<f64>,
+}
+
+impl JointGradient {
+    pub fn zero() -> Self {
+        Self {
+            position: Vector3::zeros(),
+            velocity: Vector3::zeros(),
+        }
+    }
+
+    pub fn is_finite(&self) -> bool {
+        let mut numbers = self.position.iter().chain(&self.velocity);
+        numbers.all(|number| number.is_finite())
+    }
+}
+
 /// Gradient of a number with respect to the initial state and all other inputs of a rollout.
 #[derive(Debug, Clone)]
 pub(crate) struct ModelGradient {
     /// Gradient with respect to the numbers of each body.
     pub bodies: Vec<BodyGradient>,
+    /// Gradient with respect to the initial state of each joint.
+    pub joints: Vec<JointGradient>,
     /// Gradient with respect to gravity (unit of the number per m/s²).
     pub gravity: Vector3<f64>,
     /// Gradient with respect to the wrench (torque, force) of each interval of each control.
@@ -171,6 +197,8 @@ pub(crate) struct BodyGradient {
     /// Gradient with respect to the inertia per mass about the center of mass, in the axes of the
     /// body frame (per m²). It is symmetric.
     pub inertia: Matrix3<f64>,
+    /// Gradient with respect to the numbers of the law of the joint.
+    pub joint_law: [f64; NUMBER_COUNT],
 }
 
 impl ModelGradient {
@@ -183,10 +211,12 @@ impl ModelGradient {
             mass: 0.0,
             center: Vector3::zeros(),
             inertia: Matrix3::zeros(),
+            joint_law: [0.0; NUMBER_COUNT],
         };
         let intervals = |control: &Control| vec![Vector6::zeros(); control.wrenches().len()];
         Self {
             bodies: vec![body; model.bodies.len()],
+            joints: vec![JointGradient::zero(); model.joint_count()],
             gravity: Vector3::zeros(),
             controls: model.controls.iter().map(intervals).collect(),
             force_parameters: vec![0.0; model.force_parameters.len()],

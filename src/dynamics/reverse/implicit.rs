@@ -5,17 +5,18 @@
 //! gradient with respect to −r, λ = J⁻ᵀū. It propagates through all other inputs of r at constant u. Later stages depend on the velocities
 //! of the earlier stages and on their wrenches (P − p̃)/τ.
 
+use super::Kink;
 use super::linearized_pair::{LinearizedPair, WrenchGradient};
-use super::pullback::{EvaluationPoint, Pullback};
-use super::{Kink, StateGradient};
+use super::pullback::{EvaluationPoint, Pullback, turn_gradient};
 use crate::dynamics::implicit::{
     ImplicitIntegratorState, Island, IslandRecord, Replay, ReplayedStage, ReplayedSubstep, Scheme,
-    StepError, displaced_back,
+    StageAdjoint, StepError,
 };
-use crate::dynamics::{BodyState, Inertia, State, TimeSpan};
-use crate::spatial::Wrench;
-use nalgebra::{Vector3, Vector6};
-use std::mem;
+use crate::dynamics::joint::{JointPosition, NUMBER_COUNT};
+use crate::dynamics::multibody::{Kinematics, Multibody};
+use crate::dynamics::{BodyState, State, TimeSpan};
+use crate::spatial::{Twist, Wrench};
+use nalgebra::DVector;
 
 /// Adjoint of implicit steps.
 pub(super) struct ImplicitSteps {
@@ -24,20 +25,17 @@ pub(super) struct ImplicitSteps {
     integrator_state: ImplicitIntegratorState,
 }
 
-/// One 6-vector for each dynamic body of an island.
-type BodyVectors = Vec<Vector6<f64>>;
-
 /// Gradient with respect to the rates that a stage passes to later stages.
 #[derive(Clone)]
 struct RateGradient {
-    velocities: BodyVectors,
-    wrenches: BodyVectors,
+    velocities: DVector<f64>,
+    momenta: DVector<f64>,
 }
 
-/// Gradient with respect to the start of a stage: to poses, as displacements about the centers of mass, and to momenta.
+/// Gradient with respect to the start of a stage: to positions, as displacements, and to generalized momenta.
 struct StartGradient {
-    poses: BodyVectors,
-    momenta: BodyVectors,
+    positions: DVector<f64>,
+    momenta: DVector<f64>,
 }
 
 impl ImplicitSteps {
@@ -61,9 +59,9 @@ impl ImplicitSteps {
         island_records: &[IslandRecord],
     ) -> Result<(), StepError> {
         let span = TimeSpan::new(before.time, self.time_step);
-        let context =
-            self.integrator_state
-                .context(pullback.world.real_forces(), &before.bodies, span);
+        let context = self
+            .integrator_state
+            .context(pullback.world.real_forces(), before, span);
         let mut back = StepBack {
             pullback,
             span,
@@ -118,14 +116,15 @@ impl StepBack<'_, '_> {
         replay: &Replay,
         substep: &ReplayedSubstep,
     ) -> Result<(), StepError> {
-        let zeros = || vec![Vector6::zeros(); substep.from.len()];
+        let multibody = replay.multibody();
+        let zeros = || DVector::zeros(multibody.width());
         let mut start = StartGradient {
-            poses: zeros(),
+            positions: zeros(),
             momenta: zeros(),
         };
         let no_rates = RateGradient {
             velocities: zeros(),
-            wrenches: zeros(),
+            momenta: zeros(),
         };
         let mut by_rates = vec![no_rates; substep.stages.len()];
         for stage in substep.stages.iter().rev() {
@@ -133,33 +132,23 @@ impl StepBack<'_, '_> {
                 break;
             };
             let by_start = self.stage_back(replay, stage, &stage_rates)?;
-            for index in 0..substep.from.len() {
-                let (by_pose, by_momentum) = (&by_start.poses[index], &by_start.momenta[index]);
-                let [by_pose, by_displacement] =
-                    displaced_back(&stage.start().displacements[index], by_pose);
-                start.poses[index] += by_pose;
-                start.momenta[index] += by_momentum;
-                for (by_rates, time) in by_rates.iter_mut().zip(stage.stage.before()) {
-                    by_rates.velocities[index] += by_displacement * time;
-                    by_rates.wrenches[index] += by_momentum * time;
-                }
+            let [by_position, by_displacement] =
+                multibody.displaced_back(&stage.start().displacement, &by_start.positions);
+            start.positions += by_position;
+            start.momenta += &by_start.momenta;
+            for (by_rates, time) in by_rates.iter_mut().zip(stage.stage.before()) {
+                by_rates.velocities += &by_displacement * time;
+                by_rates.momenta += &by_start.momenta * time;
             }
         }
-        self.set_by_start(replay, substep, &start);
+        let [by_position, by_velocity] =
+            self.pull_back_momenta(multibody, &substep.from, &start.momenta);
+        self.pullback.add_gradient(
+            multibody,
+            &substep.from,
+            [start.positions + by_position, by_velocity],
+        );
         Ok(())
-    }
-
-    /// Sets the gradient with respect to the states before the substep, from the gradient with respect to the start of the first stage.
-    fn set_by_start(&mut self, replay: &Replay, substep: &ReplayedSubstep, start: &StartGradient) {
-        for (index, &body) in replay.island().dynamic.iter().enumerate() {
-            let (inertia, state) = (replay.inertias()[index], &substep.from[index]);
-            let [by_pose, by_twist] =
-                self.pull_back_momentum(body, (inertia, state), &start.momenta[index]);
-            let about_center = StateGradient::from_parts([start.poses[index] + by_pose, by_twist]);
-            let arm = self.pullback.model().arm(body, state);
-            self.pullback.states[body] = about_center.about(&-arm);
-            self.add_by_center(body, state, &about_center.shift);
-        }
     }
 
     /// Propagates the gradient with respect to the end of a stage, and to the rates that later stages use, to the start of the stage.
@@ -169,46 +158,44 @@ impl StepBack<'_, '_> {
         stage: &ReplayedStage,
         by_rates: &RateGradient,
     ) -> Result<StartGradient, StepError> {
+        let (multibody, end) = (replay.multibody(), &stage.end);
         let duration = stage.start().duration;
-        let bodies = || replay.island().dynamic.iter().copied().enumerate();
-        let body_in_stage = |index: usize| (replay.inertias()[index], &stage.states[index]);
-        let displacement = |index: usize| stage.states[index].twist.to_vector() * duration;
-        let (mut poses, mut by_velocities) = (Vec::new(), Vec::new());
-        for (index, body) in bodies() {
-            let by_impulse = by_rates.wrenches[index] / duration;
-            let [by_pose, by_twist] = self.take_state_gradient(body, body_in_stage(index).1);
-            let [more, by_velocity] =
-                self.pull_back_momentum(body, body_in_stage(index), &by_impulse);
-            let by_pose = by_pose + more;
-            let [_, by_displacement] = displaced_back(&displacement(index), &by_pose);
-            by_velocities.push(
-                by_rates.velocities[index] + by_twist + by_velocity + by_displacement * duration,
-            );
-            poses.push(by_pose);
-        }
-        let adjoints = self.solve_adjoint(replay, stage, &by_velocities)?;
-        let mut momenta = Vec::new();
-        for (index, body) in bodies() {
-            let adjoint = &adjoints[index];
-            let [by_momentum, _] = self.pull_back_momentum(body, body_in_stage(index), &-adjoint);
-            let [by_forces, _] = self.take_state_gradient(body, body_in_stage(index).1);
-            let by_pose = poses[index] + by_momentum + by_forces;
-            [poses[index], _] = displaced_back(&displacement(index), &by_pose);
-            momenta.push(adjoint - by_rates.wrenches[index] / duration);
-        }
-        Ok(StartGradient { poses, momenta })
+        let displacement = end.velocities() * duration;
+        let by_impulse = &by_rates.momenta / duration;
+        let [mut by_position, by_velocity] = self.pullback.take_gradient(multibody, end);
+        let [by_position_of_momenta, by_velocity_of_momenta] =
+            self.pull_back_momenta(multibody, end, &by_impulse);
+        by_position += by_position_of_momenta;
+        let [_, by_displacement] = multibody.displaced_back(&displacement, &by_position);
+        let by_velocity = &by_rates.velocities
+            + by_velocity
+            + by_velocity_of_momenta
+            + by_displacement * duration;
+        let StageAdjoint {
+            adjoint,
+            by_position: by_residual,
+            ..
+        } = self.solve_adjoint(replay, stage, &by_velocity)?;
+        self.add_by_inertia(multibody, end, (&-&adjoint, duration));
+        let [by_forces, _] = self.pullback.take_gradient(multibody, end);
+        by_position += by_residual + by_forces;
+        let [by_position, _] = multibody.displaced_back(&displacement, &by_position);
+        Ok(StartGradient {
+            positions: by_position,
+            momenta: adjoint - by_impulse,
+        })
     }
 
-    /// Solves the adjoint equation of a stage for λ, the gradient with respect to p̃ + τf − P. Then propagates λ through all wrenches f at
-    /// constant velocities.
+    /// Solves the adjoint equation of a stage for λ, the gradient with respect to the negative residual. Then propagates λ through all
+    /// wrenches at constant velocities.
     fn solve_adjoint(
         &mut self,
         replay: &Replay,
         stage: &ReplayedStage,
-        by_velocities: &[Vector6<f64>],
-    ) -> Result<BodyVectors, StepError> {
+        by_velocities: &DVector<f64>,
+    ) -> Result<StageAdjoint, StepError> {
         let (island, model) = (replay.island(), self.pullback.model());
-        for (participant, state) in stage.states.iter().enumerate() {
+        for (participant, state) in stage.end.states.iter().enumerate() {
             self.states[island.body(participant)] = *state;
         }
         let participants = stage.close_pairs();
@@ -224,10 +211,26 @@ impl StepBack<'_, '_> {
             .filter_map(|((a, b), pair)| Some(([a, b], pair?)))
             .unzip();
         let linearized = contacts.iter().map(|pair| &pair.contact);
-        let adjoints =
+        let adjoint =
             stage.solve_transposed(participants.into_iter().zip(linearized), by_velocities)?;
-        for (&body, adjoint) in island.dynamic.iter().zip(&adjoints) {
-            let by_wrench = Wrench::from_vector(&(adjoint * stage.start().duration));
+        self.add_by_laws(
+            replay.multibody(),
+            &stage.end,
+            &adjoint.adjoint,
+            stage.start().duration,
+        );
+        let virtual_twists = replay.multibody().twists(&stage.end, &adjoint.adjoint, 0.0);
+        let multibody = replay.multibody();
+        for (index, (twist, wrench)) in virtual_twists.iter().zip(&adjoint.wrenches).enumerate() {
+            if let Some(neighbor) = multibody.carrier(index) {
+                // A turn of the carrier turns the motions of the links, but not the wrenches.
+                let by_turn = turn_gradient(&Twist::from_vector(twist), wrench);
+                let by_carrier = &mut self.pullback.states[multibody.neighbors[neighbor]];
+                by_carrier.turn += by_turn * stage.start().duration;
+            }
+        }
+        for (&body, twist) in island.dynamic.iter().zip(&virtual_twists) {
+            let by_wrench = Wrench::from_vector(&(twist * stage.start().duration));
             self.add_by_weight(body, &by_wrench);
             self.by_wrenches[body] = by_wrench;
         }
@@ -235,7 +238,7 @@ impl StepBack<'_, '_> {
         for &body in &island.dynamic {
             self.by_wrenches[body] = Wrench::zero();
         }
-        Ok(adjoints)
+        Ok(adjoint)
     }
 
     fn pull_back_wrenches(&mut self, time: f64, island: &Island, contacts: &[LinearizedPair]) {
@@ -264,36 +267,71 @@ impl StepBack<'_, '_> {
         }
     }
 
-    /// Propagates the gradient with respect to the momenta of a body to its displacement and its velocities, its mass and its inertia.
-    fn pull_back_momentum(
+    /// Propagates the gradient with respect to generalized momenta to positions and velocities, and to masses and inertias.
+    fn pull_back_momenta(
         &mut self,
-        body: usize,
-        (inertia, state): (&Inertia, &BodyState),
-        by_momentum: &Vector6<f64>,
-    ) -> [Vector6<f64>; 2] {
-        let by_mass = inertia.momentum(state).dot(by_momentum) / inertia.mass;
-        let by_angular = by_momentum.fixed_rows::<3>(0).into_owned();
-        let (principal, rotation) = (&inertia.principal, state.pose.rotation());
-        let by_inertia =
-            principal.by_inertia_in_momentum(rotation, &by_angular, &state.twist.angular);
-        let gradient = &mut self.pullback.gradient.bodies[body];
-        gradient.mass += by_mass;
-        gradient.inertia += by_inertia * inertia.mass;
-        let slopes = inertia.momentum_slopes(state);
-        slopes.map(|slopes| slopes.tr_mul(by_momentum))
+        multibody: &Multibody,
+        kinematics: &Kinematics,
+        by_momenta: &DVector<f64>,
+    ) -> [DVector<f64>; 2] {
+        self.add_by_inertia(multibody, kinematics, (by_momenta, 0.0));
+        let directions = [
+            multibody.position_directions(kinematics, 0.0),
+            multibody.velocity_directions(kinematics),
+        ];
+        directions.map(|directions| {
+            let slopes = multibody.momentum_slopes(kinematics, &directions);
+            multibody.transposed_product(&slopes, by_momenta)
+        })
     }
 
-    /// Takes the gradient with respect to the state of a body, and replaces it by 0. Returns the parts with respect to a displacement about
-    /// the center of mass and to the velocities.
-    fn take_state_gradient(&mut self, body: usize, state: &BodyState) -> [Vector6<f64>; 2] {
-        let arm = self.pullback.model().arm(body, state);
-        let by_state = mem::replace(&mut self.pullback.states[body], StateGradient::zero());
-        self.add_by_center(body, state, &-by_state.shift);
-        by_state.about(&arm).parts()
+    /// Propagates the gradient with respect to projected momenta (S − τṠ)ᵀH to masses and inertias, at a duration τ (s).
+    fn add_by_inertia(
+        &mut self,
+        multibody: &Multibody,
+        kinematics: &Kinematics,
+        (by_momenta, duration): (&DVector<f64>, f64),
+    ) {
+        let twists = multibody.twists(kinematics, by_momenta, duration);
+        for ((link, state), twist) in multibody.links.iter().zip(&kinematics.states).zip(&twists) {
+            let inertia = &link.inertia;
+            let by_angular = twist.fixed_rows::<3>(0).into_owned();
+            let by_inertia = inertia.principal.by_inertia_in_momentum(
+                state.pose.rotation(),
+                &by_angular,
+                &state.twist.angular,
+            );
+            let gradient = &mut self.pullback.gradient.bodies[link.body];
+            gradient.mass += inertia.momentum(state).dot(twist) / inertia.mass;
+            gradient.inertia += by_inertia * inertia.mass;
+            if link.kind.has_state() {
+                let columns = link.columns.clone();
+                let by_armature =
+                    columns.map(|column| by_momenta[column] * kinematics.velocities()[column]);
+                gradient.joint_law[NUMBER_COUNT - 1] += by_armature.sum::<f64>();
+            }
+        }
     }
 
-    /// Adds the gradient with respect to the position of the center of mass of a body, at a constant origin.
-    fn add_by_center(&mut self, body: usize, state: &BodyState, by_position: &Vector3<f64>) {
-        self.pullback.gradient.bodies[body].center += state.pose.rotation().tr_mul(by_position);
+    /// Propagates λ to the numbers of the joint laws, through the joint forces in a stage of a duration (s).
+    fn add_by_laws(
+        &mut self,
+        multibody: &Multibody,
+        end: &Kinematics,
+        adjoint: &DVector<f64>,
+        duration: f64,
+    ) {
+        for (link, position) in multibody.links.iter().zip(&end.coordinates.positions) {
+            if let JointPosition::Scalar(position) = position {
+                let column = link.columns.start;
+                let slopes = link
+                    .law
+                    .slopes_by_numbers(*position, end.velocities()[column]);
+                let gradient = &mut self.pullback.gradient.bodies[link.body].joint_law;
+                for (sum, slope) in gradient.iter_mut().zip(slopes) {
+                    *sum += slope * adjoint[column] * duration;
+                }
+            }
+        }
     }
 }

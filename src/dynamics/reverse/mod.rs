@@ -35,7 +35,7 @@ use super::integrator::Kind;
 use super::{Body, Plan, RolloutError};
 use crate::contact::ShapeGradient;
 use explicit::ExplicitSteps;
-pub(crate) use gradients::ModelGradient;
+pub(crate) use gradients::{JointGradient, ModelGradient};
 pub use gradients::{Kink, KinkSummary, StateGradient};
 use implicit::ImplicitSteps;
 use pullback::Pullback;
@@ -86,8 +86,15 @@ impl<'w> ReverseSweep<'w> {
         self
     }
 
-    /// Adds a gradient with respect to the state of a body at the current step of the sweep.
+    /// Adds a gradient with respect to the state of a body at the current step of the sweep. The number of bodies plus the index of a joint
+    /// stands for the joint: turn and spin are then those of its coordinates.
     pub fn add(&mut self, body: usize, by_state: &StateGradient) {
+        if let Some(index) = body.checked_sub(self.pullback.states.len()) {
+            let joint = &mut self.pullback.joints[index];
+            joint.position += by_state.turn;
+            joint.velocity += by_state.spin;
+            return;
+        }
         // The state of a kinematic body depends on its path only.
         let motion = &self.pullback.model().bodies[body].motion;
         if !motion.is_kinematic() {
@@ -97,8 +104,16 @@ impl<'w> ReverseSweep<'w> {
 
     /// Index of a body whose gradient is not finite, if there is one.
     pub fn non_finite_body(&self) -> Option<usize> {
-        let mut states = self.pullback.states.iter();
-        states.position(|by_state| !by_state.is_finite())
+        let Pullback { states, joints, .. } = &self.pullback;
+        let model = self.pullback.model();
+        let of_joint = |body: &usize| model.bodies[*body].joint_with_state().is_some();
+        let on_joints = (0..states.len()).filter(of_joint);
+        let joint = joints
+            .iter()
+            .zip(on_joints)
+            .find(|(joint, _)| !joint.is_finite());
+        let body = states.iter().position(|by_state| !by_state.is_finite());
+        body.or(joint.map(|(_, body)| body))
     }
 
     /// Reverses a step. `step` is the number of the step, counted from 1.
@@ -122,15 +137,18 @@ impl<'w> ReverseSweep<'w> {
     }
 
     /// Gradient with respect to all inputs of the rollout, after the sweep has reached the initial state.
-    pub fn into_gradient(self) -> ModelGradient {
+    pub fn into_gradient(mut self) -> ModelGradient {
+        self.pullback.take_initial_bodies_on_joints();
         let Pullback {
             states,
+            joints,
             mut gradient,
             ..
         } = self.pullback;
         for (body, initial) in gradient.bodies.iter_mut().zip(states) {
             body.initial = initial;
         }
+        gradient.joints = joints;
         gradient
     }
 }

@@ -1,11 +1,15 @@
 use super::linearized_pair::{LinearizedPair, WrenchGradient};
 use super::seeded_forces::SeededForces;
-use super::{ModelGradient, StateGradient};
+use super::{JointGradient, ModelGradient, StateGradient};
 use crate::dynamics::BodyState;
 use crate::dynamics::TimeSpan;
 use crate::dynamics::dyn_world::DynWorld;
+use crate::dynamics::joint::JointKind;
 use crate::dynamics::model::Model;
-use crate::spatial::Wrench;
+use crate::dynamics::multibody::{Kinematics, Multibody};
+use crate::spatial::{Twist, Wrench};
+use nalgebra::{DVector, Vector3, Vector6};
+use std::mem;
 
 /// Adjoint state of the reverse sweep: the gradient with respect to the current state and to all other inputs of the later steps. It also
 /// propagates gradients with respect to wrenches, in the same way for explicit and implicit steps.
@@ -14,6 +18,8 @@ pub(super) struct Pullback<'w> {
     pub forces: Option<SeededForces>,
     /// Gradient with respect to the state of each body.
     pub states: Vec<StateGradient>,
+    /// Gradient with respect to the state of each joint.
+    pub joints: Vec<JointGradient>,
     pub gradient: ModelGradient,
     /// Number of the step that is reversed, counted from 1.
     pub step: usize,
@@ -46,6 +52,7 @@ impl<'w> Pullback<'w> {
             world,
             forces: SeededForces::of(world),
             states: vec![StateGradient::zero(); model.bodies.len()],
+            joints: vec![JointGradient::zero(); model.joint_count()],
             gradient: ModelGradient::zero(model),
             step: 0,
             controlled: controls
@@ -89,4 +96,117 @@ impl<'w> Pullback<'w> {
             }
         }
     }
+
+    /// Converts the gradient with respect to the initial states of bodies on joints to the joints.
+    pub fn take_initial_bodies_on_joints(&mut self) {
+        let model = self.model();
+        if model.has_joints() {
+            let (multibody, kinematics) = model.kinematics_at(&model.initial_state());
+            let gradients = self.take_gradient(&multibody, &kinematics);
+            self.add_gradient(&multibody, &kinematics, gradients);
+        }
+    }
+
+    /// Takes the gradients with respect to the states of the dynamic bodies and their joints, and replaces them by 0. Returns the gradient
+    /// with respect to positions, as displacements, and to velocities.
+    pub fn take_gradient(
+        &mut self,
+        multibody: &Multibody,
+        kinematics: &Kinematics,
+    ) -> [DVector<f64>; 2] {
+        let directions = multibody.position_directions(kinematics, 0.0);
+        let mut gradients = [
+            DVector::zeros(multibody.width()),
+            DVector::zeros(multibody.width()),
+        ];
+        for (index, link) in multibody.links.iter().enumerate() {
+            let [by_pose, by_twist] =
+                self.take_state_gradient(link.body, &kinematics.states[index]);
+            if let Some(neighbor) = multibody.carrier(index) {
+                let carrier = &kinematics.states[multibody.links.len() + neighbor];
+                let center = kinematics.states[index]
+                    .pose
+                    .transformed_constant(&link.inertia.center_of_mass);
+                let arm = center - carrier.pose.translation();
+                let by_carrier = &mut self.states[multibody.neighbors[neighbor]];
+                by_carrier.turn += turn_gradient(&kinematics.states[index].twist, &by_twist);
+                by_carrier.turn +=
+                    by_pose.fixed_rows::<3>(0) + arm.cross(&by_pose.fixed_rows::<3>(3));
+                by_carrier.shift += by_pose.fixed_rows::<3>(3);
+            }
+            for motion in multibody.body_columns(kinematics, &directions, index) {
+                gradients[0][motion.column] +=
+                    motion.displacement.dot(&by_pose) + motion.velocity.dot(&by_twist);
+                gradients[1][motion.column] += motion.axis.dot(&by_twist);
+            }
+            if link.kind.has_state() {
+                let joint = &mut self.joints[link.state_index];
+                let by_joint = mem::replace(joint, JointGradient::zero());
+                for (gradient, by_joint) in gradients
+                    .iter_mut()
+                    .zip([by_joint.position, by_joint.velocity])
+                {
+                    for (i, column) in link.columns.clone().enumerate() {
+                        gradient[column] += by_joint[i];
+                    }
+                }
+            }
+        }
+        gradients
+    }
+
+    /// Adds gradients with respect to the states of the dynamic bodies and their joints.
+    pub fn add_gradient(
+        &mut self,
+        multibody: &Multibody,
+        kinematics: &Kinematics,
+        [by_position, by_velocity]: [DVector<f64>; 2],
+    ) {
+        for (link, state) in multibody.links.iter().zip(&kinematics.states) {
+            let first = link.columns.start;
+            if link.kind == JointKind::Free {
+                let parts = [&by_position, &by_velocity]
+                    .map(|gradient| gradient.fixed_rows::<6>(first).into_owned());
+                let about_center = StateGradient::from_parts(parts);
+                let arm = self.model().arm(link.body, state);
+                self.states[link.body].add(&about_center.about(&-arm));
+                self.add_by_center(link.body, state, &about_center.shift);
+            }
+            if link.kind.has_state() {
+                let of_joint = |gradient: &DVector<f64>| {
+                    let number = |i: usize| {
+                        if i < link.columns.len() {
+                            gradient[first + i]
+                        } else {
+                            0.0
+                        }
+                    };
+                    Vector3::from_fn(|i, _| number(i))
+                };
+                let joint = &mut self.joints[link.state_index];
+                joint.position += of_joint(&by_position);
+                joint.velocity += of_joint(&by_velocity);
+            }
+        }
+    }
+
+    /// Takes the gradient with respect to the state of a body, and replaces it by 0. Returns the parts with respect to a displacement about
+    /// the center of mass and to the velocities.
+    fn take_state_gradient(&mut self, body: usize, state: &BodyState) -> [Vector6<f64>; 2] {
+        let arm = self.model().arm(body, state);
+        let by_state = mem::replace(&mut self.states[body], StateGradient::zero());
+        self.add_by_center(body, state, &-by_state.shift);
+        by_state.about(&arm).parts()
+    }
+
+    /// Adds the gradient with respect to the position of the center of mass of a body, at a constant origin.
+    fn add_by_center(&mut self, body: usize, state: &BodyState, by_position: &Vector3<f64>) {
+        self.gradient.bodies[body].center += state.pose.rotation().tr_mul(by_position);
+    }
+}
+
+/// Gradient of a dot product with respect to a turn of the twist.
+pub(super) fn turn_gradient(twist: &Twist, by_twist: &Vector6<f64>) -> Vector3<f64> {
+    let Twist { angular, linear } = Twist::from_vector(by_twist);
+    twist.angular.cross(&angular) + twist.linear.cross(&linear)
 }

@@ -2,7 +2,7 @@
 
 use crate::contact::ContactWrench;
 use crate::dynamics::model::Model;
-use crate::dynamics::tangent::turn_between;
+use crate::dynamics::rigid_motion::turn_between;
 use crate::dynamics::{BodyState, Inertia};
 use crate::scalar::{Scalar, real_part};
 use crate::spatial::{Pose, Twist, Wrench};

@@ -1,0 +1,160 @@
+//! Serde formats of joints and their states.
+
+use super::joint::{Joint, JointKind, JointLaw, JointState};
+use crate::spatial::Pose;
+use nalgebra::{Matrix3, Unit, Vector3};
+use serde::de::{Deserialize, Deserializer, Error};
+use serde::ser::{Error as _, Serialize, Serializer};
+
+/// Relative tolerance of the length of a saved axis.
+const UNIT: f64 = 1e-12;
+
+/// Saved form of a joint.
+#[derive(serde::Serialize, serde::Deserialize)]
+#[serde(rename = "Joint", deny_unknown_fields)]
+struct JointLayout {
+    name: String,
+    parent: Option<String>,
+    origin: Pose,
+    kind: KindLayout,
+    law: JointLaw,
+    initial: Option<JointState>,
+}
+
+/// Saved form of a kind of joint.
+#[derive(serde::Serialize, serde::Deserialize)]
+#[serde(rename = "JointKind")]
+enum KindLayout {
+    Ball,
+    Revolute([f64; 3]),
+    Prismatic([f64; 3]),
+    Fixed,
+}
+
+/// Saved form of the state of a joint.
+#[derive(serde::Serialize, serde::Deserialize)]
+#[serde(rename = "JointState", deny_unknown_fields)]
+enum StateLayout {
+    Scalar {
+        position: f64,
+        velocity: f64,
+    },
+    Ball {
+        rotation: [[f64; 3]; 3],
+        angular_velocity: [f64; 3],
+    },
+}
+
+/// Error of a loaded joint.
+#[derive(Debug, thiserror::Error)]
+enum LoadError {
+    #[error("the axis of joint {joint:?} has the length {length}, but must have length 1")]
+    Axis { joint: String, length: f64 },
+    #[error("a free body has no joint that can be saved")]
+    Free,
+    #[error("the state of a joint has the number {0}, but all numbers must be finite")]
+    State(f64),
+}
+
+impl Serialize for Joint {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let kind = match self.kind {
+            JointKind::Free => return Err(S::Error::custom(LoadError::Free)),
+            JointKind::Ball => KindLayout::Ball,
+            JointKind::Revolute(axis) => KindLayout::Revolute((*axis).into()),
+            JointKind::Prismatic(axis) => KindLayout::Prismatic((*axis).into()),
+            JointKind::Fixed => KindLayout::Fixed,
+        };
+        let layout = JointLayout {
+            name: self.name.clone(),
+            parent: self.parent.clone(),
+            origin: self.origin,
+            kind,
+            law: self.law,
+            initial: self.initial_state().copied(),
+        };
+        layout.serialize(serializer)
+    }
+}
+
+impl<'de> Deserialize<'de> for Joint {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let layout = JointLayout::deserialize(deserializer)?;
+        layout.joint().map_err(D::Error::custom)
+    }
+}
+
+impl JointLayout {
+    fn joint(self) -> Result<Joint, LoadError> {
+        let unit = |axis: [f64; 3]| {
+            let axis = Vector3::from(axis);
+            let length = axis.norm();
+            if (length - 1.0).abs() <= UNIT {
+                return Ok(Unit::new_unchecked(axis));
+            }
+            let joint = self.name.clone();
+            Err(LoadError::Axis { joint, length })
+        };
+        let kind = match self.kind {
+            KindLayout::Ball => JointKind::Ball,
+            KindLayout::Revolute(axis) => JointKind::Revolute(unit(axis)?),
+            KindLayout::Prismatic(axis) => JointKind::Prismatic(unit(axis)?),
+            KindLayout::Fixed => JointKind::Fixed,
+        };
+        let mut joint = Joint::new(&self.name, kind)
+            .with_origin(self.origin)
+            .with_law(self.law);
+        joint.parent = self.parent;
+        if let Some(initial) = self.initial {
+            joint.initial = initial;
+        }
+        Ok(joint)
+    }
+}
+
+impl Serialize for JointState {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let layout = match *self {
+            Self::Scalar { position, velocity } => StateLayout::Scalar { position, velocity },
+            Self::Ball {
+                rotation,
+                angular_velocity,
+            } => StateLayout::Ball {
+                rotation: rotation.into(),
+                angular_velocity: angular_velocity.into(),
+            },
+        };
+        layout.serialize(serializer)
+    }
+}
+
+impl<'de> Deserialize<'de> for JointState {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let (state, numbers) = match StateLayout::deserialize(deserializer)? {
+            StateLayout::Scalar { position, velocity } => (
+                Self::Scalar { position, velocity },
+                vec![position, velocity],
+            ),
+            StateLayout::Ball {
+                rotation,
+                angular_velocity,
+            } => {
+                let rotation = Matrix3::from(rotation);
+                let angular_velocity = Vector3::from(angular_velocity);
+                let numbers = rotation.iter().chain(&angular_velocity).copied();
+                let numbers = numbers.collect();
+                (
+                    Self::Ball {
+                        rotation,
+                        angular_velocity,
+                    },
+                    numbers,
+                )
+            }
+        };
+        match numbers.into_iter().find(|number| !number.is_finite()) {
+            Some(number) => Err(D::Error::custom(LoadError::State(number))),
+            None => Ok(state),
+        }
+    }
+}

@@ -1,0 +1,197 @@
+//! Generalized coordinates of the dynamic bodies of an island.
+//!
+//! A [`Multibody`] is a forest of links. A link is a dynamic body with the joint that connects it to its parent: another link, a body that
+//! is not dynamic, or the world. A free body is a tree of one link whose joint allows all six motions. The number of generalized velocities
+//! u is the sum of the degrees of freedom of the joints. Each generalized velocity has a *column*.
+//!
+//! Quantities of a tree are spatial vectors in world axes, angular before linear, about the reference point of the tree. The reference
+//! point is the real part of a point of the root link, so that trees far from the origin keep their digits. It is a constant: generalized
+//! momenta and forces do not depend on it. In these terms, with the product v × m of motions and v ×* f of a motion and a wrench:
+//!
+//! | symbol | meaning | code |
+//! |---|---|---|
+//! | S | axis of a column: the velocity of the link per unit of u | [`Column::axis`] |
+//! | Ṡ = v × S | rate of the axis, with the velocity v of the frame in which it is constant | [`Column::axis_rate`] |
+//! | H | momentum of the link of a column and all its descendants | [`Kinematics::momenta`] |
+//! | A | armature of a column | [`JointLaw::armature`](crate::dynamics::JointLaw) |
+//! | p = SᵀH + A·u | generalized momentum | [`Multibody::generalized_momenta`] |
+//!
+//! Lagrange's equations are dp/dt = ṠᵀH + SᵀF + Q, with the wrench F on a link and its descendants and the force Q of the joint. They have
+//! no other velocity-dependent term. [`slopes`] has the derivatives in closed form \[Featherstone 2008, Rigid Body Dynamics Algorithms,
+//! chapters 2 and 6\].
+
+mod coordinates;
+mod kinematics;
+mod momentum;
+mod screw;
+mod slopes;
+#[cfg(test)]
+mod tests;
+mod world_states;
+
+pub(in crate::dynamics) use coordinates::{Coordinates, zeros};
+pub(in crate::dynamics) use kinematics::{Column, Kinematics};
+pub(in crate::dynamics) use slopes::{BodyColumn, Directions, MassFactors};
+
+use super::Inertia;
+use super::joint::{Joint, JointKind, JointLaw};
+use crate::scalar::Scalar;
+use crate::spatial::Pose;
+use std::ops::Range;
+
+/// Dynamic bodies of an island with their joints.
+#[derive(Debug, Clone)]
+pub(in crate::dynamics) struct Multibody<T = f64> {
+    /// Links, parents before children.
+    pub links: Vec<Link<T>>,
+    /// Columns of each tree.
+    pub trees: Vec<Range<usize>>,
+    /// Indices in the world of the bodies that are not dynamic.
+    pub neighbors: Vec<usize>,
+}
+
+/// Dynamic body with its joint.
+#[derive(Debug, Clone)]
+pub(in crate::dynamics) struct Link<T = f64> {
+    /// Index of the body in the world.
+    pub body: usize,
+    /// Index of the state of the joint in [`State::joints`](crate::dynamics::State), if the joint is neither free nor fixed.
+    pub state_index: usize,
+    pub inertia: Inertia<T>,
+    pub kind: JointKind,
+    /// Pose of the joint frame in the frame of the parent.
+    pub origin: Pose,
+    pub law: JointLaw<T>,
+    pub parent: Parent,
+    pub columns: Range<usize>,
+    /// Columns that move the link: those of its ancestors, then its own.
+    pub moving_columns: Vec<usize>,
+    /// Index of the tree.
+    pub tree: usize,
+}
+
+/// Parent of a link.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(in crate::dynamics) enum Parent {
+    World,
+    /// Index of a link.
+    Link(usize),
+    /// Index of a body of the island that is not dynamic.
+    Neighbor(usize),
+}
+
+impl<T: Copy> Multibody<T> {
+    /// Links from their bodies, the indices of the states of their joints, inertias, joints and parents. Parents come before children. Columns
+    /// are assigned tree by tree.
+    pub fn new<'j>(
+        links: impl IntoIterator<Item = (usize, usize, Inertia<T>, &'j Joint<T>, Parent)>,
+        neighbors: &[usize],
+    ) -> Self
+    where
+        T: 'j,
+    {
+        let mut result = Self {
+            links: Vec::new(),
+            trees: Vec::new(),
+            neighbors: neighbors.to_vec(),
+        };
+        for (body, state_index, inertia, joint, parent) in links {
+            let tree = match parent {
+                Parent::Link(parent) => result.links[parent].tree,
+                Parent::World | Parent::Neighbor(_) => {
+                    result.trees.push(0..0);
+                    result.trees.len() - 1
+                }
+            };
+            result.links.push(Link {
+                body,
+                state_index,
+                inertia,
+                kind: joint.kind,
+                origin: joint.origin,
+                law: joint.law,
+                parent,
+                columns: 0..0,
+                moving_columns: Vec::new(),
+                tree,
+            });
+        }
+        let mut next = 0;
+        for (tree, columns) in result.trees.iter_mut().enumerate() {
+            let first = next;
+            for link in 0..result.links.len() {
+                if result.links[link].tree != tree {
+                    continue;
+                }
+                let columns = next..next + result.links[link].kind.width();
+                next = columns.end;
+                let mut moving_columns = match result.links[link].parent {
+                    Parent::Link(parent) => result.links[parent].moving_columns.clone(),
+                    Parent::World | Parent::Neighbor(_) => Vec::new(),
+                };
+                moving_columns.extend(columns.clone());
+                let link = &mut result.links[link];
+                (link.columns, link.moving_columns) = (columns, moving_columns);
+            }
+            *columns = first..next;
+        }
+        result
+    }
+}
+
+impl Multibody {
+    /// The links with zero derivatives.
+    pub fn lifted<T: Scalar>(&self) -> Multibody<T> {
+        let links = self.links.iter().map(|link| Link {
+            body: link.body,
+            state_index: link.state_index,
+            inertia: link.inertia.lifted(),
+            kind: link.kind,
+            origin: link.origin,
+            law: link.law.lifted(),
+            parent: link.parent,
+            columns: link.columns.clone(),
+            moving_columns: link.moving_columns.clone(),
+            tree: link.tree,
+        });
+        Multibody {
+            links: links.collect(),
+            trees: self.trees.clone(),
+            neighbors: self.neighbors.clone(),
+        }
+    }
+}
+
+impl<T: Scalar> Multibody<T> {
+    /// Number of generalized velocities.
+    pub fn width(&self) -> usize {
+        self.trees.last().map_or(0, |columns| columns.end)
+    }
+
+    /// Neighbor that carries the tree of a link, or `None` if the world carries it.
+    pub fn carrier(&self, link: usize) -> Option<usize> {
+        match self.links[link].parent {
+            Parent::Link(parent) => self.carrier(parent),
+            Parent::Neighbor(neighbor) => Some(neighbor),
+            Parent::World => None,
+        }
+    }
+
+    /// Index of the parent link.
+    fn parent_link(&self, link: usize) -> Option<usize> {
+        match self.links[link].parent {
+            Parent::Link(parent) => Some(parent),
+            Parent::World | Parent::Neighbor(_) => None,
+        }
+    }
+
+    /// Adds the value of each link to the values of its ancestors.
+    fn summed_over_subtrees<V: Copy>(&self, mut values: Vec<V>, sum: impl Fn(V, V) -> V) -> Vec<V> {
+        for link in (0..values.len()).rev() {
+            if let Some(parent) = self.parent_link(link) {
+                values[parent] = sum(values[parent], values[link]);
+            }
+        }
+        values
+    }
+}

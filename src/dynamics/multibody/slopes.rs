@@ -1,0 +1,333 @@
+//! Derivatives of generalized momenta and forces in closed form.
+//!
+//! A *direction* changes the coordinates of one column k. It moves the link of the column and all its descendants by a screw Ξ, and gives
+//! them the velocity W:
+//!
+//! | direction | Ξ | W |
+//! |---|---|---|
+//! | velocity at the end of a stage of duration τ, where positions follow | S·D | S |
+//! | position at constant velocity | S | 0 |
+//! | velocity at constant position | 0 | S |
+//!
+//! D is τ, or τ·J(τω) for three rotations, with the left Jacobian J of the exponential map. With the velocity v of the frame that the
+//! column moves and B = W + v × Ξ, a link b among its descendants changes by
+//!
+//! - δv_b = W + Ξ × (v_b − v),
+//! - δh_b = I_b·B + Ξ ×* h_b, because I_b·(Ξ × v_b) cancels.
+//!
+//! The derivative of the axis of a column j is δS = Ξ × S if k is above j, and zero otherwise. With A = S − τṠ, the composite inertia I of
+//! the lower link and its momentum H, the derivatives of AᵀH are
+//!
+//! - k above j: Aᵀ·I·B − τ(B × S)ᵀH,
+//! - k at j or below it: Aᵀ·I·B − (Ξ × A)ᵀH.
+//!
+//! All second derivatives of the kinetic energy cancel by the Jacobi identity.
+
+use super::screw::{SpatialInertia, angular, cross_force, cross_motion, linear};
+use super::{Column, Coordinates, Kinematics, Multibody};
+use crate::dynamics::joint::{JointKind, JointPosition};
+use crate::dynamics::rigid_motion::{six, zero6};
+use crate::spatial::left_jacobian;
+use nalgebra::{DMatrix, DVector, Dyn, LU, Vector3, Vector6};
+use std::ops::Range;
+
+/// Motions of the links in the directions of all columns.
+pub(in crate::dynamics) struct Directions {
+    /// Ξ of each column.
+    displacements: Vec<Vector6<f64>>,
+    /// W of each column.
+    velocities: Vec<Vector6<f64>>,
+    /// τ (s) in A = S − τṠ.
+    duration: f64,
+}
+
+/// Motion of a link in the direction of a column, about the center of mass of the link.
+pub(in crate::dynamics) struct BodyColumn {
+    pub column: usize,
+    /// Velocity per unit of the generalized velocity.
+    pub axis: Vector6<f64>,
+    pub displacement: Vector6<f64>,
+    /// Change of the twist.
+    pub velocity: Vector6<f64>,
+}
+
+/// Factors of the mass matrix of each tree.
+pub(in crate::dynamics) struct MassFactors(Vec<(Range<usize>, LU<f64, Dyn, Dyn>)>);
+
+impl MassFactors {
+    /// Velocities that generalized impulses give. They are NaN for a tree without inertia.
+    pub fn velocities(&self, impulses: &DVector<f64>) -> DVector<f64> {
+        let mut velocities = impulses.clone();
+        for (columns, factors) in &self.0 {
+            let mut part = velocities.rows_mut(columns.start, columns.len());
+            if !factors.solve_mut(&mut part) {
+                part.fill(f64::NAN);
+            }
+        }
+        velocities
+    }
+}
+
+impl Multibody {
+    /// Directions of the velocities at the end of a stage of a duration (s), where positions follow.
+    pub fn stage_directions(&self, kinematics: &Kinematics, duration: f64) -> Directions {
+        let axes: Vec<_> = kinematics
+            .columns
+            .iter()
+            .map(|column| column.axis)
+            .collect();
+        let mut displacements: Vec<_> = axes.iter().map(|axis| axis * duration).collect();
+        for link in &self.links {
+            if matches!(link.kind, JointKind::Free | JointKind::Ball) {
+                let first = link.columns.start;
+                let spin = kinematics.velocities().fixed_rows::<3>(first);
+                let turning = left_jacobian(&(spin * duration)) * duration;
+                for (column, factors) in turning.column_iter().enumerate() {
+                    displacements[first + column] = axes[first] * factors[0]
+                        + axes[first + 1] * factors[1]
+                        + axes[first + 2] * factors[2];
+                }
+            }
+        }
+        Directions {
+            displacements,
+            velocities: axes,
+            duration,
+        }
+    }
+
+    /// Directions of positions at constant velocities. The duration (s) is that of the stage, or zero.
+    pub fn position_directions(&self, kinematics: &Kinematics, duration: f64) -> Directions {
+        let axes = kinematics.columns.iter().map(|column| column.axis);
+        Directions {
+            displacements: axes.collect(),
+            velocities: vec![zero6(); self.width()],
+            duration,
+        }
+    }
+
+    /// Directions of velocities at constant positions.
+    pub fn velocity_directions(&self, kinematics: &Kinematics) -> Directions {
+        let axes = kinematics.columns.iter().map(|column| column.axis);
+        Directions {
+            displacements: vec![zero6(); self.width()],
+            velocities: axes.collect(),
+            duration: 0.0,
+        }
+    }
+
+    /// Derivatives of AᵀH + armature·u along directions: one matrix for each tree.
+    pub fn momentum_slopes(
+        &self,
+        kinematics: &Kinematics,
+        directions: &Directions,
+    ) -> Vec<DMatrix<f64>> {
+        let mut matrices = self.tree_matrices();
+        let composites = self.composite_inertias(kinematics);
+        let duration = directions.duration;
+        let columns = &kinematics.columns;
+        let projected = columns
+            .iter()
+            .map(|column| column.axis - column.axis_rate * duration);
+        let projected: Vec<_> = projected.collect();
+        let changes = columns
+            .iter()
+            .zip(&directions.displacements)
+            .zip(&directions.velocities);
+        let changes = changes.map(|((column, displacement), velocity)| {
+            velocity + cross_motion(&column.velocity, displacement)
+        });
+        let changes: Vec<_> = changes.collect();
+        for (index, link) in self.links.iter().enumerate() {
+            let (matrix, first) = (&mut matrices[link.tree], self.trees[link.tree].start);
+            let momentum = &kinematics.momenta[index];
+            for &column in &link.moving_columns {
+                let momentum_change = composites[index].times(&changes[column]);
+                // Bᵀ(S ×* H) = −(B × S)ᵀH, and so on: products with H are computed once for each column.
+                let transport = cross_force(&changes[column], momentum) * duration;
+                for row in link.columns.clone() {
+                    if is_above(columns, column, row) {
+                        matrix[(row - first, column - first)] += projected[row]
+                            .dot(&momentum_change)
+                            + columns[row].axis.dot(&transport);
+                    }
+                }
+                if columns[column].link != index {
+                    continue;
+                }
+                let carried =
+                    momentum_change + cross_force(&directions.displacements[column], momentum);
+                for &row in &link.moving_columns {
+                    if !is_above(columns, column, row) {
+                        matrix[(row - first, column - first)] += projected[row].dot(&carried);
+                    }
+                }
+                if directions.velocities[column] != Vector6::zeros() {
+                    matrix[(column - first, column - first)] += link.law.armature;
+                }
+            }
+        }
+        matrices
+    }
+
+    /// Adds the derivatives of the generalized forces SᵀF of constant wrenches on the links, about their centers of mass, times a factor, to
+    /// one matrix for each tree.
+    pub fn add_force_slopes(
+        &self,
+        matrices: &mut [DMatrix<f64>],
+        (kinematics, directions): (&Kinematics, &Directions),
+        wrenches: &[Vector6<f64>],
+        factor: f64,
+    ) {
+        let forces = self.subtree_wrenches(kinematics, wrenches);
+        let columns = &kinematics.columns;
+        for (index, link) in self.links.iter().enumerate() {
+            let (matrix, first) = (&mut matrices[link.tree], self.trees[link.tree].start);
+            let center = &kinematics.frames[index].center_of_mass;
+            let force = linear(&wrenches[index]);
+            for &column in &link.moving_columns {
+                let displacement = &directions.displacements[column];
+                let moved = cross_force(displacement, &forces[index]) * factor;
+                for row in link.columns.clone() {
+                    if is_above(columns, column, row) {
+                        matrix[(row - first, column - first)] -= columns[row].axis.dot(&moved);
+                    }
+                }
+                // The wrench moves with the center of mass.
+                let shift = linear(displacement) + angular(displacement).cross(center);
+                let torque = shift.cross(&force) * factor;
+                for &row in &link.moving_columns {
+                    matrix[(row - first, column - first)] +=
+                        angular(&columns[row].axis).dot(&torque);
+                }
+            }
+        }
+    }
+
+    /// Factors of the mass matrices.
+    pub fn mass_factors(&self, kinematics: &Kinematics) -> MassFactors {
+        let matrices = self.mass_matrices(kinematics).into_iter();
+        MassFactors(
+            self.trees
+                .iter()
+                .cloned()
+                .zip(matrices.map(DMatrix::lu))
+                .collect(),
+        )
+    }
+
+    /// Mass matrix of each tree.
+    pub fn mass_matrices(&self, kinematics: &Kinematics) -> Vec<DMatrix<f64>> {
+        self.momentum_slopes(kinematics, &self.velocity_directions(kinematics))
+    }
+
+    /// Derivatives of the joint forces with respect to positions and velocities, for each column.
+    pub fn joint_force_slopes(&self, coordinates: &Coordinates) -> [DVector<f64>; 2] {
+        let mut slopes = [DVector::zeros(self.width()), DVector::zeros(self.width())];
+        for (link, position) in self.links.iter().zip(&coordinates.positions) {
+            if let JointPosition::Scalar(position) = position {
+                let column = link.columns.start;
+                let [by_position, by_velocity] =
+                    link.law.slopes(*position, coordinates.velocities[column]);
+                slopes[0][column] = by_position;
+                slopes[1][column] = by_velocity;
+            }
+        }
+        slopes
+    }
+
+    /// Motions of a link in the directions of all columns that move it.
+    pub fn body_columns(
+        &self,
+        kinematics: &Kinematics,
+        directions: &Directions,
+        link: usize,
+    ) -> Vec<BodyColumn> {
+        let frame = &kinematics.frames[link];
+        let center = &frame.center_of_mass;
+        let at_center = |motion: &Vector6<f64>| at_point(motion, center);
+        let of_column = |column: usize| {
+            let displacement = at_center(&directions.displacements[column]);
+            let relative = frame.velocity - kinematics.columns[column].velocity;
+            let change = directions.velocities[column]
+                + cross_motion(&directions.displacements[column], &relative);
+            let carried = angular(&frame.velocity).cross(&linear(&displacement));
+            BodyColumn {
+                column,
+                axis: at_center(&kinematics.columns[column].axis),
+                displacement,
+                velocity: at_center(&change) + six(&Vector3::zeros(), &carried),
+            }
+        };
+        self.links[link]
+            .moving_columns
+            .iter()
+            .copied()
+            .map(of_column)
+            .collect()
+    }
+
+    /// Twists of the links about their centers of mass, from generalized velocities along the axes S − τṠ, with a duration τ (s).
+    pub fn twists(
+        &self,
+        kinematics: &Kinematics,
+        velocities: &DVector<f64>,
+        duration: f64,
+    ) -> Vec<Vector6<f64>> {
+        let of_link = |link: usize| {
+            let columns = self.links[link].moving_columns.iter().map(|&index| {
+                let column = &kinematics.columns[index];
+                (column.axis - column.axis_rate * duration) * velocities[index]
+            });
+            let twist: Vector6<f64> = columns.sum();
+            at_point(&twist, &kinematics.frames[link].center_of_mass)
+        };
+        (0..self.links.len()).map(of_link).collect()
+    }
+
+    /// Product of the transposed block-diagonal matrix of the trees and a vector.
+    pub fn transposed_product(
+        &self,
+        matrices: &[DMatrix<f64>],
+        vector: &DVector<f64>,
+    ) -> DVector<f64> {
+        let mut product = vector.clone();
+        for (columns, matrix) in self.trees.iter().zip(matrices) {
+            let part = matrix.tr_mul(&vector.rows(columns.start, columns.len()));
+            product
+                .rows_mut(columns.start, columns.len())
+                .copy_from(&part);
+        }
+        product
+    }
+
+    fn tree_matrices(&self) -> Vec<DMatrix<f64>> {
+        let widths = self.trees.iter().map(ExactSizeIterator::len);
+        widths.map(|width| DMatrix::zeros(width, width)).collect()
+    }
+
+    /// Inertia of each link and its descendants.
+    fn composite_inertias(&self, kinematics: &Kinematics) -> Vec<SpatialInertia> {
+        let links = self.links.iter().zip(&kinematics.frames);
+        let inertias = links.map(|(link, frame)| {
+            SpatialInertia::of(&link.inertia, frame.pose.rotation(), &frame.center_of_mass)
+        });
+        self.summed_over_subtrees(inertias.collect(), |sum, inertia| sum + inertia)
+    }
+}
+
+/// Motion about another point.
+fn at_point(motion: &Vector6<f64>, point: &Vector3<f64>) -> Vector6<f64> {
+    let (angular, linear) = (angular(motion), linear(motion));
+    six(&angular, &(linear + angular.cross(point)))
+}
+
+/// Whether a column moves the axis of another column of the same chain.
+fn is_above(columns: &[Column], upper: usize, lower: usize) -> bool {
+    let (upper, lower) = (&columns[upper], &columns[lower]);
+    if upper.link == lower.link {
+        upper.is_outer && !lower.is_outer
+    } else {
+        upper.link < lower.link
+    }
+}

@@ -1,0 +1,190 @@
+//! Derivatives of jointed bodies in contact: forward mode, reverse mode and differences.
+
+use crate::reverse::{Mixed, compare};
+use crate::support::worlds::{at, falling, fixed, icosphere, rigid_floor, rubbing, turned};
+use hydroelastic::dynamics::{
+    Body, Integrator, Joint, Mass, Plan, State, Stops, Trajectory, World,
+};
+use hydroelastic::gradient::{Experiment, JointQuantity, Outcome, Parameter};
+use hydroelastic::scalar::Scalar;
+use hydroelastic::spatial::MassProperties;
+use nalgebra::{Matrix3, Vector3, vector};
+
+/// Relative error of differences of rollouts.
+const DIFFERENCES: f64 = 1e-6;
+
+/// Positions and velocities of all joints.
+struct Joints;
+
+impl Outcome for Joints {
+    fn of<T: Scalar>(&self, trajectory: &Trajectory<T>) -> Vec<T> {
+        let joints = trajectory.last().joints.iter();
+        joints
+            .filter_map(|joint| Some(joint.position()? + joint.velocity()? * 0.1))
+            .collect()
+    }
+}
+
+/// Sum of [`Joints`].
+struct JointSum;
+
+impl Outcome for JointSum {
+    fn of<T: Scalar>(&self, trajectory: &Trajectory<T>) -> Vec<T> {
+        let numbers = Joints.of(trajectory);
+        vec![
+            numbers
+                .into_iter()
+                .fold(hydroelastic::scalar::lift(0.0), |sum, number| sum + number),
+        ]
+    }
+}
+
+fn link(name: &str, mass: f64, length: f64) -> Body {
+    let properties = MassProperties {
+        mass,
+        center_of_mass: vector![0.0, 0.0, -length / 2.0],
+        inertia: Matrix3::from_diagonal(&vector![1.0, 1.1, 0.4]) * (mass * length * length / 12.0),
+    };
+    let skin = rubbing(1e6, 0.5, 0.5);
+    Body::dynamic(name, icosphere(0.05, 1), skin, Mass::Properties(properties)).unwrap()
+}
+
+/// An arm of three joints whose ball at the end rubs on the floor, and a free ball beside it.
+fn arm() -> World {
+    let shoulder = Joint::revolute("shoulder", Vector3::z_axis())
+        .with_origin(at(0.0, 0.0, 0.685))
+        .with_velocity(0.8)
+        .with_damping(0.2)
+        .with_armature(0.01);
+    let elbow = Joint::revolute("elbow", Vector3::y_axis())
+        .with_parent("upper")
+        .with_position(0.4)
+        .with_servo(40.0, 2.0)
+        .with_target(0.5, 0.0)
+        .with_friction(0.1, 0.05);
+    let wrist = Joint::prismatic("wrist", Vector3::z_axis())
+        .with_parent("lower")
+        .with_origin(at(0.0, 0.0, -0.7))
+        .with_servo(2e3, 20.0)
+        .with_torque(-6.0);
+    falling(vec![
+        rigid_floor(0.6),
+        link("upper", 1.0, 0.2).with_joint(shoulder).unwrap(),
+        link("lower", 0.8, 0.7).with_joint(elbow).unwrap(),
+        link("hand", 0.3, 0.05).with_joint(wrist).unwrap(),
+    ])
+}
+
+fn parameters() -> Vec<Parameter> {
+    let mut all = vec![
+        Parameter::Gravity,
+        Parameter::modulus("hand"),
+        Parameter::mass("lower"),
+        Parameter::friction("hand"),
+    ];
+    for (joint, quantities) in [
+        (
+            "shoulder",
+            vec![
+                JointQuantity::InitialPosition,
+                JointQuantity::InitialVelocity,
+                JointQuantity::Damping,
+                JointQuantity::Armature,
+            ],
+        ),
+        (
+            "elbow",
+            vec![
+                JointQuantity::InitialPosition,
+                JointQuantity::InitialVelocity,
+                JointQuantity::ServoStiffness,
+                JointQuantity::ServoDamping,
+                JointQuantity::TargetPosition,
+                JointQuantity::TargetVelocity,
+                JointQuantity::Friction,
+            ],
+        ),
+        (
+            "wrist",
+            vec![JointQuantity::Torque, JointQuantity::InitialVelocity],
+        ),
+    ] {
+        all.extend(
+            quantities
+                .into_iter()
+                .map(|quantity| Parameter::joint(joint, quantity)),
+        );
+    }
+    all
+}
+
+#[test]
+fn the_hand_touches_the_floor() {
+    let plan = Plan::new(5e-3, 20)
+        .unwrap()
+        .with_integrator(Integrator::Sdirk3);
+    let world = arm();
+    let trajectory = world.rollout(&plan).run().unwrap();
+    let touches = |state: &State| !world.contacts(state).unwrap().is_empty();
+    assert!(trajectory.states().iter().any(touches));
+}
+
+#[test]
+fn both_modes_agree_for_an_arm_that_rubs_on_the_floor() {
+    for integrator in [Integrator::Sdirk3, Integrator::ImplicitEuler] {
+        let plan = Plan::new(5e-3, 20).unwrap().with_integrator(integrator);
+        compare(&arm(), &plan, &parameters(), &Mixed { every: 7 });
+        compare(&arm(), &plan, &parameters(), &JointSum);
+    }
+}
+
+/// A pendulum with a ball joint and a welded tip on a fixed post. The tip rubs on the floor.
+fn pendulum() -> World {
+    let socket = Joint::ball("socket")
+        .with_parent("post")
+        .with_origin(at(0.0, 0.0, 0.1));
+    let hinge = Joint::revolute("hinge", Vector3::y_axis())
+        .with_parent("rod")
+        .with_origin(at(0.0, 0.0, -0.3))
+        .with_position(0.1)
+        .with_stops(Stops::new([-0.05, 0.05], 20.0, 0.1))
+        .with_velocity(1.0);
+    let weld = Joint::fixed("weld")
+        .with_parent("shank")
+        .with_origin(at(0.02, 0.0, -0.335));
+    let post = fixed("post", icosphere(0.05, 0), rubbing(1e6, 0.5, 0.5));
+    falling(vec![
+        rigid_floor(0.6),
+        post.with_pose(turned([0.1, 0.05, 0.2], [0.1, 0.2, 0.57])),
+        link("rod", 0.5, 0.3).with_joint(socket).unwrap(),
+        link("shank", 0.4, 0.3).with_joint(hinge).unwrap(),
+        link("tip", 0.1, 0.02).with_joint(weld).unwrap(),
+    ])
+}
+
+#[test]
+fn both_modes_agree_for_a_pendulum_on_a_fixed_post() {
+    let parameters = [
+        Parameter::initial_position("post"),
+        Parameter::initial_orientation("post"),
+        Parameter::mass("tip"),
+        Parameter::modulus("tip"),
+        Parameter::joint("hinge", JointQuantity::InitialPosition),
+        Parameter::joint("hinge", JointQuantity::InitialVelocity),
+    ];
+    for integrator in [Integrator::Sdirk3, Integrator::ImplicitEuler] {
+        let plan = Plan::new(5e-3, 20).unwrap().with_integrator(integrator);
+        compare(&pendulum(), &plan, &parameters, &Mixed { every: 7 });
+    }
+}
+
+#[test]
+fn derivatives_of_an_arm_are_those_of_differences() {
+    let plan = Plan::new(2e-3, 10)
+        .unwrap()
+        .with_integrator(Integrator::ImplicitEuler);
+    let check = Experiment::new(arm(), &plan)
+        .difference_check(&parameters(), &Joints)
+        .unwrap();
+    assert!(check.best() < DIFFERENCES);
+}
