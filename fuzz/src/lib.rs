@@ -1,6 +1,7 @@
-//! Functions shared by the fuzz targets: bytes read as a mesh file or as a surface file.
+//! Functions shared by the fuzz targets: bytes read as a mesh file, as a surface file or as a robot.
 
-use hydroelastic::io::{FileError, MeshFile, read_mesh, read_triangle_surface};
+use hydroelastic::io::urdf::Robot;
+use hydroelastic::io::{MeshFile, read_mesh, read_triangle_surface};
 use hydroelastic::mesh::{PressureField, TriangleSurface};
 use std::path::PathBuf;
 
@@ -14,7 +15,7 @@ pub fn read(extension: &str, bytes: &[u8]) {
     std::fs::write(&path, bytes).expect("the file for the bytes can be written");
     match read_mesh(&path) {
         Ok(file) => check(&file),
-        Err(error) => check_error(&path, &error),
+        Err(error) => check_error(&path, &error.to_string()),
     }
 }
 
@@ -27,7 +28,25 @@ pub fn read_surface(extension: &str, bytes: &[u8]) {
     std::fs::write(&path, bytes).expect("the file for the bytes can be written");
     match read_triangle_surface(&path, 1.0) {
         Ok(surface) => check_surface(&surface),
-        Err(error) => check_error(&path, &error),
+        Err(error) => check_error(&path, &error.to_string()),
+    }
+}
+
+/// Reads the bytes as a URDF file. A robot that is accepted must be a tree, with parents before children.
+///
+/// # Panics
+/// If the file of the bytes cannot be written, or an accepted robot is not a tree.
+pub fn read_robot(bytes: &[u8]) {
+    let path = file_of("urdf");
+    std::fs::write(&path, bytes).expect("the file for the bytes can be written");
+    match Robot::read(&path) {
+        Ok(robot) => {
+            assert_eq!(robot.links().len(), robot.joints().len() + 1);
+            for (joint, child) in robot.joints().iter().zip(&robot.links()[1..]) {
+                assert_eq!(joint.child, child.name);
+            }
+        }
+        Err(error) => check_error(&path, &error.to_string()),
     }
 }
 
@@ -60,8 +79,7 @@ fn check_surface(surface: &TriangleSurface) {
     }
 }
 
-fn check_error(path: &std::path::Path, error: &FileError) {
-    let message = error.to_string();
+fn check_error(path: &std::path::Path, message: &str) {
     let name = path.display().to_string();
     assert!(message.contains(&name), "no file is named by: {message}");
 }

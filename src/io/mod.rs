@@ -16,6 +16,8 @@
 //! The feature `parry` adds conversions from shapes of the collision library parry (`parry3d-f64`): to pressure fields (convex
 //! polyhedra, triangle meshes and convex hulls of points) and to rigid surfaces. It also converts poses in both directions.
 //!
+//! The feature `urdf` adds the module `urdf`, which reads robots in the Unified Robot Description Format.
+//!
 //! Readers validate everything in a file. A damaged file causes a [`FileError`], never a panic.
 //!
 //! ```
@@ -48,6 +50,8 @@ mod files;
 mod parry;
 #[cfg(feature = "parry")]
 mod parry_surface;
+#[cfg(feature = "urdf")]
+pub mod urdf;
 
 #[cfg(feature = "vtk")]
 pub use files::write_surface;

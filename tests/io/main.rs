@@ -7,6 +7,8 @@ mod mesh_files;
 mod recording;
 mod surface_files;
 mod trajectory_file;
+#[cfg(feature = "urdf")]
+mod urdf;
 
 #[path = "../support/mod.rs"]
 mod support;

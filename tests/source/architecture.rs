@@ -29,7 +29,7 @@ const MODULES: [&str; 18] = [
 ];
 
 /// External libraries, and the modules that may use them.
-const DOORS: [(&str, &[&str]); 16] = [
+const DOORS: [(&str, &[&str]); 17] = [
     ("pulp", &["lanes"]),
     ("wide", &["friction", "lanes"]),
     ("rstar", &["broad_phase"]),
@@ -45,6 +45,7 @@ const DOORS: [(&str, &[&str]); 16] = [
     ("parry3d_f64", &["io"]),
     ("parquet", &["io"]),
     ("percent_encoding", &["io"]),
+    ("roxmltree", &["io"]),
     ("serde", &["spatial", "mesh", "dynamics", "gradient"]),
 ];
 

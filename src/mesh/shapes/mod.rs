@@ -6,12 +6,14 @@
 //! [`ShapeGradient::along`](crate::contact::ShapeGradient::along) uses the rates to convert derivatives with respect to
 //! the shape into derivatives with respect to the dimensions.
 
+mod capsule;
 mod cored;
 mod cuboid;
 mod cylinder;
 mod icosphere;
 mod star_shaped;
 
+pub use capsule::{capsule, capsule_rates};
 pub use cuboid::{cuboid, cuboid_rates, distance_cuboid, distance_cuboid_rates};
 pub use cylinder::{cylinder, cylinder_rates};
 pub use icosphere::{ellipsoid, ellipsoid_rates, icosphere, icosphere_rates};

@@ -2,6 +2,7 @@
 
 mod balls;
 mod boxes;
+mod capsules;
 mod cylinders;
 mod field_checks;
 mod rates;

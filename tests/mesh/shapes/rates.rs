@@ -44,6 +44,10 @@ fn family(name: &'static str, dimensions: &[f64]) -> Family {
             |lengths| shapes::distance_cuboid(three(lengths)),
             |lengths| shapes::distance_cuboid_rates(three(lengths)).map(Vec::from),
         ),
+        "capsule" => (
+            |it| shapes::capsule(it[0], it[1], 9),
+            |it| shapes::capsule_rates(it[0], it[1], 9).map(Vec::from),
+        ),
         _ => (
             |lengths| shapes::cylinder(lengths[0], lengths[1], 9),
             |lengths| shapes::cylinder_rates(lengths[0], lengths[1], 9).map(Vec::from),
@@ -69,6 +73,10 @@ fn generic() -> Vec<Family> {
         family("distance cuboid", &[0.3, 0.5, 0.2]),
         family("distance cuboid", &[0.2, 0.5, 0.5]),
         family("distance cuboid", &[1.0, 1e-3, 2e-3]),
+        family("capsule", &[0.2, 1.3]),
+        family("capsule", &[0.7, 0.3]),
+        family("capsule", &[1e-3, 1.0]),
+        family("capsule", &[1.0, 1e-3]),
         family("cylinder", &[0.2, 1.3]),
         family("cylinder", &[0.7, 0.3]),
         family("cylinder", &[1e-3, 1.0]),
@@ -189,6 +197,7 @@ fn rates_refuse_what_shapes_refuse() {
         // The comparison is as text, because NaN is not equal to NaN.
         assert_eq!(error.to_string(), refused.to_string());
     }
+    assert!(shapes::capsule_rates(1.0, 1.0, 2).is_err());
     assert!(shapes::cylinder_rates(1.0, 1.0, 2).is_err());
     assert!(shapes::icosphere_rates(1.0, 9).is_err());
 }

@@ -35,6 +35,8 @@ fn bad_dimensions_are_named_with_their_value() {
             );
         }
         assert!(is_named(shapes::icosphere(bad, 1), "radius"), "{bad}");
+        assert!(is_named(shapes::capsule(bad, 1.0, 8), "radius"), "{bad}");
+        assert!(is_named(shapes::capsule(1.0, bad, 8), "length"), "{bad}");
         assert!(is_named(shapes::cylinder(bad, 1.0, 8), "radius"), "{bad}");
         assert!(is_named(shapes::cylinder(1.0, bad, 8), "length"), "{bad}");
     }
