@@ -101,8 +101,8 @@ impl InLanes for CrossFour<'_> {
 }
 
 /// Kernel that selects the triangles of A that one triangle of B may cross. The triangles are below
-/// the nodes at `nodes` of the memory. It appends the selection and returns the end of the new
-/// list.
+/// the nodes at `nodes` of the memory. The kernel appends the selection and returns the end of the
+/// new list.
 pub(super) struct CrossOne<'d> {
     pub box_slab: BoxSlab,
     pub corners: [Vector3<f64>; 3],

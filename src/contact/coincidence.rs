@@ -38,7 +38,8 @@ impl<'a, T: Scalar> PolygonSource<'a, T> {
         self.values_from(self.within(0, search))
     }
 
-    /// Integrates over the surface from which values are computed. Octets of a large surface are integrated as soon as they are found.
+    /// Integrates over the surface for values, which may differ from the surface for derivatives. Octets of a large surface are integrated
+    /// as soon as they are found.
     pub fn integral_for_values<I: Integrand<T>>(&self, search: Search, integrand: &I) -> I::Sum {
         let (surface, spilled) = self.integrated_within(0, search, integrand);
         let (surface, spilled) = match spilled {

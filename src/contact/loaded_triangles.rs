@@ -1,4 +1,4 @@
-//! Loaded triangles of contact polygons, side by side, and integrals of the surface law over them.
+//! Loaded triangles of contact polygons as a structure of arrays, and integrals of the surface law over the triangles.
 
 use super::SurfaceLaw;
 use super::slip_fields::SlipFields;

@@ -26,7 +26,8 @@ impl<T: Scalar> Outline<T> {
         }
     }
 
-    /// Adds a corner. A full outline drops corners, which are copies by round-off (see [`ConvexPolygon`](crate::geometry::ConvexPolygon)).
+    /// Adds a corner. If the outline is full, the corner is dropped, because it is a copy of another corner up to round-off (see
+    /// [`ConvexPolygon`](crate::geometry::ConvexPolygon)).
     pub fn push(&mut self, corner: [T; 2], edge: u8) {
         if self.len < PLANE_CAPACITY {
             self.corners[self.len] = corner;

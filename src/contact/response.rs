@@ -41,8 +41,8 @@ impl Responses for Vec<PolygonResponse> {
     }
 }
 
-/// The derivatives of the wrench of one polygon on A, in A's axes, with respect to the fields p_A and p_B and to the faces of both cells,
-/// in the form that [`Self::pulled_back`] needs.
+/// Derivatives of the wrench of one polygon on A, in A's axes. They are derivatives with respect to the fields p_A and p_B, and with
+/// respect to the faces of both cells. Their form is the input of [`Self::pulled_back`].
 pub(super) struct PolygonResponse {
     pub tets: [usize; 2],
     plane: PolygonFields<f64>,

@@ -100,7 +100,7 @@ pub enum WorldError {
         /// Values that are allowed.
         expected: &'static str,
     },
-    /// The state of a joint is that of another kind of joint.
+    /// The state of a joint does not fit the kind of the joint.
     #[error(
         "the state of joint {0:?} does not fit its kind: revolute and prismatic joints have a position and a velocity, ball joints a rotation and an angular velocity"
     )]

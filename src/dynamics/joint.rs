@@ -30,8 +30,8 @@ pub enum JointKind {
 
 /// Connection of a dynamic body to its parent: another body, or the world.
 ///
-/// The frame of the joint is at [`Self::with_origin`] in the body frame of the parent. At position zero it is the frame of the body. A body
-/// without a joint is free.
+/// [`Self::with_origin`] sets the pose of the joint frame in the body frame of the parent. At position zero, the joint frame coincides with
+/// the body frame. A body without a joint is free.
 ///
 /// ```
 /// use hydroelastic::dynamics::Joint;
@@ -48,7 +48,7 @@ pub enum JointKind {
 #[derive(Debug, Clone)]
 pub struct Joint<T = f64> {
     pub(super) name: String,
-    /// Name of the parent body; `None` for the world.
+    /// Name of the parent body, or `None` for the world.
     pub(super) parent: Option<String>,
     pub(super) origin: Pose,
     pub(super) kind: JointKind,
@@ -56,13 +56,13 @@ pub struct Joint<T = f64> {
     pub(crate) initial: JointState<T>,
 }
 
-/// Forces of a revolute or prismatic joint, and its armature. Units are those of a revolute joint; a prismatic joint has m for rad and N
-/// for N m.
+/// Forces of a revolute or prismatic joint, and its armature. The units are written for a revolute joint. For a prismatic joint, replace
+/// rad by m, N m by N, and kg m² by kg.
 #[derive(Debug, Clone, Copy)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct JointLaw<T = f64> {
-    /// Inertia of the rotor, seen through its gear (kg m²).
+    /// Reflected inertia of the rotor (kg m²): the rotor inertia times the square of the gear ratio.
     pub armature: T,
     /// Viscous damping (N m s/rad).
     pub damping: T,
@@ -70,7 +70,7 @@ pub struct JointLaw<T = f64> {
     pub friction: T,
     /// Velocity (rad/s) at which friction has 71 % of its value: see [`Joint::with_friction`].
     pub slip_tolerance: f64,
-    /// Stops; `None` for a joint without limits.
+    /// Stops, or `None` for a joint without limits.
     pub stops: Option<Stops>,
     /// Actuator.
     pub actuator: Actuator<T>,
@@ -95,7 +95,7 @@ pub struct Actuator<T = f64> {
     pub limit: Option<f64>,
 }
 
-/// Compliant stops at the ends of the range of a joint. A stop pushes by k·d·max(0, 1 + c·ḋ) at the depth d beyond the range.
+/// Compliant stops at the ends of the range of a joint. The force of a stop at the depth d beyond the range is k·d·max(0, 1 + c·ḋ).
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
@@ -114,7 +114,7 @@ pub struct Stops {
 pub enum JointState<T = f64> {
     /// Revolute or prismatic joint.
     Scalar {
-        /// Angle (rad), which counts turns, or displacement (m).
+        /// Angle (rad), including full turns, or displacement (m).
         position: T,
         /// Velocity (rad/s or m/s).
         velocity: T,
@@ -287,8 +287,9 @@ impl Joint {
         self
     }
 
-    /// Sets Coulomb friction f (N m or N). The force is f·u/√(u² + s²) with the slip tolerance s (rad/s or m/s), as for the friction of
-    /// contacts. A joint that friction holds against a force r·f creeps at s·r/√(1 − r²).
+    /// Sets Coulomb friction f (N m or N). At the velocity u, the resisting force is f·u/√(u² + s²), with the slip tolerance s (rad/s or
+    /// m/s). The friction of contacts has the same form. The joint creeps at the velocity s·r/√(1 − r²) under a steady force r·f with r <
+    /// 1.
     #[must_use]
     pub fn with_friction(mut self, friction: f64, slip_tolerance: f64) -> Self {
         self.law.friction = friction;
@@ -319,7 +320,7 @@ impl Joint {
         self
     }
 
-    /// Sets the torque (N m) or force (N) that the actuator adds to that of the servo.
+    /// Sets the torque (N m) or force (N) that the actuator applies in addition to the servo.
     #[must_use]
     pub fn with_torque(mut self, torque: f64) -> Self {
         self.law.actuator.torque = torque;
@@ -381,7 +382,7 @@ impl<T: Scalar> Joint<T> {
     }
 }
 
-/// Number of numbers of a joint law that can be parameters.
+/// Count of the numbers of a joint law that can be parameters.
 pub(crate) const NUMBER_COUNT: usize = 8;
 
 impl<T> JointLaw<T> {
@@ -567,7 +568,8 @@ impl<T: Scalar> JointState<T> {
         }
     }
 
-    /// Adds a change, whose real part is zero: a turn and a change of the angular velocity, or their first numbers.
+    /// Adds a rotation vector and a change of the angular velocity, whose real parts are zero. A revolute or prismatic joint uses only the
+    /// first component of each vector.
     pub(crate) fn displace(&mut self, turn: &Vector3<T>, spin: &Vector3<T>) {
         match self {
             Self::Scalar { position, velocity } => {
@@ -664,7 +666,7 @@ impl<T> Joint<T> {
         &self.name
     }
 
-    /// Name of the parent body; `None` for the world.
+    /// Name of the parent body, or `None` for the world.
     #[must_use]
     pub fn parent(&self) -> Option<&str> {
         self.parent.as_deref()
@@ -696,7 +698,8 @@ impl<T> Joint<T> {
 }
 
 impl JointKind {
-    /// Whether the joint has coordinates that the state of its body does not give.
+    /// Whether the joint has a `JointState`. The coordinates of a free joint are in the state of its body, and a fixed joint has no
+    /// coordinates.
     pub(super) fn has_state(&self) -> bool {
         !matches!(self, Self::Free | Self::Fixed)
     }

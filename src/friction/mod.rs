@@ -81,8 +81,9 @@ struct QuadratureLevel {
     edge: &'static EdgeRule,
 }
 
-/// Levels of quadrature, in ascending order. The comment of each level lists the largest errors just below its upper bound, over 400 random
-/// polygons with 3 to 8 corners that are at most ten times as long as wide. The four numbers are the errors of
+/// Levels of quadrature, in ascending order. The comment of each level lists the largest errors for θ just below the upper bound of the
+/// level. The sample has 400 random polygons with 3 to 8 corners, whose length is at most ten times their width. The four numbers are the
+/// errors of
 ///
 /// 1. the resultant, relative to ∫ |g| dA and ∫ |g|·|y| dA,
 /// 2. `direction`, relative to ∫ |y|ᵏ dA for monomials of degree k,
@@ -146,8 +147,9 @@ pub(crate) fn level_bounds() -> [f64; LEVELS] {
     QUADRATURE.each_ref().map(|level| level.below)
 }
 
-/// Returns θ² (see [`QuadratureLevel`]) of one polygon, or of one polygon in each lane. The arguments are the slip at the origin, the spin
-/// and the slip tolerance, then the mean of the corners, and the squared distance of the farthest corner from this mean.
+/// Returns θ² (see [`QuadratureLevel`]) of one polygon, or of one polygon in each lane. The first argument has the slip at the origin, the
+/// spin and the slip tolerance. `mean` is the mean of the corners. `size_squared` is the squared distance of the farthest corner from this
+/// mean.
 #[inline(always)]
 pub(crate) fn theta_squared<N: Linear + Div<Output = N>>(
     (at_origin, spin, tolerance): ([N; 2], N, N),

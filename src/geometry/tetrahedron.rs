@@ -186,8 +186,8 @@ pub(crate) const NEXT_FACES: [[usize; 4]; 16] = {
     next
 };
 
-/// Returns one face that contributes an edge to the slice with these corners below. Returns 0 if
-/// there is no slice.
+/// Returns one face that contributes an edge to the slice by a plane with these corners below it.
+/// Returns 0 if there is no slice.
 pub(crate) fn face_of_slice(below: usize) -> usize {
     // Without a slice, the owner is 0, which has 8 trailing zeros.
     SLICE_OWNERS[below][0].trailing_zeros() as usize % 4

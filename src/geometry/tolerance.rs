@@ -158,7 +158,7 @@ impl Tolerance {
         )
     }
 
-    /// Returns the closeness of all values.
+    /// Returns the near-zero histogram of the values.
     #[inline]
     pub fn closeness_of(self, values: &[f64]) -> NearZeroHistogram {
         let each = values.iter().map(|&value| self.closeness(value));

@@ -11,7 +11,7 @@ const STEPS: [f64; 7] = [1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9];
 /// divided by the longest step, are 1e-6 of this bound.
 const ZERO: f64 = 1e-6;
 
-/// A step lies on the plateau if its error is within this factor of the best.
+/// A step lies on the plateau if its error is within this factor of the smallest error.
 const PLATEAU: f64 = 10.0;
 
 /// Relative errors of a Jacobian compared with central differences at several step sizes.

@@ -101,7 +101,8 @@ pub enum GradientError {
         /// Value of the number.
         value: f64,
     },
-    /// A derivative of a state and a derivative of the outcome with respect to the same number are not finite.
+    /// Derivatives of a state and of the outcome with respect to one number of a parameter are not
+    /// finite.
     #[error(
         "step {step} (t = {time} s) took body {body:?} to a state whose derivative with respect to {number} is not finite: a force may take a root or a norm of zero"
     )]

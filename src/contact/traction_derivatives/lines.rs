@@ -1,4 +1,4 @@
-//! The lines that bound a polygon in its plane, and their shares in an edge that several of them contain.
+//! The lines that bound a polygon in its plane. If several lines contain an edge, each line has a share in the edge.
 
 use super::pieces::EdgeFace;
 use nalgebra::Vector3;

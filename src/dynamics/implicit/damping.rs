@@ -6,7 +6,7 @@ use nalgebra::DVector;
 /// Shortest fraction that is tried.
 const SHORTEST: f64 = 1e-3;
 
-/// Smallest and largest factor of the fraction after a failed test.
+/// Smallest and largest factor by which a failed test reduces the fraction of the step.
 const REDUCTIONS: [f64; 2] = [0.1, 0.5];
 
 /// Step of Newton's method, and the fraction of it that is tried.

@@ -19,7 +19,7 @@ pub(super) struct Evaluation {
     pub contacts: Vec<FrozenContactModel>,
     /// Sum of the wrenches of contacts and forces on each dynamic body.
     pub wrenches: Vec<Vector6<f64>>,
-    /// Forces other than contact on each dynamic body; empty if there are none.
+    /// Forces other than contact on each dynamic body. Empty if the world has no forces.
     forces: Vec<Vector6<f64>>,
     pub force_jacobians: Vec<ForceJacobian>,
     /// Whether the derivatives of the contacts are exact.
@@ -41,7 +41,7 @@ pub(super) struct ForceJacobian {
 }
 
 impl StageEquations<'_> {
-    /// Evaluates contacts and forces for these velocities. This is the only place where the solver searches for contacts.
+    /// Evaluates contacts and forces at given velocities. Only this function of the solver searches for contacts.
     pub fn evaluation(&self, velocities: DVector<f64>, is_exact: bool) -> Evaluation {
         let (context, island) = (self.step.context, self.step.island);
         let end = self.end(velocities);
@@ -188,7 +188,8 @@ impl StageEquations<'_> {
         matrix
     }
 
-    /// Derivatives of the residual with respect to the velocities at constant wrenches about the centers of mass: one matrix for each tree.
+    /// Derivatives of the residual with respect to the velocities, at constant wrenches about the centers of mass. Each tree has one
+    /// matrix.
     fn velocity_slopes(
         &self,
         end: &Kinematics,
@@ -229,7 +230,7 @@ impl StageEquations<'_> {
     }
 
     /// Derivatives of the residual with respect to the positions at the end, at constant velocities and constant wrenches about the centers
-    /// of mass: one matrix for each tree.
+    /// of mass. Each tree has one matrix.
     pub fn position_slopes(
         &self,
         end: &Kinematics,
@@ -280,7 +281,7 @@ impl StageEquations<'_> {
             .sqrt()
     }
 
-    /// Index of the body with the largest speed.
+    /// World index of the body with the largest speed.
     pub fn fastest(&self, velocities: &DVector<f64>) -> usize {
         let speeds = self.step.speeds(velocities).enumerate();
         let fastest = speeds.max_by(|(_, a), (_, b)| a.total_cmp(b));

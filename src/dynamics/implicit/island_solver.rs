@@ -12,7 +12,7 @@ use nalgebra::DVector;
 pub(super) struct SolvedStep {
     pub substeps: Vec<Substep>,
     pub progress: Progress,
-    /// Duration (s) that the errors of the last substep allow for the next.
+    /// Duration (s) that the errors of the last substep allow for the next substep.
     pub allowed: f64,
     pub work: Work,
     pub energy: EnergyBalance,
@@ -26,7 +26,7 @@ pub(super) struct SolvedStep {
 #[derive(Debug, Clone)]
 pub(super) struct Progress {
     pub kinematics: Kinematics,
-    /// Generalized forces of contacts, forces and joints in the last stage, without gravity and controls; `None` before the first stage.
+    /// Generalized forces of contacts, forces and joints in the last stage, without gravity and controls. `None` before the first stage.
     pub forces: Option<DVector<f64>>,
 }
 
@@ -40,7 +40,7 @@ pub(super) struct IslandSolver<'a> {
 }
 
 impl<'a> IslandSolver<'a> {
-    /// Solver from the forces of the last stage and the duration (s) that the last step allowed.
+    /// Creates a solver from the forces of the last stage and the duration (s) that the last step allowed.
     pub fn new(
         step: &'a IslandStep<'a>,
         tolerance: f64,

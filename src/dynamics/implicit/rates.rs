@@ -28,7 +28,7 @@ pub(super) struct StartRates {
     pub accelerations: DVector<f64>,
 }
 
-/// Time derivatives along the motion that the states of the dynamic bodies do not determine.
+/// Time derivatives of quantities that the states of the dynamic bodies do not determine.
 pub(super) struct RatesInTime {
     /// Displacement and velocities of the neighbors, per second.
     pub neighbors: Vec<BodyChange>,
@@ -39,7 +39,7 @@ pub(super) struct RatesInTime {
 /// Half the step of central differences in time, as a fraction of the duration of a stage.
 pub(super) const SHORT: f64 = 1e-3;
 
-/// Changes, or rates, of the displacement of a body and of its velocities. They refer to the center of mass, or to the origin of a body
+/// Displacement of a body and change of its velocities, or the rates of both. They refer to the center of mass, or to the origin of a body
 /// without mass.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct BodyChange {
@@ -62,8 +62,8 @@ impl RatesInTime {
 }
 
 impl IslandStep<'_> {
-    /// Displacement and velocities of the neighbors, per second, at a time (s). Accelerations are differences over a small part of a
-    /// duration (s).
+    /// Displacement and velocities of the neighbors, per second, at a time (s). Accelerations are central differences over a small part of
+    /// a duration (s).
     pub(super) fn neighbor_rates(&self, time: f64, duration: f64) -> Vec<BodyChange> {
         let short = SHORT * duration;
         let twists = |time: f64| {
@@ -160,7 +160,7 @@ impl BodyChange {
         }
     }
 
-    /// State of a body without mass with this derivative part.
+    /// State with this derivative part, for a body without mass.
     pub fn applied_to(&self, state: &BodyState) -> BodyState<Change> {
         let change = |number: f64| Change::new(0.0, [number]);
         let Twist { angular, linear } = Twist::from_vector(&self.displacement.map(change));

@@ -34,7 +34,7 @@ pub(in crate::dynamics) struct ReplayedStage<'a> {
 pub(in crate::dynamics) struct StageAdjoint {
     /// λ = J⁻ᵀū: gradient with respect to the negative residual.
     pub adjoint: DVector<f64>,
-    /// Gradient with respect to the positions at the end, as displacements, through λ at constant velocities and constant wrenches.
+    /// Contribution of λ to the gradient with respect to displacements of the positions at the end. Velocities and wrenches are constant.
     pub by_position: DVector<f64>,
     /// Total wrench on each dynamic body about its center of mass.
     pub wrenches: Vec<Vector6<f64>>,

@@ -1,10 +1,10 @@
-//! One implicit stage: the generalized velocities u of an island at its end, which solve
+//! Equation of one implicit stage. The unknowns are the generalized velocities u of an island at the end of the stage:
 //!
 //! (S − τṠ)ᵀH + A·u = p̃ + τ(SᵀF + Q), at the positions q̃ ⊕ τu.
 //!
-//! Here q̃ and p̃ are the positions and the generalized momenta at the start, τ is the duration, F are all wrenches and Q the forces of the
-//! joints. [`multibody`](crate::dynamics::multibody) defines the other symbols. The equation is between momenta, so it needs no Coriolis
-//! terms, and the momenta of a free tree are conserved.
+//! Here q̃ and p̃ are the positions and the generalized momenta at the start, and τ is the duration. F are all wrenches, and Q are the
+//! forces of the joints. [`multibody`](crate::dynamics::multibody) defines the other symbols. The equation needs no Coriolis terms, because
+//! it is an equation between momenta. For the same reason, the momenta of a free tree are conserved.
 
 use super::island_step::{IslandStep, StepError};
 use super::scheme::Stage;
@@ -29,7 +29,7 @@ pub(in crate::dynamics) struct StageStart<T = f64> {
     pub time: f64,
 }
 
-/// Equations of a stage of an island, in the scalar of a pass: see the module.
+/// Equations of a stage of an island, in the scalar type of a pass. The module documentation has the equations.
 pub(super) struct StageEquations<'a, T = f64> {
     pub step: &'a IslandStep<'a>,
     pub multibody: &'a Multibody<T>,
@@ -40,10 +40,10 @@ pub(super) struct StageEquations<'a, T = f64> {
     pub neighbors: Vec<BodyState<T>>,
 }
 
-/// Stages of a substep, in the scalar of a pass. The start of each stage follows from the rates of the earlier stages.
+/// Stages of a substep, in the scalar type of a pass. The start of each stage follows from the rates of the earlier stages.
 ///
-/// The real pass, the derivative pass and the reverse sweep take positions, momenta and times from this type. A different order of these
-/// sums would change the last bit, which can decide whether a switched force acts.
+/// The real pass, the derivative pass and the reverse sweep take positions, momenta and times from this type. A different order of
+/// summation would change the last bit. The last bit can decide whether a switched force acts.
 pub(super) struct Stages<'a, T = f64> {
     pub step: &'a IslandStep<'a>,
     multibody: &'a Multibody<T>,
@@ -84,7 +84,7 @@ impl<T: Scalar> StageEquations<'_, T> {
         self.multibody.projected_momenta(end, duration) - &self.start.momenta - impulses
     }
 
-    /// Wrenches on the dynamic bodies, with gravity and controls.
+    /// Wrenches on the dynamic bodies, including gravity and controls.
     pub fn total_wrenches(&self, wrenches: &[Vector6<T>]) -> Vec<Vector6<T>> {
         let wrenches = wrenches.iter().enumerate();
         wrenches

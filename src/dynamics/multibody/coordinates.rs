@@ -17,7 +17,7 @@ pub(in crate::dynamics) struct Coordinates<T = f64> {
 }
 
 impl<T: Scalar> Multibody<T> {
-    /// Positions after a displacement: one number for each column.
+    /// Positions after a displacement, which has one number for each column.
     pub fn displaced(
         &self,
         positions: &[JointPosition<T>],
@@ -53,8 +53,8 @@ impl<T: Scalar> Link<T> {
 
 impl Multibody {
     /// Adjoint of [`Self::displaced`]. The argument `by_positions` is the gradient with respect to the positions after a displacement. The
-    /// results are the gradients with respect to the positions before it, and with respect to the displacement. Gradients with respect to
-    /// positions are in displacements.
+    /// results are the gradients with respect to the positions before the displacement, and with respect to the displacement. A gradient
+    /// with respect to positions has one number for a small displacement of each column.
     pub fn displaced_back(
         &self,
         displacement: &DVector<f64>,
@@ -91,12 +91,12 @@ impl Multibody {
     }
 }
 
-/// Six numbers from an index on.
+/// Six consecutive numbers, from the given index.
 pub(super) fn six_at<T: Scalar>(vector: &DVector<T>, first: usize) -> Vector6<T> {
     vector.fixed_rows::<6>(first).into_owned()
 }
 
-/// Three numbers from an index on.
+/// Three consecutive numbers, from the given index.
 pub(super) fn three_at<T: Scalar>(vector: &DVector<T>, first: usize) -> Vector3<T> {
     vector.fixed_rows::<3>(first).into_owned()
 }

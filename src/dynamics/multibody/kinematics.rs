@@ -38,7 +38,8 @@ pub(in crate::dynamics) struct LinkFrame<T = f64> {
 #[derive(Debug, Clone, Copy)]
 pub(in crate::dynamics) struct Column<T = f64> {
     pub link: usize,
-    /// Whether the column moves the axes of the other columns of the joint: the translations of a free body move its axes of rotation.
+    /// Whether the column moves the axes of the other columns of the joint. True for the translations of a free body, because they move its
+    /// axes of rotation.
     pub is_outer: bool,
     /// Spatial velocity per unit of the generalized velocity.
     pub axis: Vector6<T>,
@@ -58,7 +59,7 @@ struct JointFrame<T> {
 }
 
 impl<T: Scalar> Multibody<T> {
-    /// Kinematics at given coordinates, with the states of the bodies that are not dynamic.
+    /// Kinematics at given coordinates and given states of the neighbors.
     pub fn kinematics(
         &self,
         coordinates: Coordinates<T>,
@@ -104,7 +105,7 @@ impl<T> Kinematics<T> {
     }
 }
 
-/// Kinematics of the links so far.
+/// Kinematics of the links that were added so far.
 struct PlacedLinks<'a, T> {
     states: Vec<BodyState<T>>,
     frames: Vec<LinkFrame<T>>,
@@ -222,7 +223,8 @@ impl<T: Scalar> Column<T> {
     }
 }
 
-/// Adds the columns of a joint. A joint is a chain of elementary joints, whose axes are constant in the frame before them.
+/// Adds the columns of a joint. A joint is a chain of elementary joints. The axes of an elementary joint are constant in the frame before
+/// the elementary joint.
 struct ElementaryJoints<'k, T> {
     columns: &'k mut [Column<T>],
     link: usize,

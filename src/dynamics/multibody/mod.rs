@@ -5,20 +5,21 @@
 //! u is the sum of the degrees of freedom of the joints. Each generalized velocity has a *column*.
 //!
 //! Quantities of a tree are spatial vectors in world axes, angular before linear, about the reference point of the tree. The reference
-//! point is the real part of a point of the root link, so that trees far from the origin keep their digits. It is a constant: generalized
-//! momenta and forces do not depend on it. In these terms, with the product v × m of motions and v ×* f of a motion and a wrench:
+//! point is the real part of a point of the root link, so that quantities of a tree far from the origin lose no digits to round-off.
+//! Derivatives treat the reference point as a constant, because generalized momenta and forces do not depend on it. The product of two
+//! motions is v × m, and the product of a motion and a wrench is v ×* f. The symbols are:
 //!
 //! | symbol | meaning | code |
 //! |---|---|---|
 //! | S | axis of a column: the velocity of the link per unit of u | [`Column::axis`] |
-//! | Ṡ = v × S | rate of the axis, with the velocity v of the frame in which it is constant | [`Column::axis_rate`] |
+//! | Ṡ = v × S | rate of the axis, with the velocity v of the frame in which the axis is constant | [`Column::axis_rate`] |
 //! | H | momentum of the link of a column and all its descendants | [`Kinematics::momenta`] |
 //! | A | armature of a column | [`JointLaw::armature`](crate::dynamics::JointLaw) |
 //! | p = SᵀH + A·u | generalized momentum | [`Multibody::generalized_momenta`] |
 //!
-//! Lagrange's equations are dp/dt = ṠᵀH + SᵀF + Q, with the wrench F on a link and its descendants and the force Q of the joint. They have
-//! no other velocity-dependent term. [`slopes`] has the derivatives in closed form \[Featherstone 2008, Rigid Body Dynamics Algorithms,
-//! chapters 2 and 6\].
+//! Lagrange's equations are dp/dt = ṠᵀH + SᵀF + Q. F is the wrench on a link and its descendants, and Q is the force of the joint. The
+//! equations have no other velocity-dependent term. [`slopes`] has the derivatives in closed form \[Featherstone 2008, Rigid Body Dynamics
+//! Algorithms, chapters 2 and 6\].
 
 mod coordinates;
 mod kinematics;
@@ -46,7 +47,7 @@ pub(in crate::dynamics) struct Multibody<T = f64> {
     pub links: Vec<Link<T>>,
     /// Columns of each tree.
     pub trees: Vec<Range<usize>>,
-    /// Indices in the world of the bodies that are not dynamic.
+    /// World indices of the neighbors, that is, of the bodies of the island that are not dynamic.
     pub neighbors: Vec<usize>,
 }
 
@@ -64,7 +65,7 @@ pub(in crate::dynamics) struct Link<T = f64> {
     pub law: JointLaw<T>,
     pub parent: Parent,
     pub columns: Range<usize>,
-    /// Columns that move the link: those of its ancestors, then its own.
+    /// Columns that move the link: the columns of its ancestors, then its own columns.
     pub moving_columns: Vec<usize>,
     /// Index of the tree.
     pub tree: usize,
@@ -81,8 +82,8 @@ pub(in crate::dynamics) enum Parent {
 }
 
 impl<T: Copy> Multibody<T> {
-    /// Links from their bodies, the indices of the states of their joints, inertias, joints and parents. Parents come before children. Columns
-    /// are assigned tree by tree.
+    /// Creates the links. Each item has the index of a body, the index of the state of its joint, its inertia, its joint and its parent.
+    /// Parents come before children. Columns are numbered tree by tree.
     pub fn new<'j>(
         links: impl IntoIterator<Item = (usize, usize, Inertia<T>, &'j Joint<T>, Parent)>,
         neighbors: &[usize],

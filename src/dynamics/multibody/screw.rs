@@ -15,7 +15,7 @@ pub(super) fn linear<T: Scalar>(screw: &Vector6<T>) -> Vector3<T> {
     Vector3::new(screw[3], screw[4], screw[5])
 }
 
-/// Momentum or wrench about the reference point, from that about a center.
+/// Momentum or wrench about the reference point, from the momentum or wrench about a center.
 pub(super) fn about_reference<T: Scalar>(
     about_center: &Vector6<T>,
     center: &Vector3<T>,
@@ -50,7 +50,7 @@ pub(super) struct SpatialInertia {
 }
 
 impl SpatialInertia {
-    /// Inertia of a body with this orientation and this position of its center of mass.
+    /// Inertia of a body with a given orientation and position of the center of mass.
     pub fn of(inertia: &Inertia, rotation: &Matrix3<f64>, center: &Vector3<f64>) -> Self {
         let arm = skew(center);
         Self {
@@ -60,7 +60,7 @@ impl SpatialInertia {
         }
     }
 
-    /// Momentum of a velocity.
+    /// Momentum at a spatial velocity.
     pub fn times(&self, velocity: &Vector6<f64>) -> Vector6<f64> {
         let (w, v) = (angular(velocity), linear(velocity));
         six(

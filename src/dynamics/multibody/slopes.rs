@@ -5,18 +5,19 @@
 //!
 //! | direction | Ξ | W |
 //! |---|---|---|
-//! | velocity at the end of a stage of duration τ, where positions follow | S·D | S |
+//! | velocity at the end of a stage of duration τ, which also moves the positions | S·D | S |
 //! | position at constant velocity | S | 0 |
 //! | velocity at constant position | 0 | S |
 //!
-//! D is τ, or τ·J(τω) for three rotations, with the left Jacobian J of the exponential map. With the velocity v of the frame that the
-//! column moves and B = W + v × Ξ, a link b among its descendants changes by
+//! D is τ·J(τω) for the three rotations of a ball joint or a free body, and τ for all other columns. J is the left Jacobian of the
+//! exponential map. Let v be the velocity of the frame that the column moves, and B = W + v × Ξ. The velocity and the momentum of each
+//! moved link b change by
 //!
 //! - δv_b = W + Ξ × (v_b − v),
 //! - δh_b = I_b·B + Ξ ×* h_b, because I_b·(Ξ × v_b) cancels.
 //!
-//! The derivative of the axis of a column j is δS = Ξ × S if k is above j, and zero otherwise. With A = S − τṠ, the composite inertia I of
-//! the lower link and its momentum H, the derivatives of AᵀH are
+//! The derivative of the axis of a column j is δS = Ξ × S if k is above j, and zero otherwise. Let A = S − τṠ. Let I be the composite
+//! inertia of the lower of the two links, and let H be the momentum of this link and its descendants. The derivatives of AᵀH are
 //!
 //! - k above j: Aᵀ·I·B − τ(B × S)ᵀH,
 //! - k at j or below it: Aᵀ·I·B − (Ξ × A)ᵀH.
@@ -55,7 +56,7 @@ pub(in crate::dynamics) struct BodyColumn {
 pub(in crate::dynamics) struct MassFactors(Vec<(Range<usize>, LU<f64, Dyn, Dyn>)>);
 
 impl MassFactors {
-    /// Velocities that generalized impulses give. They are NaN for a tree without inertia.
+    /// Changes of the generalized velocities by generalized impulses. The changes are NaN for a tree without inertia.
     pub fn velocities(&self, impulses: &DVector<f64>) -> DVector<f64> {
         let mut velocities = impulses.clone();
         for (columns, factors) in &self.0 {
@@ -69,7 +70,7 @@ impl MassFactors {
 }
 
 impl Multibody {
-    /// Directions of the velocities at the end of a stage of a duration (s), where positions follow.
+    /// Directions of the velocities at the end of a stage of a duration (s). The velocities also move the positions.
     pub fn stage_directions(&self, kinematics: &Kinematics, duration: f64) -> Directions {
         let axes: Vec<_> = kinematics
             .columns
@@ -96,7 +97,7 @@ impl Multibody {
         }
     }
 
-    /// Directions of positions at constant velocities. The duration (s) is that of the stage, or zero.
+    /// Directions of positions at constant velocities. `duration` is the duration (s) of the stage, or zero.
     pub fn position_directions(&self, kinematics: &Kinematics, duration: f64) -> Directions {
         let axes = kinematics.columns.iter().map(|column| column.axis);
         Directions {
@@ -143,7 +144,7 @@ impl Multibody {
             let momentum = &kinematics.momenta[index];
             for &column in &link.moving_columns {
                 let momentum_change = composites[index].times(&changes[column]);
-                // Bᵀ(S ×* H) = −(B × S)ᵀH, and so on: products with H are computed once for each column.
+                // Sᵀ(B ×* H) = −(B × S)ᵀH, so the product B ×* H is computed once for each column.
                 let transport = cross_force(&changes[column], momentum) * duration;
                 for row in link.columns.clone() {
                     if is_above(columns, column, row) {
@@ -170,8 +171,8 @@ impl Multibody {
         matrices
     }
 
-    /// Adds the derivatives of the generalized forces SᵀF of constant wrenches on the links, about their centers of mass, times a factor, to
-    /// one matrix for each tree.
+    /// Adds the derivatives of the generalized forces SᵀF, times a factor, to one matrix for each tree. The wrenches on the links about
+    /// their centers of mass are constant.
     pub fn add_force_slopes(
         &self,
         matrices: &mut [DMatrix<f64>],

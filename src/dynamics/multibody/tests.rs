@@ -1,4 +1,4 @@
-//! Random trees: derivatives in closed form against dual numbers.
+//! Tests that compare derivatives in closed form with dual numbers, for random trees.
 
 use super::*;
 use crate::dynamics::BodyState;
@@ -7,13 +7,13 @@ use crate::scalar::{DenseDual, SplitMix64, lift};
 use crate::spatial::{MassProperties, Twist, rotation_from_vector, turn_from_real};
 use nalgebra::{DMatrix, DVector, Matrix3, Unit, Vector3, Vector6};
 
-/// Most columns of a tree.
+/// Largest number of columns of a forest.
 const MOST_COLUMNS: usize = 24;
 
 /// Number of random forests.
 const FORESTS: usize = 60;
 
-/// Relative tolerance: round-off of sums over a tree.
+/// Relative tolerance for the round-off of sums over a tree.
 const ROUND_OFF: f64 = 1e-13;
 
 type Dual = DenseDual<MOST_COLUMNS>;
@@ -72,7 +72,7 @@ impl Random {
         }
     }
 
-    /// Forest of up to seven links, some of which hang on a moving body.
+    /// Forest of up to seven links. The parent of some links is a moving neighbor.
     fn forest(&mut self) -> Multibody {
         let mut links = Vec::new();
         let mut width = 0;

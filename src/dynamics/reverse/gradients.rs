@@ -146,7 +146,7 @@ pub(crate) struct ModelGradient {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[non_exhaustive]
 pub enum Kink {
-    /// Faces of two bodies coincide, side by side or as they begin to touch: [`Kinks::are_flush`].
+    /// Faces of two bodies coincide or touch: [`Kinks::are_flush`].
     Flush,
     /// The pressure between two bodies is clamped somewhere: [`Kinks::are_clamped`].
     Clamped,

@@ -2,10 +2,11 @@
 //! detects steps that may be too long, and contacts that have created energy.
 //!
 //! The net work of a contact on its two bodies is at most the energy that the contact stored at the
-//! start, because a contact returns the energy that it absorbed, less the losses by dissipation and
-//! friction. This holds in every frame, for kinematic bodies, and for any motion of other bodies. A
-//! contact has created energy if it returned more than twice the energy that it absorbed. The
-//! factor of two leaves room for stable steps, in which the energy of a mode oscillates.
+//! start. The reason is that a contact returns the energy that it absorbed, less the losses by
+//! dissipation and friction. This bound holds in every frame, for kinematic bodies, and for any
+//! motion of other bodies. A contact has created energy if it returned more than twice the energy
+//! that it absorbed. The factor of two leaves room for stable steps, in which the energy of a mode
+//! oscillates.
 
 use super::kick::{ContactChange, Kick, KickedBody};
 use super::limit::stiffest;

@@ -78,7 +78,7 @@ impl Collision {
     }
 }
 
-/// Geometry of an element; `None` if its tag is unknown.
+/// Geometry of an element, or `None` if the tag is unknown.
 fn geometry_of(element: Element) -> Result<Option<Geometry>, UrdfError> {
     let length = |attribute| element.positive(attribute).map(|[length]| length);
     let geometry = match element.tag() {

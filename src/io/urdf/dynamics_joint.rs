@@ -1,18 +1,18 @@
-//! Joints of the dynamics from joints of a robot.
+//! Conversion of the joints of a robot to joints of the dynamics.
 
 use super::UrdfError;
 use super::joint::{Joint, JointKind};
 use crate::dynamics;
 
-/// Options of [`Joint::dynamics_joint`]. URDF has no law of stops and no slip tolerance.
+/// Options of [`Joint::dynamics_joint`]. URDF files have neither a law of stops nor a slip tolerance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct JointOptions {
-    /// Law of the stops of revolute joints; 1,000 N m/rad and 1 s/rad by default. `None` for no stops.
+    /// Law of the stops of revolute joints, or `None` for no stops. The default is 1,000 N m/rad and 1 s/rad.
     pub revolute_stops: Option<StopLaw>,
-    /// Law of the stops of prismatic joints; 100,000 N/m and 10 s/m by default. `None` for no stops.
+    /// Law of the stops of prismatic joints, or `None` for no stops. The default is 100,000 N/m and 10 s/m.
     pub prismatic_stops: Option<StopLaw>,
-    /// Velocity (rad/s or m/s) at which joint friction has 71 % of its value; 1e-3 by default. See
-    /// [`dynamics::Joint::with_friction`].
+    /// Velocity (rad/s or m/s) at which joint friction has 71 % of its value. The default is 1e-3.
+    /// See [`dynamics::Joint::with_friction`].
     pub slip_tolerance: f64,
 }
 
@@ -42,11 +42,11 @@ impl Default for JointOptions {
 }
 
 impl Joint {
-    /// Joint of the dynamics, with the name of the parent link as its parent.
+    /// Converts the joint to a joint of the dynamics. The name of its parent body is the name of the parent link.
     ///
-    /// It has the origin, the damping and the friction of this joint. A revolute or prismatic joint with a range has stops, and the largest
-    /// effort limits the torque of the actuator. An effort of zero is ignored, because many files have it for an unknown effort. The
-    /// dependence on another joint and the largest velocity are ignored.
+    /// The result has the origin, the damping and the friction of this joint. A revolute or prismatic joint with a range has stops. The
+    /// largest effort limits the torque of the actuator. An effort of zero is ignored, because many files write zero for an unknown effort.
+    /// The dependence on another joint and the largest velocity are ignored.
     ///
     /// # Errors
     /// If the joint is floating or planar.
@@ -85,7 +85,7 @@ impl Joint {
         Ok(joint)
     }
 
-    /// Stops at the ends of the range; `None` if the joint has no range, or an infinite one.
+    /// Stops at the ends of the range, or `None` if the range is missing or both ends are infinite.
     fn stops(&self, law: StopLaw) -> Option<dynamics::Stops> {
         let range = self.limit?.range?;
         let finite = range.map(|end| end.clamp(f64::MIN, f64::MAX));

@@ -100,10 +100,10 @@ impl<'a> Element<'a> {
         self.elements().filter(move |element| element.tag() == tag)
     }
 
-    /// The only element with this tag directly inside this element.
+    /// Returns the only element with this tag directly inside this element, or `None` if no element has this tag.
     ///
     /// # Errors
-    /// If there are several.
+    /// If more than one element has this tag.
     pub fn child(self, tag: &'static str) -> Result<Option<Self>, UrdfError> {
         let mut elements = self.elements_named(tag);
         let first = elements.next();
@@ -115,10 +115,10 @@ impl<'a> Element<'a> {
         }
     }
 
-    /// As [`Self::child`].
+    /// Returns the element of [`Self::child`], which must exist. `expected` is the tag in angle brackets.
     ///
     /// # Errors
-    /// If there is none, or there are several. `expected` is the tag in angle brackets.
+    /// If no element or more than one element has this tag.
     pub fn required_child(
         self,
         tag: &'static str,
@@ -151,7 +151,7 @@ impl<'a> Element<'a> {
         }
     }
 
-    /// An attribute that is not empty.
+    /// Returns the text of an attribute, which must not be empty.
     pub fn name_in(self, attribute: &'static str) -> Result<&'a str, UrdfError> {
         match self.required_attribute(attribute)? {
             "" => Err(UrdfError::EmptyName {
@@ -162,7 +162,7 @@ impl<'a> Element<'a> {
         }
     }
 
-    /// Finite numbers of an attribute, with whitespace between them; `None` without the attribute.
+    /// Returns the whitespace-separated finite numbers of an attribute, or `None` without the attribute.
     pub fn numbers<const N: usize>(
         self,
         attribute: &'static str,
@@ -188,7 +188,7 @@ impl<'a> Element<'a> {
         numbers.ok_or_else(|| self.missing_attribute(attribute))
     }
 
-    /// Number of an attribute; `None` without the attribute.
+    /// Returns the finite number of an attribute, or `None` without the attribute.
     pub fn number(self, attribute: &'static str) -> Result<Option<f64>, UrdfError> {
         Ok(self.numbers(attribute)?.map(|[number]| number))
     }
@@ -197,7 +197,7 @@ impl<'a> Element<'a> {
         self.required_numbers(attribute).map(|[number]| number)
     }
 
-    /// Number of an attribute, which may be infinite.
+    /// Returns the number of an attribute, which may be infinite, or `None` without the attribute.
     pub fn bound(self, attribute: &'static str) -> Result<Option<f64>, UrdfError> {
         let Some(text) = self.attribute(attribute) else {
             return Ok(None);
@@ -253,7 +253,7 @@ impl<'a> Element<'a> {
         }
     }
 
-    /// Direction of a vector of this attribute.
+    /// Returns the direction of the vector of an attribute.
     ///
     /// The vector is divided by its largest entry first, so that its norm neither overflows nor underflows.
     pub fn direction<const N: usize>(
@@ -273,7 +273,7 @@ impl<'a> Element<'a> {
     }
 }
 
-/// Numbers with whitespace between them; `None` if their count is not N.
+/// Parses whitespace-separated numbers. Returns `None` if the text does not have N numbers.
 fn parsed<const N: usize>(text: &str) -> Option<[f64; N]> {
     let mut words = text.split_ascii_whitespace();
     let mut numbers = [0.0; N];

@@ -49,7 +49,7 @@ pub enum UrdfError {
     /// A required element is missing.
     #[error("{at} contains no {expected}, but must contain one")]
     MissingElement {
-        /// The element around the missing one.
+        /// The parent of the missing element.
         at: Location,
         /// The missing element.
         expected: &'static str,
@@ -102,7 +102,7 @@ pub enum UrdfError {
         /// Name of the attribute.
         attribute: &'static str,
     },
-    /// An origin has both roll, pitch and yaw and a quaternion.
+    /// An origin has two rotations: one by roll, pitch and yaw, and one by a quaternion.
     #[error("{at} has both \"rpy\" and \"quat_xyzw\", but may have only one rotation")]
     TwoRotations {
         /// The origin.
@@ -131,7 +131,7 @@ pub enum UrdfError {
     DuplicateName {
         /// The second link or joint.
         at: Location,
-        /// Line of the first.
+        /// Line of the first link or joint.
         first_line: usize,
     },
     /// The robot has no links.
@@ -145,7 +145,7 @@ pub enum UrdfError {
     UnknownLink {
         /// The joint.
         at: Location,
-        /// `parent` or `child`.
+        /// Role of the link: `parent` or `child`.
         role: &'static str,
         /// Name of the link.
         name: String,

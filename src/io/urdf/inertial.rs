@@ -4,11 +4,11 @@ use super::{UrdfError, UrdfWarning};
 use crate::spatial::MassProperties;
 use nalgebra::{Matrix3, Vector3};
 
-/// Tolerance of the triangle inequality of principal moments, relative to the largest. Numbers with five significant digits have errors
-/// of this size.
+/// Tolerance of the triangle inequality of principal moments, relative to the largest moment. Numbers with five significant digits have
+/// errors of this size.
 const FIVE_DIGITS: f64 = 1e-4;
 
-/// Radius of gyration (m) below which moments count as zero. Rounded files have moments of 1e-18 kg m² where zero is meant.
+/// Radius of gyration (m) below which moments count as zero. Files with rounded numbers have moments of 1e-18 kg m² instead of zero.
 const POINT_RADIUS: f64 = 1e-8;
 
 /// Mass properties of an `<inertial>` element, in the link frame, and the warning about them.

@@ -4,7 +4,7 @@ use super::{Location, UrdfError};
 use crate::spatial::Pose;
 use nalgebra::{UnitVector3, Vector3};
 
-/// Connection of two links. Units are those of a revolute joint; a prismatic joint has m for rad and N for N m.
+/// Connection of two links. The units are written for a revolute joint. For a prismatic joint, replace rad by m, and N m by N.
 #[derive(Debug, Clone)]
 #[non_exhaustive]
 pub struct Joint {
@@ -18,11 +18,11 @@ pub struct Joint {
     pub child: String,
     /// Pose of the joint frame in the frame of the parent. At position zero the joint frame is the frame of the child.
     pub origin: Pose,
-    /// Limits; `None` if the file has no `<limit>`.
+    /// Limits, or `None` if the file has no `<limit>`.
     pub limit: Option<Limit>,
-    /// Viscous damping (N m s/rad); zero if the file has none.
+    /// Viscous damping (N m s/rad). Zero if the file has no damping.
     pub damping: f64,
-    /// Coulomb friction (N m); zero if the file has none.
+    /// Coulomb friction (N m). Zero if the file has no friction.
     pub friction: f64,
     /// Dependence on another joint.
     pub mimic: Option<Mimic>,
@@ -30,7 +30,7 @@ pub struct Joint {
     pub at: Location,
 }
 
-/// Motions that a [`Joint`] allows. Axes are in the joint frame; the x axis if the file has none.
+/// Motions that a [`Joint`] allows. Axes are in the joint frame. The default is the x axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum JointKind {
@@ -52,28 +52,29 @@ pub enum JointKind {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct Limit {
-    /// Lower and upper position (rad). `None` if the file has neither. If the file has one of them, the other is zero.
+    /// Lower and upper position (rad). `None` if the file has neither position. If the file has only one position, the other position is
+    /// zero.
     pub range: Option<[f64; 2]>,
-    /// Largest torque of the actuator (N m); `None` if the file has none.
+    /// Largest torque of the actuator (N m), or `None` if the file has no effort.
     pub effort: Option<f64>,
-    /// Largest velocity (rad/s); `None` if the file has none.
+    /// Largest velocity (rad/s), or `None` if the file has no velocity.
     pub velocity: Option<f64>,
 }
 
-/// Dependence of a joint on another joint: position = multiplier · position of the other + offset.
+/// Dependence of a joint on another joint: position = multiplier · position of the other joint + offset.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Mimic {
     /// Name of the other joint.
     pub joint: String,
-    /// Multiplier; 1 if the file has none.
+    /// Multiplier. 1 if the file has no multiplier.
     pub multiplier: f64,
-    /// Offset (rad); zero if the file has none.
+    /// Offset (rad). Zero if the file has no offset.
     pub offset: f64,
 }
 
 impl JointKind {
-    /// Axis or normal; `None` for a fixed or floating joint.
+    /// Axis or normal, or `None` for a fixed or floating joint.
     #[must_use]
     pub fn axis(&self) -> Option<UnitVector3<f64>> {
         match self {

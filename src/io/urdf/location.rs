@@ -5,7 +5,7 @@ use std::path::PathBuf;
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Location {
-    /// The file; `None` for a text that was not read from a file.
+    /// The file, or `None` for a text that was not read from a file.
     pub path: Option<PathBuf>,
     /// Line number, counted from 1.
     pub line: usize,

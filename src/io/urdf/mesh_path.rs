@@ -6,14 +6,14 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 impl Collision {
-    /// Path of the file of a mesh; `None` for another geometry. The file need not exist.
+    /// Path of the file of a mesh, or `None` for another geometry. The file need not exist.
     ///
     /// - `package://name/rest` is below the folder of the package.
     /// - `file://path` is an absolute path.
     /// - A relative path begins at the folder of the URDF file.
     ///
     /// # Errors
-    /// If the folder of a package is not given, or the scheme is another one.
+    /// If the folder of a package is not given, or if the scheme is neither `package` nor `file`.
     pub fn mesh_path(
         &self,
         packages: &BTreeMap<String, PathBuf>,

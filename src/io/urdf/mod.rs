@@ -36,13 +36,14 @@
 //! # Rules
 //!
 //! - A robot is one tree: one link has no parent, and every other link is the child of one joint. Links and joints have unique names.
-//! - A link without `<inertial>` and a mass of zero are accepted. An inertia that no solid has is accepted too, because many published
+//! - A link without `<inertial>` and a mass of zero are accepted. An inertia that no solid can have is accepted too, because many published
 //!   robots have one. [`Robot::warnings`] lists these inertias.
-//! - A joint may mimic any joint but itself. [`Robot::warnings`] lists joints that mimic a joint that does not exist.
+//! - A joint may mimic any joint except itself. [`Robot::warnings`] lists joints that mimic a joint that does not exist.
 //! - A missing `<axis>` is the x axis. Axes are normalized. The axis of a fixed or floating joint is ignored.
 //! - `<origin>` has `xyz` and `rpy`, or `xyz` and `quat_xyzw`.
-//! - Lengths of geometries are positive. Damping, friction, largest efforts and velocities are at least zero. Limits may be infinite.
-//! - Files of meshes are opened only when a shape is made of them.
+//! - Lengths of geometries are positive. Damping, friction, largest efforts and largest velocities are at least zero. Limits may be
+//!   infinite.
+//! - The file of a mesh is opened only when the mesh is converted to a shape.
 
 mod collision;
 mod dynamics_joint;

@@ -6,7 +6,7 @@ use crate::scalar::portable::sin_cos;
 use crate::spatial::Pose;
 use nalgebra::{Matrix3, Unit, UnitQuaternion, Vector3, Vector4};
 
-/// Pose in the `<origin>` of an element; the identity without `<origin>`.
+/// Pose in the `<origin>` of an element, or the identity without `<origin>`.
 pub(super) fn origin_of(element: Element) -> Result<Pose, UrdfError> {
     let Some(origin) = element.child("origin")? else {
         return Ok(Pose::identity());

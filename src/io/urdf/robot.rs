@@ -101,13 +101,13 @@ impl Robot {
         &self.joints
     }
 
-    /// Defects that published files have, such as inertias that no solid has.
+    /// Defects that the reader accepts because published files have them. An example is an inertia that no solid can have.
     #[must_use]
     pub fn warnings(&self) -> &[UrdfWarning] {
         &self.warnings
     }
 
-    /// The file; `None` for a text that was not read from a file. Relative paths of meshes begin at its folder.
+    /// The file, or `None` for a text that was not read from a file. Relative paths of meshes begin at its folder.
     #[must_use]
     pub fn path(&self) -> Option<&Path> {
         self.path.as_deref()

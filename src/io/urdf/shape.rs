@@ -15,21 +15,21 @@ use std::path::{Path, PathBuf};
 pub struct ShapeOptions {
     /// Folders of packages, by name. Empty by default.
     pub packages: BTreeMap<String, PathBuf>,
-    /// Subdivisions k of a sphere, which has 20·4ᵏ triangles; 2 by default.
+    /// Subdivisions k of a sphere, which has 20·4ᵏ triangles. The default is 2.
     pub subdivisions: usize,
-    /// Number of sides of a cylinder or a capsule; 16 by default.
+    /// Number of sides of a cylinder or a capsule. The default is 16.
     pub segments: usize,
-    /// Shapes of meshes; rigid by default.
+    /// Shapes of meshes. The default is rigid.
     pub meshes: MeshShape,
 }
 
-/// Kind of the shape that a mesh becomes.
+/// Kind of the shape that is made of a mesh.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum MeshShape {
     /// Rigid shape.
     Rigid,
-    /// Compliant shape by [`shapes::star_shaped`]. Only solids that are star-shaped about their center can become one.
+    /// Compliant shape by [`shapes::star_shaped`]. The mesh must be star-shaped about its center.
     StarShaped,
 }
 
@@ -45,7 +45,7 @@ impl Default for ShapeOptions {
 }
 
 impl Collision {
-    /// Shape of the geometry, in the frame of the geometry: [`Self::origin`] is not applied. Boxes, spheres, cylinders and capsules become
+    /// Shape of the geometry, in the frame of the geometry. [`Self::origin`] is not applied. Boxes, spheres, cylinders and capsules become
     /// compliant shapes.
     ///
     /// # Errors

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 
 /// Tree of links and joints, by their indices in the file.
 struct Tree {
-    /// Joint above each link; `None` for a root.
+    /// Joint above each link, or `None` for a root.
     joint_above: Vec<Option<usize>>,
     /// Joints below each link, in the order of the file.
     joints_below: Vec<Vec<usize>>,
@@ -36,7 +36,7 @@ pub(super) fn sorted(
     Ok((permuted(links, order.iter().copied()), joints))
 }
 
-/// The values in this order of their indices.
+/// Returns the values at these indices, in this order.
 fn permuted<T>(values: Vec<T>, order: impl Iterator<Item = usize>) -> Vec<T> {
     let mut values: Vec<_> = values.into_iter().map(Some).collect();
     order.filter_map(|index| values[index].take()).collect()
@@ -108,14 +108,15 @@ impl Tree {
         order
     }
 
-    /// Error for a cycle above a link that is not below the root. At least one such link must exist.
+    /// Error for a cycle of joints. Requires at least one link that was not reached from the root. The cycle contains this link, or is
+    /// above it.
     fn cycle_error(&self, reached: &[usize], joints: &[Joint]) -> UrdfError {
         let mut is_reached = vec![false; self.joint_above.len()];
         for &link in reached {
             is_reached[link] = true;
         }
         let first = is_reached.iter().position(|&reached| !reached);
-        // Every link that is not reached has a joint above, and no link above it is reached.
+        // Every unreached link has a joint above it, and all links above it are unreached too.
         let mut link = first.unwrap_or_default();
         let mut above = Vec::new();
         while let Some(joint) = self.joint_above[link].filter(|_| !is_reached[link]) {
@@ -123,7 +124,7 @@ impl Tree {
             above.push(joint);
             link = self.ends[joint][0];
         }
-        // The walk ends at a link of the cycle, which it left by this joint.
+        // The walk ends at a link of the cycle. This is the joint above that link.
         let start = above.iter().position(|&joint| self.ends[joint][1] == link);
         let cycle = &above[start.unwrap_or_default()..];
         UrdfError::Cycle {
@@ -136,12 +137,12 @@ impl Tree {
 /// Returns the warnings about joints that mimic joints that do not exist.
 ///
 /// # Errors
-/// If a joint mimics itself, directly or through others.
+/// If a joint mimics itself, directly or through other joints.
 pub(super) fn mimic_warnings(joints: &[Joint]) -> Result<Vec<UrdfWarning>, UrdfError> {
     let names = joints.iter().map(|joint| joint.name.as_str());
     let indices: BTreeMap<&str, usize> = names.zip(0..).collect();
     let mut warnings = Vec::new();
-    // Walk in which each joint was met first.
+    // Start of the walk that first visited each joint.
     let mut walks = vec![None; joints.len()];
     for start in 0..joints.len() {
         let mut joint = start;

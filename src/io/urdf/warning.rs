@@ -1,6 +1,6 @@
 use super::Location;
 
-/// Defect of a robot that published files have, so that it is not an error of the reader.
+/// Defect of a robot that the reader accepts, because published files have it.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum UrdfWarning {

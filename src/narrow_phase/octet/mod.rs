@@ -50,8 +50,7 @@ pub(crate) struct Octet {
     pub corners: [[Row; 2]; SLOTS],
     /// The end of the edge of each slot, in the same way.
     pub ends: [[Row; 2]; SLOTS],
-    /// For each of B's `bounds`, the slot before the slot of the bound, in the order of edges. The entry is −1 if the bound cuts nothing
-    /// off.
+    /// Slot before the slot of each of B's `bounds`, in the order of edges. The entry is −1 if the bound cuts nothing off.
     after: [Row; 4],
     /// The topology as bits of a whole number, stored as `f64` because lanes have no integers. The lowest bits are the slots with an edge,
     /// followed by [`SPECIAL`]. The bits from [`BELOW`] are A's corners below the plane. The bits from [`OPPOSITE`] are the slots with an

@@ -57,7 +57,7 @@ pub(super) struct Outlines<N: Numbers> {
     pub is_near: N::Mask,
 }
 
-/// Index in [`EDGES`] of the edge between two corners of a tetrahedron; 6 if they are the same.
+/// Index in [`EDGES`] of the edge between two corners of a tetrahedron, or 6 if the corners are the same.
 const EDGE_BETWEEN: [[usize; 4]; 4] = [[6, 0, 1, 2], [0, 6, 3, 4], [1, 3, 6, 5], [2, 4, 5, 6]];
 
 impl<N: Numbers> Outlines<N> {
