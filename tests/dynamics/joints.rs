@@ -342,6 +342,15 @@ fn numbers_of_joints_out_of_range_are_refused() {
 }
 
 #[test]
+fn differences_of_states_with_joints_are_refused() {
+    let world = double_pendulum([1.0, 0.7]);
+    let state = world.initial_state();
+    let expected = WorldError::NoCoordinates("upper".into());
+    assert_eq!(world.difference(&state, &state).unwrap_err(), expected);
+    assert_eq!(world.integrate(&state, &[0.0; 24]).unwrap_err(), expected);
+}
+
+#[test]
 fn explicit_steps_refuse_joints() {
     let plan = Plan::new(1e-3, 1)
         .unwrap()
