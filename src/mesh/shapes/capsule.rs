@@ -1,5 +1,5 @@
 use super::cored::{CoredSurface, core_size};
-use super::{check_resolution, checked_lengths, variables};
+use super::{checked_round_dimensions, variables};
 use crate::mesh::{MeshError, PressureField, ShapeRates};
 use crate::scalar::portable::sin_cos;
 use crate::scalar::{Scalar, lift, real_part};
@@ -19,7 +19,7 @@ const SEGMENTS: [usize; 2] = [3, 1_000];
 /// Returns an error if a dimension is not positive and finite, or if there are fewer than 3 or more than 1,000 segments. Also returns an
 /// error if the shape is so slender that tetrahedra are flat to within rounding error.
 pub fn capsule(radius: f64, length: f64, segments: usize) -> Result<PressureField, MeshError> {
-    let dimensions = checked_dimensions(radius, length, segments)?;
+    let dimensions = checked_round_dimensions(radius, length, (segments, SEGMENTS))?;
     filled(dimensions, segments).field()
 }
 
@@ -32,14 +32,8 @@ pub fn capsule_rates(
     length: f64,
     segments: usize,
 ) -> Result<[ShapeRates; 2], MeshError> {
-    let dimensions = checked_dimensions(radius, length, segments)?;
+    let dimensions = checked_round_dimensions(radius, length, (segments, SEGMENTS))?;
     filled(variables(dimensions), segments).rates()
-}
-
-fn checked_dimensions(radius: f64, length: f64, segments: usize) -> Result<[f64; 2], MeshError> {
-    let dimensions = checked_lengths([("radius", radius), ("length", length)])?;
-    check_resolution("segments", segments, SEGMENTS)?;
-    Ok(dimensions)
 }
 
 /// Creates the tetrahedra of the capsule with this radius and length (m).

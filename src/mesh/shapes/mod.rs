@@ -39,6 +39,17 @@ fn checked_lengths<const N: usize>(
     Ok(lengths.map(|(_, value)| value))
 }
 
+/// Returns the radius and the length (m) of a round solid if both are positive and finite, and the number of segments is within the limits.
+fn checked_round_dimensions(
+    radius: f64,
+    length: f64,
+    (segments, limits): (usize, [usize; 2]),
+) -> Result<[f64; 2], MeshError> {
+    let dimensions = checked_lengths([("radius", radius), ("length", length)])?;
+    check_resolution("segments", segments, limits)?;
+    Ok(dimensions)
+}
+
 /// Checks that the number lies within the limits (inclusive).
 fn check_resolution(
     name: &'static str,
