@@ -175,7 +175,7 @@ impl Body<f64> {
     pub(crate) fn check(&self) -> Result<(), WorldError> {
         self.material.check_on(&self.name, &self.shape)?;
         self.check_mass()?;
-        if let Some(joint) = self.joint().filter(|_| self.is_on_joint()) {
+        if let Some(joint) = self.connecting_joint() {
             joint.check()?;
         }
         self.initial.check(&self.name)?;
@@ -279,8 +279,12 @@ impl<T: Scalar> Body<T> {
 
     /// Whether the body is connected by a joint: it is dynamic, but not free.
     pub(crate) fn is_on_joint(&self) -> bool {
-        self.joint()
-            .is_some_and(|joint| joint.kind != JointKind::Free)
+        self.connecting_joint().is_some()
+    }
+
+    /// Joint that is not free.
+    pub(super) fn connecting_joint(&self) -> Option<&Joint<T>> {
+        self.joint().filter(|joint| joint.kind != JointKind::Free)
     }
 
     /// Joint with a state of its own: neither free nor fixed.

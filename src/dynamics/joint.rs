@@ -2,7 +2,7 @@
 
 use super::WorldError;
 use crate::contact::SLIP_TOLERANCES;
-use crate::scalar::{DenseDual, Scalar, lift, lift_vector, real_part, real_vector};
+use crate::scalar::{DenseDual, Scalar, lift, real_part};
 use crate::spatial::{Pose, turned_by};
 use nalgebra::{Matrix3, UnitVector3, Vector3};
 
@@ -624,17 +624,21 @@ impl<T: Scalar> JointState<T> {
     /// The state without its derivatives.
     #[must_use]
     pub fn real(&self) -> JointState {
+        self.map(real_part)
+    }
+
+    fn map<U: Scalar>(&self, convert: impl Fn(T) -> U) -> JointState<U> {
         match self {
             Self::Scalar { position, velocity } => JointState::Scalar {
-                position: real_part(*position),
-                velocity: real_part(*velocity),
+                position: convert(*position),
+                velocity: convert(*velocity),
             },
             Self::Ball {
                 rotation,
                 angular_velocity,
             } => JointState::Ball {
-                rotation: rotation.map(real_part),
-                angular_velocity: real_vector(angular_velocity),
+                rotation: rotation.map(&convert),
+                angular_velocity: angular_velocity.map(&convert),
             },
         }
     }
@@ -643,19 +647,7 @@ impl<T: Scalar> JointState<T> {
 impl JointState {
     /// The state with zero derivatives.
     pub(super) fn lifted<T: Scalar>(&self) -> JointState<T> {
-        match self {
-            Self::Scalar { position, velocity } => JointState::Scalar {
-                position: lift(*position),
-                velocity: lift(*velocity),
-            },
-            Self::Ball {
-                rotation,
-                angular_velocity,
-            } => JointState::Ball {
-                rotation: rotation.map(lift),
-                angular_velocity: lift_vector(angular_velocity),
-            },
-        }
+        self.map(lift)
     }
 }
 

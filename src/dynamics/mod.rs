@@ -39,6 +39,7 @@
 //! A rollout that starts from a loaded state ([`Rollout::with_state`]) has the same bits as a rollout that starts from the saved state.
 
 mod accuracy;
+mod articulation;
 mod batch;
 mod body;
 mod body_shape;

@@ -1,5 +1,5 @@
+use super::articulation::Articulation;
 use super::body::require_index_of;
-use super::joint::{Joint, JointKind};
 use super::motion::state_on;
 use super::multibody::{Kinematics, Multibody, Parent};
 use super::validate::check_finite;
@@ -7,6 +7,7 @@ use super::{Body, BodyState, Control, Motion, State, WorldError};
 use crate::scalar::{Scalar, lift, lift_vector, real_part, real_vector};
 use nalgebra::Vector3;
 use std::collections::BTreeSet;
+use std::sync::Arc;
 
 /// Slip tolerance (m/s) of a new world.
 const SLIP_TOLERANCE: f64 = 1e-3;
@@ -25,8 +26,7 @@ pub(crate) struct Model<T = f64> {
     /// Time (s) of the initial state.
     pub(crate) start: f64,
     pub(super) ignored: BTreeSet<(usize, usize)>,
-    /// Pairs of bodies that a joint connects, or that are welded to such bodies, the smaller index first.
-    adjacent: BTreeSet<(usize, usize)>,
+    articulation: Arc<Articulation>,
     pub(super) slip_tolerance: f64,
 }
 
@@ -44,9 +44,8 @@ impl Model {
                 return Err(WorldError::DuplicateName(body.name.clone()));
             }
         }
-        check_joints(&bodies)?;
         Ok(Self {
-            adjacent: adjacent_pairs(&bodies),
+            articulation: Arc::new(Articulation::of(&bodies)?),
             bodies,
             gravity: Vector3::zeros(),
             controls: Vec::new(),
@@ -91,7 +90,7 @@ impl Model {
             force_parameters: self.force_parameters_by(|value| lift(value)),
             start: self.start,
             ignored: self.ignored.clone(),
-            adjacent: self.adjacent.clone(),
+            articulation: Arc::clone(&self.articulation),
             slip_tolerance: self.slip_tolerance,
         }
     }
@@ -107,7 +106,7 @@ impl<T: Scalar> Model<T> {
             force_parameters: self.force_parameters_by(real_part),
             start: self.start,
             ignored: self.ignored.clone(),
-            adjacent: self.adjacent.clone(),
+            articulation: Arc::clone(&self.articulation),
             slip_tolerance: self.slip_tolerance,
         }
     }
@@ -139,35 +138,27 @@ impl<T: Scalar> Model<T> {
 
     /// Bodies on joints with their parents. Bodies whose parent is the world are omitted.
     pub(super) fn parents(&self) -> impl Iterator<Item = (usize, usize)> {
-        let bodies = self.bodies.iter().enumerate();
-        bodies.filter_map(|(index, body)| {
-            let parent = body.joint().and_then(Joint::parent)?;
-            Some((index, self.index_of(parent).ok()?))
-        })
+        let parents = self.articulation.parents.iter().enumerate();
+        parents.filter_map(|(body, parent)| Some((body, (*parent)?)))
     }
 
     /// Index of the body on a revolute or prismatic joint, and index of the state of the joint.
     pub(crate) fn scalar_joint(&self, name: &str) -> Result<(usize, usize), WorldError> {
-        let with_state =
-            |(index, body): (usize, &'_ Body<T>)| body.joint_with_state().map(|_| index);
-        let bodies: Vec<usize> = self
-            .bodies
+        let joint = |body: &'_ Body<T>| {
+            let joint = body.joint_with_state()?;
+            joint.initial.position().map(|_| joint.name.clone())
+        };
+        let names: Vec<Option<String>> = self.bodies.iter().map(joint).collect();
+        match names
             .iter()
-            .enumerate()
-            .filter_map(with_state)
-            .collect();
-        let joint = |body: usize| self.bodies[body].joint_with_state();
-        let scalar_joint =
-            |body: usize| joint(body).filter(|joint| joint.initial.position().is_some());
-        let is_named = |&body: &usize| scalar_joint(body).is_some_and(|joint| joint.name == name);
-        if let Some(state_index) = bodies.iter().position(is_named) {
-            return Ok((bodies[state_index], state_index));
+            .position(|joint| joint.as_deref() == Some(name))
+        {
+            Some(body) => Ok((body, self.articulation.state_indices[body])),
+            None => Err(WorldError::UnknownJoint {
+                name: name.to_owned(),
+                known: names.into_iter().flatten().collect(),
+            }),
         }
-        let scalar = bodies.iter().filter_map(|&body| scalar_joint(body));
-        Err(WorldError::UnknownJoint {
-            name: name.to_owned(),
-            known: scalar.map(|joint| joint.name.clone()).collect(),
-        })
     }
 
     /// Returns an error if the world has joints.
@@ -191,33 +182,21 @@ impl<T: Scalar> Model<T> {
         self.bodies.iter().any(Body::is_on_joint)
     }
 
-    /// Generalized coordinates of dynamic bodies, in increasing order. `neighbors` has their parents that are not dynamic.
+    /// Generalized coordinates of dynamic bodies. `neighbors` has their parents that are not dynamic. Both lists are in increasing order.
     pub(super) fn multibody(&self, dynamic: &[usize], neighbors: &[usize]) -> Multibody<T> {
-        let mut next_state = 0;
-        let state_indices = self.bodies.iter().map(|body| {
-            let index = next_state;
-            next_state += usize::from(body.joint_with_state().is_some());
-            index
-        });
-        let state_indices: Vec<usize> = state_indices.collect();
+        let parent_of = |body: usize| {
+            let parent = self.articulation.parents[body]?;
+            let link = dynamic.binary_search(&parent).map(Parent::Link);
+            link.or_else(|_| neighbors.binary_search(&parent).map(Parent::Neighbor))
+                .ok()
+        };
         let links = dynamic.iter().filter_map(|&body| {
             let Motion::Dynamic { inertia, joint } = &self.bodies[body].motion else {
                 return None;
             };
-            let parent = joint
-                .parent
-                .as_ref()
-                .and_then(|name| self.index_of(name).ok());
-            let parent = parent.map_or(Parent::World, |parent| {
-                let index_in =
-                    |indices: &[usize]| indices.iter().position(|&index| index == parent);
-                match (index_in(dynamic), index_in(neighbors)) {
-                    (Some(link), _) => Parent::Link(link),
-                    (None, Some(neighbor)) => Parent::Neighbor(neighbor),
-                    (None, None) => Parent::World,
-                }
-            });
-            Some((body, state_indices[body], *inertia, &**joint, parent))
+            let parent = parent_of(body).unwrap_or(Parent::World);
+            let state_index = self.articulation.state_indices[body];
+            Some((body, state_index, *inertia, &**joint, parent))
         });
         Multibody::new(links, neighbors)
     }
@@ -232,9 +211,9 @@ impl<T: Scalar> Model<T> {
 
     /// All dynamic bodies of the world with their kinematics.
     pub(super) fn kinematics_at(&self, state: &State<T>) -> (Multibody<T>, Kinematics<T>) {
-        let dynamic: Vec<usize> = self.dynamic_bodies().collect();
-        let indices = 0..self.bodies.len();
-        let neighbors: Vec<usize> = indices.filter(|index| !dynamic.contains(index)).collect();
+        let is_dynamic = |body: &usize| self.bodies[*body].inertia().is_some();
+        let (dynamic, neighbors): (Vec<usize>, Vec<usize>) =
+            (0..self.bodies.len()).partition(is_dynamic);
         let multibody = self.multibody(&dynamic, &neighbors);
         let states: Vec<_> = neighbors.iter().map(|&body| state.bodies[body]).collect();
         let kinematics = multibody.kinematics(multibody.coordinates(state), &states);
@@ -267,7 +246,8 @@ impl<T: Scalar> Model<T> {
     /// Whether the contact of two bodies, i < j, has an effect: one of them is dynamic, and the pair is not ignored.
     fn can_interact(&self, i: usize, j: usize) -> bool {
         let moves = |index: usize| self.bodies[index].inertia().is_some();
-        let is_excluded = self.ignored.contains(&(i, j)) || self.adjacent.contains(&(i, j));
+        let is_excluded =
+            self.ignored.contains(&(i, j)) || self.articulation.adjacent.contains(&(i, j));
         (moves(i) || moves(j)) && !is_excluded
     }
 
@@ -295,64 +275,4 @@ impl<T: Scalar> Model<T> {
             Motion::Kinematic(path) => Some(state_on(&**path, time).lifted()),
         }
     }
-}
-
-/// Checks the names, the parents and the numbers of joints.
-fn check_joints(bodies: &[Body]) -> Result<(), WorldError> {
-    let mut names = BTreeSet::new();
-    for (index, body) in bodies.iter().enumerate() {
-        let Some(joint) = body.joint().filter(|_| body.is_on_joint()) else {
-            continue;
-        };
-        if !names.insert(&joint.name) {
-            return Err(WorldError::DuplicateJoint(joint.name.clone()));
-        }
-        if let Some(parent) = &joint.parent {
-            let is_parent = |candidate: &Body| candidate.name() == parent;
-            if !bodies[..index].iter().any(is_parent) {
-                return Err(WorldError::JointParent {
-                    joint: joint.name.clone(),
-                    body: body.name().to_owned(),
-                    parent: parent.clone(),
-                });
-            }
-        }
-    }
-    Ok(())
-}
-
-/// Pairs of bodies, the smaller index first, that a joint connects, or that are welded to such bodies.
-fn adjacent_pairs(bodies: &[Body]) -> BTreeSet<(usize, usize)> {
-    let parent_of = |body: &Body| {
-        let parent = body.joint().and_then(Joint::parent)?;
-        bodies
-            .iter()
-            .position(|candidate| candidate.name() == parent)
-    };
-    // Welded bodies have the same root. Parents come before children.
-    let mut roots: Vec<usize> = (0..bodies.len()).collect();
-    let mut connected = BTreeSet::new();
-    for (index, body) in bodies.iter().enumerate() {
-        let Some(parent) = parent_of(body) else {
-            continue;
-        };
-        if body
-            .joint()
-            .is_some_and(|joint| joint.kind == JointKind::Fixed)
-        {
-            roots[index] = roots[parent];
-        } else {
-            connected.insert((roots[parent], index));
-        }
-    }
-    let mut pairs = BTreeSet::new();
-    for (i, &first) in roots.iter().enumerate() {
-        for (j, &second) in roots.iter().enumerate().skip(i + 1) {
-            let is_connected = |a: usize, b: usize| connected.contains(&(a, b));
-            if first == second || is_connected(first, second) || is_connected(second, first) {
-                pairs.insert((i, j));
-            }
-        }
-    }
-    pairs
 }

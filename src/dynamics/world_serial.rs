@@ -245,7 +245,7 @@ impl BodyLayout {
             shape,
             material: body.material,
             inertia,
-            joint: body.joint().filter(|_| body.is_on_joint()).cloned(),
+            joint: body.connecting_joint().cloned(),
             initial: body.initial,
         })
     }

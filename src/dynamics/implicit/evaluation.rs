@@ -134,7 +134,7 @@ impl StageEquations<'_> {
         let (multibody, duration) = (self.multibody, self.start.duration);
         let directions = multibody.stage_directions(end, duration);
         let mut matrix = BlockMatrix::zeros(&multibody.trees);
-        let by_velocity = self.velocity_slopes(end, &directions, wrenches);
+        let by_velocity = self.slopes_along(&directions, (end, wrenches), [duration, 1.0]);
         for (tree, slopes) in by_velocity.iter().enumerate() {
             let mut block = matrix.block(tree, tree);
             block += slopes;
@@ -188,28 +188,6 @@ impl StageEquations<'_> {
         matrix
     }
 
-    /// Derivatives of the residual with respect to the velocities, at constant wrenches about the centers of mass. Each tree has one
-    /// matrix.
-    fn velocity_slopes(
-        &self,
-        end: &Kinematics,
-        directions: &Directions,
-        wrenches: &[Vector6<f64>],
-    ) -> Vec<DMatrix<f64>> {
-        let (multibody, duration) = (self.multibody, self.start.duration);
-        let mut slopes = multibody.momentum_slopes(end, directions);
-        let total = self.total_wrenches(wrenches);
-        multibody.add_force_slopes(&mut slopes, (end, directions), &total, -duration);
-        let [by_position, by_velocity] = multibody.joint_force_slopes(&end.coordinates);
-        for (columns, slopes) in multibody.trees.iter().zip(&mut slopes) {
-            for (i, column) in columns.clone().enumerate() {
-                let slope = by_position[column] * duration + by_velocity[column];
-                slopes[(i, i)] -= slope * duration;
-            }
-        }
-        slopes
-    }
-
     /// Matrix at the solution, from the exact derivatives of the contacts. Each contact has two participants.
     pub fn exact_matrix<'c>(
         &self,
@@ -236,15 +214,28 @@ impl StageEquations<'_> {
         end: &Kinematics,
         wrenches: &[Vector6<f64>],
     ) -> Vec<DMatrix<f64>> {
+        let directions = self.multibody.position_directions(end, self.start.duration);
+        self.slopes_along(&directions, (end, wrenches), [1.0, 0.0])
+    }
+
+    /// Derivatives of the residual along directions, at constant wrenches about the centers of mass. Each tree has one matrix. In its
+    /// direction, the position and the velocity of a revolute or prismatic joint change by `joint_changes`.
+    fn slopes_along(
+        &self,
+        directions: &Directions,
+        (end, wrenches): (&Kinematics, &[Vector6<f64>]),
+        joint_changes: [f64; 2],
+    ) -> Vec<DMatrix<f64>> {
         let (multibody, duration) = (self.multibody, self.start.duration);
-        let directions = multibody.position_directions(end, duration);
-        let mut slopes = multibody.momentum_slopes(end, &directions);
+        let mut slopes = multibody.momentum_slopes(end, directions);
         let total = self.total_wrenches(wrenches);
-        multibody.add_force_slopes(&mut slopes, (end, &directions), &total, -duration);
-        let [by_position, _] = multibody.joint_force_slopes(&end.coordinates);
+        multibody.add_force_slopes(&mut slopes, (end, directions), &total, -duration);
+        let [by_position, by_velocity] = multibody.joint_force_slopes(&end.coordinates);
+        let [position, velocity] = joint_changes;
+        let changes = by_position * position + by_velocity * velocity;
         for (columns, slopes) in multibody.trees.iter().zip(&mut slopes) {
             for (i, column) in columns.clone().enumerate() {
-                slopes[(i, i)] -= by_position[column] * duration;
+                slopes[(i, i)] -= changes[column] * duration;
             }
         }
         slopes

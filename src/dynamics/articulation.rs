@@ -1,0 +1,92 @@
+//! Connections of the bodies of a world by joints, with names resolved to indices.
+
+use super::joint::{Joint, JointKind};
+use super::{Body, WorldError};
+use std::collections::BTreeSet;
+
+/// Connections of the bodies of a world. They do not change after the world is built.
+#[derive(Debug)]
+pub(super) struct Articulation {
+    /// Parent of each body on a joint, or `None` if the parent is the world.
+    pub parents: Vec<Option<usize>>,
+    /// Index of the state of the joint of each body in [`State::joints`](super::State), if the joint has a state.
+    pub state_indices: Vec<usize>,
+    /// Pairs of bodies that a joint connects, or that are welded to such bodies, the smaller index first.
+    pub adjacent: BTreeSet<(usize, usize)>,
+}
+
+impl Articulation {
+    /// Checks the names and the parents of all joints, and resolves the names.
+    ///
+    /// # Errors
+    /// If two joints have the same name, or if a parent does not come before its child.
+    pub fn of(bodies: &[Body]) -> Result<Self, WorldError> {
+        let mut names = BTreeSet::new();
+        let (mut parents, mut state_indices) = (Vec::new(), Vec::new());
+        let mut next_state = 0;
+        for (index, body) in bodies.iter().enumerate() {
+            let joint = body.connecting_joint();
+            if let Some(joint) = joint
+                && !names.insert(&joint.name)
+            {
+                return Err(WorldError::DuplicateJoint(joint.name.clone()));
+            }
+            parents.push(parent_index(joint, body, &bodies[..index])?);
+            state_indices.push(next_state);
+            next_state += usize::from(body.joint_with_state().is_some());
+        }
+        Ok(Self {
+            adjacent: adjacent_pairs(bodies, &parents),
+            parents,
+            state_indices,
+        })
+    }
+}
+
+/// Index of the parent among the bodies before a body.
+fn parent_index(
+    joint: Option<&Joint>,
+    body: &Body,
+    before: &[Body],
+) -> Result<Option<usize>, WorldError> {
+    let Some((joint, parent)) = joint.and_then(|joint| Some((joint, joint.parent()?))) else {
+        return Ok(None);
+    };
+    let index = before
+        .iter()
+        .position(|candidate| candidate.name() == parent);
+    if index.is_some() {
+        return Ok(index);
+    }
+    Err(WorldError::JointParent {
+        joint: joint.name.clone(),
+        body: body.name().to_owned(),
+        parent: parent.to_owned(),
+    })
+}
+
+fn adjacent_pairs(bodies: &[Body], parents: &[Option<usize>]) -> BTreeSet<(usize, usize)> {
+    // Welded bodies have the same root. Parents come before children.
+    let mut roots: Vec<usize> = (0..bodies.len()).collect();
+    let mut connected = BTreeSet::new();
+    for (index, body) in bodies.iter().enumerate() {
+        let (Some(parent), Some(joint)) = (parents[index], body.connecting_joint()) else {
+            continue;
+        };
+        if joint.kind == JointKind::Fixed {
+            roots[index] = roots[parent];
+        } else {
+            connected.insert((roots[parent], index));
+        }
+    }
+    let mut pairs = BTreeSet::new();
+    for (i, &first) in roots.iter().enumerate() {
+        for (j, &second) in roots.iter().enumerate().skip(i + 1) {
+            let is_connected = |a: usize, b: usize| connected.contains(&(a, b));
+            if first == second || is_connected(first, second) || is_connected(second, first) {
+                pairs.insert((i, j));
+            }
+        }
+    }
+    pairs
+}
