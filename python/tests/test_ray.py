@@ -1,8 +1,9 @@
 """Batches on a Ray cluster of two nodes on one machine. They have the same bits after the loss of workers and nodes."""
 
+import concurrent.futures
+import contextlib
 import os
 import signal
-import threading
 import time
 
 import numpy as np
@@ -163,7 +164,7 @@ def working(*nodes):
     return [worker for node in nodes for worker in descendants(raylet(node)) if at_work(worker)]
 
 
-def wait_for(condition, seconds=10):
+def wait_for(condition, seconds=60):
     """Waits until a condition is true, and returns its value."""
     for _ in range(100 * seconds):
         if value := condition():
@@ -172,35 +173,35 @@ def wait_for(condition, seconds=10):
     raise AssertionError(f"the condition was not true within {seconds} s")
 
 
-def test_a_killed_worker_costs_nothing_but_time(cluster, Batch, bounce):
+@contextlib.contextmanager
+def meanwhile(function):
+    """Runs a function in a thread during the with statement, and raises its exception at the end."""
+    with concurrent.futures.ThreadPoolExecutor(1) as executor:
+        future = executor.submit(function)
+        yield
+        future.result()
+
+
+@pytest.fixture
+def kill_worker(cluster):
+    """Returns a function that waits for a worker at work and kills it."""
+    return lambda: os.kill(wait_for(lambda: working(*cluster.ours))[0], signal.SIGKILL)
+
+
+def test_a_killed_worker_costs_nothing_but_time(kill_worker, Batch, bounce):
     world, _ = bounce
     plan, samples = long_batch(world)
     expected = he.Batch(plan).jacobians_perturbed(world, BY, samples)
-    killed = []
-
-    def kill(done, total):
-        at_hand = working(*cluster.ours)
-        if done >= total // 3 and at_hand and not killed:
-            os.kill(at_hand[0], signal.SIGKILL)
-            killed.append(at_hand[0])
-
-    actual = Batch(plan, chunk=4, progress=kill).jacobians_perturbed(world, BY, samples)
-    assert killed and not at_work(killed[0])
+    with meanwhile(kill_worker):
+        actual = Batch(plan, chunk=4).jacobians_perturbed(world, BY, samples)
     same(actual, expected)
 
 
-def test_what_is_lost_more_often_than_it_is_tried_is_an_exception_and_the_others_go_on(cluster, Batch, bounce):
+def test_a_part_that_is_not_tried_again_is_lost_alone(kill_worker, Batch, bounce):
     world, _ = bounce
     plan, samples = long_batch(world)
-    killed = []
-
-    def kill(done, total):
-        at_hand = working(*cluster.ours)
-        if at_hand and not killed:
-            os.kill(at_hand[0], signal.SIGKILL)
-            killed.append(at_hand[0])
-
-    actual = Batch(plan, chunk=4, max_retries=0, progress=kill).rollouts_perturbed(world, BY, samples)
+    with meanwhile(kill_worker):
+        actual = Batch(plan, chunk=4, max_retries=0).rollouts_perturbed(world, BY, samples)
     lost = [index for index, result in enumerate(actual) if isinstance(result, he.RolloutError)]
     assert len(lost) == 4 and lost[0] % 4 == 0 and lost[3] == lost[0] + 3
     assert "worker" in str(actual[lost[0]]) and isinstance(actual[lost[0]].__cause__, ray.exceptions.WorkerCrashedError)
@@ -212,15 +213,14 @@ def test_what_is_lost_more_often_than_it_is_tried_is_an_exception_and_the_others
 def test_workers_have_one_thread(cluster, Batch, bounce):
     world, _ = bounce
     plan, samples = long_batch(world)
-    threads = []
 
-    def look(done, total):
-        for worker in working(*cluster.ours):
+    def look():
+        for worker in wait_for(lambda: working(*cluster.ours)):
             with open(f"/proc/{worker}/environ", "rb") as file:
-                threads.append(b"RAYON_NUM_THREADS=1\0" in file.read())
+                assert b"RAYON_NUM_THREADS=1\0" in file.read()
 
-    Batch(plan, chunk=4, progress=look).rollouts_perturbed(world, BY, samples)
-    assert threads and all(threads)
+    with meanwhile(look):
+        Batch(plan, chunk=4).rollouts_perturbed(world, BY, samples)
 
 
 def test_an_exception_of_the_progress_function_and_ctrl_c_end_the_batch(cluster, Batch):
@@ -234,11 +234,8 @@ def test_an_exception_of_the_progress_function_and_ctrl_c_end_the_batch(cluster,
         wait_for(lambda: working(*cluster.ours))
         os.kill(os.getpid(), signal.SIGINT)
 
-    thread = threading.Thread(target=interrupt)
-    thread.start()
-    with pytest.raises(KeyboardInterrupt):
+    with meanwhile(interrupt), pytest.raises(KeyboardInterrupt):
         endless.rollouts([world] * 4)
-    thread.join()
     wait_for(lambda: not working(*cluster.ours))
 
     def stop(done, total):
@@ -253,17 +250,12 @@ def test_a_lost_node_costs_nothing_but_time(cluster, Batch, bounce):
     world, _ = bounce
     plan, samples = long_batch(world)
     expected = he.Batch(plan).jacobians_perturbed(world, BY, samples)
-    lost = []
 
-    def lose(done, total):
-        # A lost node has no processes.
-        busy = None if lost else next(filter(working, cluster.ours), None)
-        if done >= total // 3 and busy:
-            cluster.remove_node(busy, allow_graceful=False)
-            lost.append(busy)
+    def remove_node():
+        cluster.remove_node(wait_for(lambda: next(filter(working, cluster.ours), None)), allow_graceful=False)
 
-    actual = Batch(plan, chunk=4, progress=lose).jacobians_perturbed(world, BY, samples)
-    assert lost
+    with meanwhile(remove_node):
+        actual = Batch(plan, chunk=4).jacobians_perturbed(world, BY, samples)
     same(actual, expected)
     # The head and one node remain. Ray searches for about 14 s before it declares a node dead.
-    wait_for(lambda: sum(node["Alive"] for node in ray.nodes()) == 2, seconds=60)
+    wait_for(lambda: sum(node["Alive"] for node in ray.nodes()) == 2)
