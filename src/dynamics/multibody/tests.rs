@@ -97,7 +97,9 @@ impl Random {
         }
         let links = links.iter().enumerate();
         Multibody::new(
-            links.map(|(body, (inertia, joint, parent))| (body, 0, *inertia, joint, *parent)),
+            links.map(|(body, (inertia, joint, parent))| {
+                (body, 0, *inertia, (joint, *joint.law()), *parent)
+            }),
             &[0],
         )
     }
