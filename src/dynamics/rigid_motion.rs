@@ -3,7 +3,7 @@
 use super::{BodyState, Inertia};
 use crate::scalar::portable::atan2;
 use crate::scalar::{Scalar, lift};
-use crate::spatial::{Pose, Twist, left_jacobian, rotation_from_vector, turned_by};
+use crate::spatial::{Pose, Twist, left_jacobian, rotation_from_vector, times_constant, turned_by};
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3, Vector6};
 
 impl<T: Scalar> Inertia<T> {
@@ -22,6 +22,13 @@ impl<T: Scalar> Inertia<T> {
         )
     }
 
+    /// Rotational inertia (kg m²) in world axes.
+    pub(in crate::dynamics) fn in_world(&self, rotation: &Matrix3<T>) -> Matrix3<T> {
+        let frame = self.principal.frame(rotation);
+        let moments = Matrix3::from_diagonal(&self.principal.moments);
+        times_constant(&frame, &moments) * frame.transpose() * self.mass
+    }
+
     /// Pose of a body after a turn (rad, world axes) about its center of mass and a shift of the center of mass (m).
     pub(in crate::dynamics) fn displaced(
         &self,
@@ -34,12 +41,6 @@ impl<T: Scalar> Inertia<T> {
 }
 
 impl Inertia {
-    /// Rotational inertia (kg m²) in world axes.
-    pub(in crate::dynamics) fn in_world(&self, rotation: &Matrix3<f64>) -> Matrix3<f64> {
-        let frame = self.principal.frame(rotation);
-        frame * Matrix3::from_diagonal(&self.principal.moments) * frame.transpose() * self.mass
-    }
-
     /// Velocities that an impulse (N m s, N s) gives to the body.
     pub(in crate::dynamics) fn velocities(
         &self,

@@ -23,6 +23,7 @@
 
 mod coordinates;
 mod kinematics;
+mod mass_matrix;
 mod momentum;
 mod screw;
 mod slopes;
@@ -32,7 +33,8 @@ mod world_states;
 
 pub(in crate::dynamics) use coordinates::{Coordinates, zeros};
 pub(in crate::dynamics) use kinematics::{Column, Kinematics};
-pub(in crate::dynamics) use slopes::{BodyColumn, Directions, MassFactors};
+pub(in crate::dynamics) use mass_matrix::MassFactors;
+pub(in crate::dynamics) use slopes::{BodyColumn, Directions};
 
 use super::Inertia;
 use super::joint::{Joint, JointKind, JointLaw};

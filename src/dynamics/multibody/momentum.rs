@@ -1,10 +1,10 @@
 //! Momenta, forces and energies in generalized coordinates.
 
 use super::coordinates::zeros;
-use super::screw::about_reference;
+use super::screw::{about_reference, dot};
 use super::{Coordinates, Kinematics, Multibody};
 use crate::dynamics::joint::JointPosition;
-use crate::scalar::{Scalar, lift};
+use crate::scalar::Scalar;
 use nalgebra::{DVector, Vector6};
 
 impl<T: Scalar> Kinematics<T> {
@@ -71,9 +71,4 @@ impl<T: Scalar> Multibody<T> {
         }
         forces
     }
-}
-
-fn dot<T: Scalar>(one: &Vector6<T>, other: &Vector6<T>) -> T {
-    let products = one.iter().zip(other).map(|(a, b)| *a * *b);
-    products.fold(lift(0.0), |sum, product| sum + product)
 }

@@ -2,7 +2,7 @@
 
 use crate::dynamics::Inertia;
 use crate::dynamics::rigid_motion::six;
-use crate::scalar::Scalar;
+use crate::scalar::{Scalar, lift, real_part};
 use crate::spatial::{Wrench, skew};
 use nalgebra::{Matrix3, Vector3, Vector6};
 use std::ops::Add;
@@ -32,26 +32,38 @@ pub(super) fn cross_motion<T: Scalar>(velocity: &Vector6<T>, motion: &Vector6<T>
 }
 
 /// Product v ×* f of a motion and a wrench, with mᵀ(v ×* f) = −(v × m)ᵀf for all motions m.
-pub(super) fn cross_force(velocity: &Vector6<f64>, wrench: &Vector6<f64>) -> Vector6<f64> {
+pub(super) fn cross_force<T: Scalar>(velocity: &Vector6<T>, wrench: &Vector6<T>) -> Vector6<T> {
     let (w, v) = (angular(velocity), linear(velocity));
     let (torque, force) = (angular(wrench), linear(wrench));
     six(&(w.cross(&torque) + v.cross(&force)), &w.cross(&force))
 }
 
-/// Rotational and translational inertia about a point.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct SpatialInertia {
-    /// Mass (kg).
-    mass: f64,
-    /// Mass times the position of the center of mass (kg m).
-    first_moment: Vector3<f64>,
-    /// Inertia tensor (kg m²).
-    tensor: Matrix3<f64>,
+/// Scalar product of a motion and a wrench.
+pub(super) fn dot<T: Scalar>(one: &Vector6<T>, other: &Vector6<T>) -> T {
+    let products = one.iter().zip(other).map(|(a, b)| *a * *b);
+    products.fold(lift(0.0), |sum, product| sum + product)
 }
 
-impl SpatialInertia {
+/// Motion about another point.
+pub(super) fn at_point<T: Scalar>(motion: &Vector6<T>, point: &Vector3<T>) -> Vector6<T> {
+    let (angular, linear) = (angular(motion), linear(motion));
+    six(&angular, &(linear + angular.cross(point)))
+}
+
+/// Rotational and translational inertia about a point.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct SpatialInertia<T = f64> {
+    /// Mass (kg).
+    mass: T,
+    /// Mass times the position of the center of mass (kg m).
+    first_moment: Vector3<T>,
+    /// Inertia tensor (kg m²).
+    tensor: Matrix3<T>,
+}
+
+impl<T: Scalar> SpatialInertia<T> {
     /// Inertia of a body with a given orientation and position of the center of mass.
-    pub fn of(inertia: &Inertia, rotation: &Matrix3<f64>, center: &Vector3<f64>) -> Self {
+    pub fn of(inertia: &Inertia<T>, rotation: &Matrix3<T>, center: &Vector3<T>) -> Self {
         let arm = skew(center);
         Self {
             mass: inertia.mass,
@@ -61,16 +73,26 @@ impl SpatialInertia {
     }
 
     /// Momentum at a spatial velocity.
-    pub fn times(&self, velocity: &Vector6<f64>) -> Vector6<f64> {
+    pub fn times(&self, velocity: &Vector6<T>) -> Vector6<T> {
         let (w, v) = (angular(velocity), linear(velocity));
         six(
             &(self.tensor * w + self.first_moment.cross(&v)),
             &(v * self.mass - self.first_moment.cross(&w)),
         )
     }
+
+    /// Upper bound of the terms that round-off of mᵀ·I·m is relative to, for a motion m.
+    pub fn scale(&self, motion: &Vector6<T>) -> f64 {
+        let [angular, linear] = [angular(motion), linear(motion)].map(|v| v.map(real_part).norm());
+        let tensor = self.tensor.map(real_part).norm();
+        let first_moment = self.first_moment.map(real_part).norm();
+        tensor * angular * angular
+            + 2.0 * first_moment * angular * linear
+            + real_part(self.mass) * linear * linear
+    }
 }
 
-impl Add for SpatialInertia {
+impl<T: Scalar> Add for SpatialInertia<T> {
     type Output = Self;
 
     fn add(self, other: Self) -> Self {

@@ -24,13 +24,12 @@
 //!
 //! All second derivatives of the kinetic energy cancel by the Jacobi identity.
 
-use super::screw::{SpatialInertia, angular, cross_force, cross_motion, linear};
+use super::screw::{angular, at_point, cross_force, cross_motion, linear};
 use super::{Column, Coordinates, Kinematics, Multibody};
 use crate::dynamics::joint::{JointKind, JointPosition};
 use crate::dynamics::rigid_motion::{six, zero6};
 use crate::spatial::left_jacobian;
-use nalgebra::{DMatrix, DVector, Dyn, LU, Vector3, Vector6};
-use std::ops::Range;
+use nalgebra::{DMatrix, DVector, Vector3, Vector6};
 
 /// Motions of the links in the directions of all columns.
 pub(in crate::dynamics) struct Directions {
@@ -50,23 +49,6 @@ pub(in crate::dynamics) struct BodyColumn {
     pub displacement: Vector6<f64>,
     /// Change of the twist.
     pub velocity: Vector6<f64>,
-}
-
-/// Factors of the mass matrix of each tree.
-pub(in crate::dynamics) struct MassFactors(Vec<(Range<usize>, LU<f64, Dyn, Dyn>)>);
-
-impl MassFactors {
-    /// Changes of the generalized velocities by generalized impulses. The changes are NaN for a tree without inertia.
-    pub fn velocities(&self, impulses: &DVector<f64>) -> DVector<f64> {
-        let mut velocities = impulses.clone();
-        for (columns, factors) in &self.0 {
-            let mut part = velocities.rows_mut(columns.start, columns.len());
-            if !factors.solve_mut(&mut part) {
-                part.fill(f64::NAN);
-            }
-        }
-        velocities
-    }
 }
 
 impl Multibody {
@@ -205,23 +187,6 @@ impl Multibody {
         }
     }
 
-    /// Factors of the mass matrices.
-    pub fn mass_factors(&self, kinematics: &Kinematics) -> MassFactors {
-        let matrices = self.mass_matrices(kinematics).into_iter();
-        MassFactors(
-            self.trees
-                .iter()
-                .cloned()
-                .zip(matrices.map(DMatrix::lu))
-                .collect(),
-        )
-    }
-
-    /// Mass matrix of each tree.
-    pub fn mass_matrices(&self, kinematics: &Kinematics) -> Vec<DMatrix<f64>> {
-        self.momentum_slopes(kinematics, &self.velocity_directions(kinematics))
-    }
-
     /// Derivatives of the joint forces at a time (s) with respect to positions and velocities, for each column.
     pub fn joint_force_slopes(&self, coordinates: &Coordinates, time: f64) -> [DVector<f64>; 2] {
         let mut slopes = [DVector::zeros(self.width()), DVector::zeros(self.width())];
@@ -306,21 +271,6 @@ impl Multibody {
         let widths = self.trees.iter().map(ExactSizeIterator::len);
         widths.map(|width| DMatrix::zeros(width, width)).collect()
     }
-
-    /// Inertia of each link and its descendants.
-    fn composite_inertias(&self, kinematics: &Kinematics) -> Vec<SpatialInertia> {
-        let links = self.links.iter().zip(&kinematics.frames);
-        let inertias = links.map(|(link, frame)| {
-            SpatialInertia::of(&link.inertia, frame.pose.rotation(), &frame.center_of_mass)
-        });
-        self.summed_over_subtrees(inertias.collect(), |sum, inertia| sum + inertia)
-    }
-}
-
-/// Motion about another point.
-fn at_point(motion: &Vector6<f64>, point: &Vector3<f64>) -> Vector6<f64> {
-    let (angular, linear) = (angular(motion), linear(motion));
-    six(&angular, &(linear + angular.cross(point)))
 }
 
 /// Whether a column moves the axis of another column of the same chain.

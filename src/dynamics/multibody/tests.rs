@@ -16,6 +16,9 @@ const FORESTS: usize = 60;
 /// Relative tolerance for the round-off of sums over a tree.
 const ROUND_OFF: f64 = 1e-13;
 
+/// Relative tolerance of the solution of linear equations with a mass matrix. The condition number multiplies the round-off.
+const SOLUTION: f64 = 1e-10;
+
 type Dual = DenseDual<MOST_COLUMNS>;
 
 /// Random numbers between −1 and 1.
@@ -305,6 +308,84 @@ fn motions_of_links_are_those_of_dual_numbers() {
             }
         }
     });
+}
+
+/// Random forest at rest or in motion, with a neighbor in motion.
+fn random_forest(random: &mut Random) -> (Multibody, Kinematics) {
+    let forest = random.forest();
+    let coordinates = random.coordinates(&forest);
+    let neighbor = random.neighbor();
+    let kinematics = forest.kinematics(coordinates, &[neighbor]);
+    (forest, kinematics)
+}
+
+#[test]
+fn the_mass_matrix_is_the_derivative_of_the_momenta_and_its_factors_invert_it() {
+    let random = &mut Random(SplitMix64::default());
+    for _ in 0..FORESTS {
+        let (forest, kinematics) = random_forest(random);
+        let directions = forest.velocity_directions(&kinematics);
+        let expected = assembled(&forest, &forest.momentum_slopes(&kinematics, &directions));
+        let mass = assembled(&forest, &forest.mass_matrices(&kinematics));
+        assert_close(&mass, &expected, "mass matrix");
+        let velocities = random.numbers(forest.width());
+        let factors = forest.mass_factors(&kinematics);
+        let error = (factors.velocities(&(&mass * &velocities)) - &velocities).amax();
+        assert!(error < SOLUTION, "{error:e}");
+        assert_eq!(forest.joint_without_inertia(&kinematics), None);
+    }
+}
+
+/// Chain of links on revolute joints about these axes through the origin. Each link has a mass, or none.
+fn chain(links: &[(Vector3<f64>, bool)], armature: f64) -> (Multibody, Kinematics) {
+    let random = &mut Random(SplitMix64::default());
+    let inertia = random.inertia();
+    let links: Vec<_> = links
+        .iter()
+        .map(|(axis, has_mass)| {
+            let mass = if *has_mass { inertia.mass } else { 0.0 };
+            let joint = Joint::revolute("", Unit::new_normalize(*axis)).with_armature(armature);
+            (Inertia { mass, ..inertia }, joint)
+        })
+        .collect();
+    let links = links.iter().enumerate().map(|(body, (inertia, joint))| {
+        let parent = body.checked_sub(1).map_or(Parent::World, Parent::Link);
+        (body, 0, *inertia, joint, parent)
+    });
+    let chain = Multibody::new(links, &[]);
+    let positions = vec![JointPosition::Scalar(0.0); chain.links.len()];
+    let velocities = DVector::zeros(chain.width());
+    let coordinates = Coordinates {
+        positions,
+        velocities,
+    };
+    let kinematics = chain.kinematics(coordinates, &[]);
+    (chain, kinematics)
+}
+
+#[test]
+fn a_joint_without_inertia_is_found() {
+    let [x, y, z] = [Vector3::x(), Vector3::y(), Vector3::z()];
+    let tilted = x + y * 0.1 + z * 0.3;
+    for (links, expected) in [
+        (vec![(x, true), (y, false)], Some(1)),
+        (vec![(x, false), (y, false)], Some(1)),
+        // The two axes coincide, so the joint before the link without mass has no inertia.
+        (vec![(x, false), (x, true)], Some(0)),
+        (vec![(tilted, false), (tilted, true)], Some(0)),
+        (vec![(x, false), (y, true)], None),
+        (vec![(x, false), (y, false), (z, true)], None),
+        (vec![(x, true), (x, true)], None),
+    ] {
+        let (forest, kinematics) = chain(&links, 0.0);
+        assert_eq!(
+            forest.joint_without_inertia(&kinematics),
+            expected,
+            "{links:?}"
+        );
+        let (forest, kinematics) = chain(&links, 1e-3);
+        assert_eq!(forest.joint_without_inertia(&kinematics), None, "{links:?}");
+    }
 }
 
 #[test]
