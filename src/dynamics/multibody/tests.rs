@@ -100,9 +100,11 @@ impl Random {
         }
         let links = links.iter().enumerate();
         Multibody::new(
-            links.map(|(body, (inertia, joint, parent))| {
-                (body, 0, *inertia, (joint, *joint.law()), *parent)
-            }),
+            links
+                .map(|(body, (inertia, joint, parent))| {
+                    Link::new(body, *inertia, (joint, *joint.law()), *parent)
+                })
+                .collect(),
             &[0],
         )
     }
