@@ -13,6 +13,7 @@ mod implicit;
 mod joints;
 mod links;
 mod long_runs;
+mod mimic;
 mod motion;
 mod partners;
 mod reference_trajectory;

@@ -197,3 +197,66 @@ fn derivatives_of_an_arm_are_those_of_differences() {
         .unwrap();
     assert!(check.best() < DIFFERENCES);
 }
+
+/// A gripper with coupled fingers on a fixed palm, which squeezes and lifts a free ball.
+fn gripper() -> World {
+    let finger = |name: &str, joint: Joint| {
+        let properties = MassProperties::solid_ball(0.1, 0.03);
+        let pad = icosphere(0.03, 1);
+        let body = Body::dynamic(
+            name,
+            pad,
+            rubbing(1e5, 0.5, 0.8),
+            Mass::Properties(properties),
+        );
+        body.unwrap().with_joint(joint).unwrap()
+    };
+    let palm = fixed("palm", icosphere(0.02, 0), rubbing(1e5, 0.5, 0.5));
+    let left = Joint::prismatic("left", Vector3::x_axis())
+        .with_parent("palm")
+        .with_origin(at(-0.1, 0.0, -0.1))
+        .with_position(0.028)
+        .with_damping(1.0)
+        .with_torque(8.0);
+    let right = Joint::prismatic("right", Vector3::x_axis())
+        .with_parent("palm")
+        .with_origin(at(0.1, 0.0, -0.1))
+        .with_mimic("left", -1.0, 0.0)
+        .with_damping(2.0);
+    let properties = MassProperties::solid_ball(0.2, 0.04);
+    let ball = Body::dynamic(
+        "ball",
+        icosphere(0.04, 1),
+        rubbing(1e5, 0.5, 0.8),
+        Mass::Properties(properties),
+    );
+    falling(vec![
+        palm.with_pose(at(0.0, 0.0, 0.5)),
+        finger("left finger", left),
+        finger("right finger", right),
+        ball.unwrap()
+            .with_pose(turned([0.3, 0.2, 0.1], [0.0, 0.002, 0.4])),
+    ])
+}
+
+#[test]
+fn both_modes_and_differences_agree_for_coupled_fingers() {
+    let parameters = [
+        Parameter::Gravity,
+        Parameter::friction("ball"),
+        Parameter::mass("right finger"),
+        Parameter::initial_position("palm"),
+        Parameter::joint("left", JointQuantity::InitialPosition),
+        Parameter::joint("left", JointQuantity::InitialVelocity),
+        Parameter::joint("left", JointQuantity::Torque),
+        Parameter::joint("left", JointQuantity::Damping),
+    ];
+    for integrator in [Integrator::Sdirk3, Integrator::ImplicitEuler] {
+        let plan = Plan::new(5e-3, 20).unwrap().with_integrator(integrator);
+        compare(&gripper(), &plan, &parameters, &Mixed { every: 7 });
+    }
+    let plan = Plan::new(2e-3, 10).unwrap();
+    let plan = plan.with_integrator(Integrator::ImplicitEuler);
+    let check = Experiment::new(gripper(), &plan).difference_check(&parameters, &Joints);
+    assert!(check.unwrap().best() < DIFFERENCES);
+}
