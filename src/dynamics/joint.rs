@@ -58,7 +58,7 @@ pub struct Joint<T = f64> {
 
 /// Forces of a revolute or prismatic joint, and its armature. The units are written for a revolute joint. For a prismatic joint, replace
 /// rad by m, N m by N, and kg m² by kg.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct JointLaw<T = f64> {
@@ -77,7 +77,7 @@ pub struct JointLaw<T = f64> {
 }
 
 /// Actuator of a joint: a torque plus a proportional–derivative servo.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct Actuator<T = f64> {
@@ -109,7 +109,7 @@ pub struct Stops {
 }
 
 /// State of a joint that is neither free nor fixed.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum JointState<T = f64> {
     /// Revolute or prismatic joint.
@@ -334,8 +334,13 @@ impl Joint {
         self
     }
 
-    /// Checks that all numbers are in range.
-    pub(super) fn check(&self) -> Result<(), WorldError> {
+    /// Checks that all numbers are in range. A world checks its joints too.
+    ///
+    /// # Errors
+    /// - If a number is out of range.
+    /// - If the initial state does not fit the kind of the joint.
+    /// - If a ball joint has a force.
+    pub fn check(&self) -> Result<(), WorldError> {
         self.law.check(&self.name)?;
         if let JointKind::Revolute(axis) | JointKind::Prismatic(axis) = &self.kind {
             let length = axis.norm();

@@ -1,5 +1,6 @@
 use super::articulation::Articulation;
 use super::body::require_index_of;
+use super::joint::JointKind;
 use super::motion::state_on;
 use super::multibody::{Kinematics, Multibody, Parent};
 use super::validate::check_finite;
@@ -142,11 +143,11 @@ impl<T: Scalar> Model<T> {
         parents.filter_map(|(body, parent)| Some((body, (*parent)?)))
     }
 
-    /// Index of the body on a revolute or prismatic joint, and index of the state of the joint.
-    pub(crate) fn scalar_joint(&self, name: &str) -> Result<(usize, usize), WorldError> {
+    /// Index of the body on a ball joint, or on a revolute or prismatic joint, and index of the state of the joint.
+    pub(crate) fn joint(&self, name: &str, is_ball: bool) -> Result<(usize, usize), WorldError> {
         let joint = |body: &'_ Body<T>| {
             let joint = body.joint_with_state()?;
-            joint.initial.position().map(|_| joint.name.clone())
+            ((joint.kind == JointKind::Ball) == is_ball).then(|| joint.name.clone())
         };
         let names: Vec<Option<String>> = self.bodies.iter().map(joint).collect();
         match names
@@ -155,6 +156,11 @@ impl<T: Scalar> Model<T> {
         {
             Some(body) => Ok((body, self.articulation.state_indices[body])),
             None => Err(WorldError::UnknownJoint {
+                kind: if is_ball {
+                    "ball"
+                } else {
+                    "revolute or prismatic"
+                },
                 name: name.to_owned(),
                 known: names.into_iter().flatten().collect(),
             }),
