@@ -96,6 +96,7 @@ impl Mechanism {
             return Ok(self);
         }
         Err(WorldError::UnknownJoint {
+            kind: "joint",
             name: name.to_owned(),
             known: self.joints().map(|joint| joint.name().to_owned()).collect(),
         })

@@ -6,7 +6,7 @@ use super::stage::{StageEquations, StageStart};
 use crate::dynamics::multibody::Kinematics;
 use crate::dynamics::rigid_motion::six;
 use crate::spatial::Twist;
-use nalgebra::{Vector3, Vector6};
+use nalgebra::Vector3;
 
 /// Stage with its solution.
 pub(super) struct SolvedStage<'a> {
