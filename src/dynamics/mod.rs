@@ -55,6 +55,7 @@ mod integrator;
 mod joint;
 #[cfg(feature = "serde")]
 mod joint_serial;
+mod kinetics;
 mod mass;
 mod material;
 mod model;
@@ -97,6 +98,7 @@ pub use implicit::{BodyErrors, EnergyBalance, StepReport, Work};
 pub use inertia::Inertia;
 pub use integrator::Integrator;
 pub use joint::{Actuator, Joint, JointKind, JointLaw, JointState, Stops};
+pub use kinetics::{ForwardDynamicsDerivatives, InverseDynamicsDerivatives, Kinetics};
 pub use mass::Mass;
 pub use material::Material;
 pub(crate) use model::Model;

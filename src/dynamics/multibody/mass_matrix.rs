@@ -145,7 +145,6 @@ impl<T: Scalar> Multibody<T> {
 
     /// Link whose joint allows a motion without inertia, or `None` if the mass matrices are positive definite. Joints of descendants are
     /// free to move in this motion. For a chain of links without mass, it is the last link.
-    #[cfg_attr(not(test), expect(dead_code, reason = "worlds will check it"))]
     pub fn joint_without_inertia(&self, kinematics: &Kinematics<T>) -> Option<usize> {
         let composites = self.composite_inertias(kinematics);
         let MassFactors(trees) = self.mass_factors(kinematics);
