@@ -11,12 +11,12 @@ use nalgebra::{SMatrix, SVector, Vector3, Vector6};
 /// Vertices move in the body's frame, while its pose, the modulus and all extents are constant. The chain rule gives the derivatives with
 /// respect to the dimensions of a ready-made shape, or to the mesh from which a field of distances was computed: see [`Self::along`] and
 /// [`LinearizedDistances::pullback`](crate::mesh::LinearizedDistances::pullback).
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 #[non_exhaustive]
 pub struct ShapeGradient {
-    /// Derivatives with respect to each vertex, in the axes of the body's frame (the number's unit over m). Empty for a half-space.
+    /// Derivatives with respect to each vertex, in the axes of the body's frame (the number's unit over m). Empty for a half-space and without a shape.
     pub by_vertices: Vec<Vector3<f64>>,
-    /// Derivatives with respect to the extent of each vertex (the number's unit over the extents'). Empty for a rigid body or a half-space.
+    /// Derivatives with respect to the extent of each vertex (the number's unit over the extents'). Empty for a rigid body, a half-space and without a shape.
     pub by_extents: Vec<f64>,
 }
 

@@ -182,12 +182,14 @@ impl Body<f64> {
         self.check_start()
     }
 
-    /// Checks that the mass is usable.
+    /// Checks that the mass is usable. Only a link without inertia is massless.
     pub(crate) fn check_mass(&self) -> Result<(), WorldError> {
-        let inertia = self.inertia();
-        inertia.map_or(Ok(()), |inertia| {
-            check_mass_number(&self.name, "mass", inertia.mass)
-        })
+        match self.inertia() {
+            Some(inertia) if inertia.mass != 0.0 || inertia.principal.moments.amax() > 0.0 => {
+                check_mass_number(&self.name, "mass", inertia.mass)
+            }
+            Some(_) | None => Ok(()),
+        }
     }
 
     /// Checks that a fixed body starts at rest, and a kinematic body on its path.
@@ -251,6 +253,11 @@ impl<T: Scalar> Body<T> {
     #[must_use]
     pub fn shape(&self) -> &BodyShape {
         &self.shape
+    }
+
+    /// Whether the body has a shape.
+    pub(super) fn has_shape(&self) -> bool {
+        !matches!(self.shape, BodyShape::None)
     }
 
     /// Material.

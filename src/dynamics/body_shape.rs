@@ -9,7 +9,7 @@ use std::sync::Arc;
 /// Shape of a body for contact. Each of the shapes, and an `Arc` of it, converts into this type with `into()`. Bodies can share an `Arc`.
 ///
 /// Two bodies can be in contact if at least one of them is compliant and has a mesh. Rigid bodies and half-spaces have no contact with each
-/// other.
+/// other. A body without a shape has no contact.
 #[derive(Debug, Clone)]
 #[non_exhaustive]
 pub enum BodyShape {
@@ -19,6 +19,8 @@ pub enum BodyShape {
     Rigid(Arc<RigidShape>),
     /// Half-space below a plane, rigid or with a soft layer.
     HalfSpace(Arc<HalfSpace>),
+    /// No shape. The material of the body has no effect.
+    None,
 }
 
 impl BodyShape {
@@ -26,7 +28,7 @@ impl BodyShape {
     /// rigid body or rigid half-space has no modulus.
     #[must_use]
     pub fn is_rigid(&self) -> bool {
-        self.partner().is_rigid()
+        self.partner().is_some_and(PartnerShape::is_rigid)
     }
 
     /// The shape of a compliant body with a mesh.
@@ -34,32 +36,36 @@ impl BodyShape {
     pub fn compliant(&self) -> Option<&Arc<Shape>> {
         match self {
             Self::Compliant(shape) => Some(shape),
-            Self::Rigid(_) | Self::HalfSpace(_) => None,
+            Self::Rigid(_) | Self::HalfSpace(_) | Self::None => None,
         }
     }
 
-    /// Bounding box in the body frame. A half-space is unbounded, so it has no bounding box.
+    /// Bounding box in the body frame, or `None` for a half-space, which is unbounded, and for a body without a shape.
     #[must_use]
     pub fn bounds(&self) -> Option<Aabb> {
         match self {
             Self::Compliant(shape) => Some(shape.bounds()),
             Self::Rigid(shape) => Some(shape.bounds()),
-            Self::HalfSpace(_) => None,
+            Self::HalfSpace(_) | Self::None => None,
         }
     }
 
-    /// Bounding box in the world frame, at a pose.
+    /// Bounding box in the world frame, at a pose. For a body without a shape, it is the origin of the body frame.
     pub(super) fn bounds_at(&self, pose: &Pose) -> Aabb {
+        if let Self::None = self {
+            return Aabb::around([pose.translation()]);
+        }
         let bounds = self.bounds();
         bounds.map_or(Aabb::EVERYWHERE, |bounds| bounds.posed(pose))
     }
 
-    /// The shape in the role of body B of a contact.
-    pub(super) fn partner(&self) -> PartnerShape<'_> {
+    /// The shape in the role of body B of a contact, or `None` without a shape.
+    pub(super) fn partner(&self) -> Option<PartnerShape<'_>> {
         match self {
-            Self::Compliant(shape) => PartnerShape::Compliant(shape),
-            Self::Rigid(shape) => PartnerShape::Rigid(shape),
-            Self::HalfSpace(half_space) => PartnerShape::HalfSpace(half_space),
+            Self::Compliant(shape) => Some(PartnerShape::Compliant(shape)),
+            Self::Rigid(shape) => Some(PartnerShape::Rigid(shape)),
+            Self::HalfSpace(half_space) => Some(PartnerShape::HalfSpace(half_space)),
+            Self::None => None,
         }
     }
 
@@ -68,6 +74,7 @@ impl BodyShape {
     /// # Errors
     /// - If no solid has the mass properties.
     /// - If the shape is a half-space, which has no mass.
+    /// - If there is no shape, and the mass is to be distributed over its volume.
     pub(super) fn mass_properties(
         &self,
         body: &str,
@@ -85,15 +92,17 @@ impl BodyShape {
                 })
             }
             Self::HalfSpace(_) => Err(WorldError::Unbounded(body.to_owned())),
+            Self::None => mass.without_volume(body),
         }
     }
 
-    /// Volume (m³), or infinity for a half-space.
+    /// Volume (m³), or infinity for a half-space, or zero without a shape.
     pub(crate) fn volume(&self) -> f64 {
         match self {
             Self::Compliant(shape) => shape.field().mesh().volume(),
             Self::Rigid(shape) => shape.surface().volume(),
             Self::HalfSpace(_) => f64::INFINITY,
+            Self::None => 0.0,
         }
     }
 
@@ -106,18 +115,19 @@ impl BodyShape {
         match self {
             Self::Compliant(shape) => shape.field().mesh().mass_gradient(density, gradient),
             Self::Rigid(shape) => shape.surface().mass_gradient(density, gradient),
-            Self::HalfSpace(_) => Ok(Vec::new()),
+            Self::HalfSpace(_) | Self::None => Ok(Vec::new()),
         }
     }
 
-    /// Whether both values share one shape. Equal shapes in different allocations do not count.
+    /// Whether both values share one shape, or both have none. Equal shapes in different allocations do not count.
     #[must_use]
     pub fn is_same(&self, other: &Self) -> bool {
         match (self, other) {
             (Self::Compliant(a), Self::Compliant(b)) => Arc::ptr_eq(a, b),
             (Self::Rigid(a), Self::Rigid(b)) => Arc::ptr_eq(a, b),
             (Self::HalfSpace(a), Self::HalfSpace(b)) => Arc::ptr_eq(a, b),
-            (Self::Compliant(_) | Self::Rigid(_) | Self::HalfSpace(_), _) => false,
+            (Self::None, Self::None) => true,
+            (Self::Compliant(_) | Self::Rigid(_) | Self::HalfSpace(_) | Self::None, _) => false,
         }
     }
 }

@@ -39,6 +39,21 @@ pub enum WorldError {
     /// A half-space is dynamic, but has no mass.
     #[error("body {0:?} is a half-space, which has no mass: it can only be fixed or follow a path")]
     Unbounded(String),
+    /// A body without a shape has a mass that is distributed over its volume.
+    #[error(
+        "body {0:?} has no shape, so its mass cannot be distributed over its volume: use Mass::Properties or Mass::Link"
+    )]
+    NoVolume(String),
+    /// A link has rotational inertia, but no mass.
+    #[error(
+        "body {0:?} has rotational inertia, but no mass: add its inertia to a body that it is welded to"
+    )]
+    MasslessInertia(String),
+    /// The mass matrix is not positive definite, because a joint moves no inertia in one of its directions.
+    #[error(
+        "the joint of body {0:?} moves no positive inertia in one of its directions: give mass to the body or to a body behind it, or give the joint armature"
+    )]
+    NoInertia(String),
     /// Two bodies are rigid or half-spaces, and at least one of them is dynamic.
     #[error(
         "bodies {:?} and {:?} cannot have a contact, because neither is compliant with a mesh: give one of them a compliant mesh, or ignore the pair when the world is built",
@@ -55,11 +70,14 @@ pub enum WorldError {
         /// Number of bodies.
         bodies: usize,
     },
-    /// Differences of states are requested for a world with joints.
-    #[error(
-        "body {0:?} is on a joint: differences of states are in coordinates of free bodies, so compare State::joints instead"
-    )]
-    NoCoordinates(String),
+    /// A quantity that is defined for free bodies only is requested for a world with joints.
+    #[error("body {body:?} is on a joint, but {quantity} is for worlds without joints only")]
+    OnJoint {
+        /// Name of a body on a joint.
+        body: String,
+        /// Name of the quantity.
+        quantity: &'static str,
+    },
     /// A ball joint has a force.
     #[error(
         "ball joint {0:?} has damping, friction, stops or an actuator, but ball joints can have armature only"
@@ -247,11 +265,6 @@ pub enum WorldError {
         /// Number of generalized velocities of the world.
         expected: usize,
     },
-    /// A joint, or a free body, moves no inertia.
-    #[error(
-        "joint {0:?} allows a motion without inertia: give its body or a descendant a mass, or the joint an armature"
-    )]
-    NoInertia(String),
     /// A trajectory has no states.
     #[error("a trajectory needs at least one state")]
     NoState,

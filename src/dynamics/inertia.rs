@@ -34,12 +34,18 @@ pub(super) struct PrincipalInertia {
 }
 
 impl Inertia<f64> {
-    /// Inertia from mass properties with a positive mass and positive principal moments.
+    /// Inertia from mass properties. The inertia of a massless body is zero.
     pub(super) fn new(properties: &MassProperties) -> Self {
+        let MassProperties {
+            mass,
+            center_of_mass,
+            inertia,
+        } = *properties;
+        let per_mass = if mass > 0.0 { inertia / mass } else { inertia };
         Self {
-            mass: properties.mass,
-            center_of_mass: properties.center_of_mass,
-            principal: PrincipalInertia::of(properties.inertia / properties.mass),
+            mass,
+            center_of_mass,
+            principal: PrincipalInertia::of(per_mass),
         }
     }
 
@@ -87,11 +93,20 @@ impl<T: Scalar> Inertia<T> {
     /// Angular momentum I·ω of a body with this orientation, in world axes.
     #[must_use]
     pub fn angular_momentum(&self, rotation: &Matrix3<T>, angular: &Vector3<T>) -> Vector3<T> {
-        let principal = &self.principal;
-        principal.times(rotation, &principal.moments, angular) * self.mass
+        self.angular_momentum_per_mass(rotation, angular) * self.mass
     }
 
-    /// Angular velocity I⁻¹·L of a body with this orientation, in world axes.
+    /// [`Self::angular_momentum`] divided by the mass.
+    pub(super) fn angular_momentum_per_mass(
+        &self,
+        rotation: &Matrix3<T>,
+        angular: &Vector3<T>,
+    ) -> Vector3<T> {
+        let principal = &self.principal;
+        principal.times(rotation, &principal.moments, angular)
+    }
+
+    /// Angular velocity I⁻¹·L of a body with this orientation, in world axes. It is not finite for a massless body.
     #[must_use]
     pub fn angular_velocity(&self, rotation: &Matrix3<T>, momentum: &Vector3<T>) -> Vector3<T> {
         let per_moments = self.principal.moments.map(f64::recip);
@@ -125,12 +140,17 @@ impl PrincipalInertia {
     }
 
     /// Whether a solid can have these moments, in increasing order. They must be positive and finite, and the largest must be at most the
-    /// sum of the others, up to rounding to five digits. Construction and loading share this check, so every world that can be constructed
-    /// can be loaded.
+    /// sum of the others, up to rounding to five digits.
     pub fn is_of_solid(&self) -> bool {
         let [smallest, middle, largest] = self.moments.into();
         let is_ordered = 0.0 < smallest && smallest <= middle && middle <= largest;
         is_ordered && largest.is_finite() && largest <= (smallest + middle) * (1.0 + FIVE_DIGITS)
+    }
+
+    /// Whether the moments are finite and in increasing order.
+    #[cfg(feature = "serde")]
+    pub fn is_sorted(&self) -> bool {
+        self.moments.iter().all(|moment| moment.is_finite()) && self.moments.as_slice().is_sorted()
     }
 
     /// Whether all moments are equal to the last bit. The axes then have no effect.

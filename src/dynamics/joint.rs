@@ -1,6 +1,6 @@
 //! Joints between bodies.
 
-use super::WorldError;
+use super::{Schedule, WorldError};
 use crate::contact::SLIP_TOLERANCES;
 use crate::scalar::{DenseDual, Scalar, lift, real_part};
 use crate::spatial::{Pose, turned_by};
@@ -53,6 +53,10 @@ pub struct Joint<T = f64> {
     pub(super) origin: Pose,
     pub(super) kind: JointKind,
     pub(crate) law: JointLaw<T>,
+    /// Torques that are added to the torque of the law.
+    pub(crate) torques: Option<Schedule<T>>,
+    /// Target positions, in place of the target of the law.
+    pub(crate) targets: Option<Schedule<T>>,
     pub(crate) initial: JointState<T>,
 }
 
@@ -87,10 +91,13 @@ pub struct Actuator<T = f64> {
     pub stiffness: T,
     /// Damping of the servo (N m s/rad).
     pub damping: T,
-    /// Target position (rad).
+    /// Target position (rad) at the target time.
     pub target_position: T,
-    /// Target velocity (rad/s).
+    /// Velocity of the target (rad/s). The target position moves with it.
     pub target_velocity: T,
+    /// Target time (s).
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub target_time: f64,
     /// Largest magnitude of the torque of the actuator (N m), or `None` without a limit.
     pub limit: Option<f64>,
 }
@@ -223,6 +230,8 @@ impl Joint {
             origin: Pose::identity(),
             kind,
             law: JointLaw::default(),
+            torques: None,
+            targets: None,
             initial,
         }
     }
@@ -312,7 +321,7 @@ impl Joint {
         self
     }
 
-    /// Sets the target position (rad or m) and the target velocity (rad/s or m/s) of the servo.
+    /// Sets the target of the servo: its position (rad or m) at time 0, and its velocity (rad/s or m/s).
     #[must_use]
     pub fn with_target(mut self, position: f64, velocity: f64) -> Self {
         self.law.actuator.target_position = position;
@@ -327,6 +336,23 @@ impl Joint {
         self
     }
 
+    /// Sets torques (N m) or forces (N) that the actuator applies in addition, each during one interval of time (s). The first interval
+    /// begins at time 0. No torque is added after the last interval. During a time step, the mean over the step acts.
+    #[must_use]
+    pub fn with_torques(mut self, interval: f64, values: Vec<f64>) -> Self {
+        self.torques = Some(Schedule { interval, values });
+        self
+    }
+
+    /// Sets target positions (rad or m) of the servo at the times 0, `interval`, 2·`interval` and so on (s). Between these times, the
+    /// target moves at constant velocity. After the last time, it rests. During a time step, it moves at its mean velocity. These targets
+    /// replace [`Self::with_target`].
+    #[must_use]
+    pub fn with_targets(mut self, interval: f64, values: Vec<f64>) -> Self {
+        self.targets = Some(Schedule { interval, values });
+        self
+    }
+
     /// Sets the largest magnitude of the torque (N m) or force (N) of the actuator.
     #[must_use]
     pub fn with_torque_limit(mut self, limit: f64) -> Self {
@@ -337,6 +363,9 @@ impl Joint {
     /// Checks that all numbers are in range.
     pub(super) fn check(&self) -> Result<(), WorldError> {
         self.law.check(&self.name)?;
+        for schedule in self.torques.iter().chain(&self.targets) {
+            self.check_schedule(schedule)?;
+        }
         if let JointKind::Revolute(axis) | JointKind::Prismatic(axis) = &self.kind {
             let length = axis.norm();
             check(
@@ -347,7 +376,8 @@ impl Joint {
                 "1",
             )?;
         }
-        if self.kind == JointKind::Ball && !self.law.is_passive() {
+        let is_scheduled = self.torques.is_some() || self.targets.is_some();
+        if self.kind == JointKind::Ball && (is_scheduled || !self.law.is_passive()) {
             return Err(WorldError::BallJointForce(self.name.clone()));
         }
         let origin = self.origin.checked().map(|_| ());
@@ -358,25 +388,65 @@ impl Joint {
         self.initial.check(&self.name, &self.kind)
     }
 
+    /// Checks that a schedule has values, and that its numbers are in range.
+    fn check_schedule(&self, schedule: &Schedule) -> Result<(), WorldError> {
+        let check = |quantity, value: f64, is_in_range, expected| {
+            check(&self.name, quantity, value, is_in_range, expected)
+        };
+        let Schedule { interval, values } = schedule;
+        check(
+            "interval of a schedule",
+            *interval,
+            *interval > 0.0,
+            "positive and finite",
+        )?;
+        let count = values.len();
+        check(
+            "number of values of a schedule",
+            count as f64,
+            count > 0,
+            "positive",
+        )?;
+        let mut values = values.iter();
+        values.try_for_each(|value| check("value of a schedule", *value, true, "finite"))
+    }
+
     /// The joint with zero derivatives.
     pub(super) fn lifted<T: Scalar>(&self) -> Joint<T> {
-        self.with_numbers(self.law.lifted(), self.initial.lifted())
+        self.with_numbers(self.law.lifted(), self.initial.lifted(), |value| {
+            lift(*value)
+        })
     }
 }
 
 impl<T: Scalar> Joint<T> {
     /// The joint without derivatives.
     pub(super) fn real(&self) -> Joint {
-        self.with_numbers(self.law.real(), self.initial.real())
+        self.with_numbers(self.law.real(), self.initial.real(), |value| {
+            real_part(*value)
+        })
     }
+}
 
-    fn with_numbers<U>(&self, law: JointLaw<U>, initial: JointState<U>) -> Joint<U> {
+impl<T> Joint<T> {
+    fn with_numbers<U>(
+        &self,
+        law: JointLaw<U>,
+        initial: JointState<U>,
+        convert: impl Fn(&T) -> U,
+    ) -> Joint<U> {
+        let converted = |schedule: &Option<Schedule<T>>| {
+            let schedule = schedule.as_ref();
+            schedule.map(|schedule| schedule.map(&convert))
+        };
         Joint {
             name: self.name.clone(),
             parent: self.parent.clone(),
             origin: self.origin,
             kind: self.kind,
             law,
+            torques: converted(&self.torques),
+            targets: converted(&self.targets),
             initial,
         }
     }
@@ -415,6 +485,7 @@ impl<T> JointLaw<T> {
             damping,
             target_position,
             target_velocity,
+            target_time,
             limit,
         } = &self.actuator;
         JointLaw {
@@ -429,6 +500,7 @@ impl<T> JointLaw<T> {
                 damping: convert(damping),
                 target_position: convert(target_position),
                 target_velocity: convert(target_velocity),
+                target_time: *target_time,
                 limit: *limit,
             },
         }
@@ -478,6 +550,7 @@ impl JointLaw {
             damping,
             target_position,
             target_velocity,
+            target_time,
             limit,
         } = self.actuator;
         let [low, high] = self.stops.map_or([0.0; 2], |stops| stops.range);
@@ -485,6 +558,7 @@ impl JointLaw {
             ("torque", torque),
             ("target position", target_position),
             ("target velocity", target_velocity),
+            ("target time", target_time),
             ("lower end of the range", low),
         ] {
             check(quantity, value, true, "finite")?;
@@ -544,6 +618,7 @@ impl Default for Actuator {
             damping: 0.0,
             target_position: 0.0,
             target_velocity: 0.0,
+            target_time: 0.0,
             limit: None,
         }
     }
@@ -682,6 +757,18 @@ impl<T> Joint<T> {
         &self.law
     }
 
+    /// Torques that the actuator applies in addition: see [`Joint::with_torques`].
+    #[must_use]
+    pub fn torques(&self) -> Option<&Schedule<T>> {
+        self.torques.as_ref()
+    }
+
+    /// Target positions of the servo: see [`Joint::with_targets`].
+    #[must_use]
+    pub fn targets(&self) -> Option<&Schedule<T>> {
+        self.targets.as_ref()
+    }
+
     /// Initial state of a joint that is neither free nor fixed.
     #[must_use]
     pub fn initial_state(&self) -> Option<&JointState<T>> {
@@ -703,11 +790,11 @@ impl<T: Scalar> JointLaw<T> {
         self.map(|number| real_part(*number))
     }
 
-    /// Force of the joint (N m) at a position (rad) and a velocity (rad/s).
-    pub(super) fn force(&self, position: T, velocity: T) -> T {
+    /// Force of the joint (N m) at a position (rad), a velocity (rad/s) and a time (s).
+    pub(super) fn force(&self, position: T, velocity: T, time: f64) -> T {
         let slip = (velocity * velocity + self.slip_tolerance * self.slip_tolerance).sqrt();
         let passive = self.damping * velocity + self.friction * velocity / slip;
-        let actuator = self.actuator.torque_at(position, velocity);
+        let actuator = self.actuator.torque_at(position, velocity, time);
         let stops = self
             .stops
             .map_or(lift(0.0), |stops| stops.force(position, velocity));
@@ -717,29 +804,33 @@ impl<T: Scalar> JointLaw<T> {
 
 impl JointLaw {
     /// Derivatives of the force with respect to [`Self::numbers_mut`], without the armature.
-    pub(super) fn slopes_by_numbers(&self, position: f64, velocity: f64) -> [f64; NUMBER_COUNT] {
+    pub(super) fn slopes_by_numbers(
+        &self,
+        [position, velocity]: [f64; 2],
+        time: f64,
+    ) -> [f64; NUMBER_COUNT] {
         type Dual = DenseDual<NUMBER_COUNT>;
         let mut law = self.lifted::<Dual>();
         for (i, number) in law.numbers_mut().into_iter().enumerate() {
             *number += Dual::variable(0.0, i);
         }
-        law.force(lift(position), lift(velocity)).eps
+        law.force(lift(position), lift(velocity), time).eps
     }
 
     /// Derivatives of the force with respect to position and velocity.
-    pub(super) fn slopes(&self, position: f64, velocity: f64) -> [f64; 2] {
+    pub(super) fn slopes(&self, position: f64, velocity: f64, time: f64) -> [f64; 2] {
         type Dual = DenseDual<2>;
-        let force = self
-            .lifted::<Dual>()
-            .force(Dual::variable(position, 0), Dual::variable(velocity, 1));
+        let [position, velocity] = [Dual::variable(position, 0), Dual::variable(velocity, 1)];
+        let force = self.lifted::<Dual>().force(position, velocity, time);
         [force.eps[0], force.eps[1]]
     }
 }
 
 impl<T: Scalar> Actuator<T> {
-    fn torque_at(&self, position: T, velocity: T) -> T {
-        let servo = self.stiffness * (self.target_position - position)
-            + self.damping * (self.target_velocity - velocity);
+    fn torque_at(&self, position: T, velocity: T, time: f64) -> T {
+        let target = self.target_position + self.target_velocity * (time - self.target_time);
+        let servo =
+            self.stiffness * (target - position) + self.damping * (self.target_velocity - velocity);
         let torque = self.torque + servo;
         match self.limit {
             Some(limit) if real_part(torque).abs() > limit => {

@@ -1,5 +1,6 @@
 //! Serde formats of joints and their states.
 
+use super::Schedule;
 use super::joint::{Joint, JointKind, JointLaw, JointState};
 use crate::spatial::Pose;
 use nalgebra::{Matrix3, Unit, Vector3};
@@ -18,6 +19,10 @@ struct JointLayout {
     origin: Pose,
     kind: KindLayout,
     law: JointLaw,
+    #[serde(default)]
+    torques: Option<Schedule>,
+    #[serde(default)]
+    targets: Option<Schedule>,
     initial: Option<JointState>,
 }
 
@@ -71,6 +76,8 @@ impl Serialize for Joint {
             origin: self.origin,
             kind,
             law: self.law,
+            torques: self.torques.clone(),
+            targets: self.targets.clone(),
             initial: self.initial_state().copied(),
         };
         layout.serialize(serializer)
@@ -105,6 +112,7 @@ impl JointLayout {
             .with_origin(self.origin)
             .with_law(self.law);
         joint.parent = self.parent;
+        (joint.torques, joint.targets) = (self.torques, self.targets);
         if let Some(initial) = self.initial {
             joint.initial = initial;
         }

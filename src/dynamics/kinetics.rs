@@ -54,8 +54,10 @@ pub struct Kinetics<T = f64> {
     gravity: Vector3<T>,
     /// State of each body, and the index of its link if it is dynamic.
     bodies: Vec<(BodyState<T>, Option<usize>)>,
-    /// Name of the joint of each link, or name of the body if it is free.
+    /// Name of the body of each link.
     names: Vec<String>,
+    /// Time (s).
+    time: f64,
 }
 
 /// Derivatives of the inverse dynamics, in rows of generalized forces.
@@ -103,17 +105,15 @@ impl<T: Scalar> Model<T> {
         for (index, link) in multibody.links.iter().enumerate() {
             bodies[link.body].1 = Some(index);
         }
-        let names = multibody.links.iter().map(|link| {
-            let body = &self.bodies[link.body];
-            let joint = body.connecting_joint().map(|joint| joint.name());
-            joint.unwrap_or(body.name()).to_owned()
-        });
+        let links = multibody.links.iter();
+        let names = links.map(|link| self.bodies[link.body].name().to_owned());
         Kinetics {
             names: names.collect(),
             multibody,
             kinematics,
             gravity: self.gravity,
             bodies,
+            time: state.time,
         }
     }
 }
@@ -172,10 +172,11 @@ impl<T: Scalar> Kinetics<T> {
             .generalized_forces(&self.kinematics, &weights)
     }
 
-    /// Generalized forces of the joints: damping, friction, stops and actuators.
+    /// Generalized forces of the joints at the time of the state: damping, friction, stops and actuators.
     #[must_use]
     pub fn joint_forces(&self) -> DVector<T> {
-        self.multibody.joint_forces(&self.kinematics.coordinates)
+        let coordinates = &self.kinematics.coordinates;
+        self.multibody.joint_forces(coordinates, self.time)
     }
 
     /// Generalized forces of wrenches on bodies. Each item has the index of a body and a wrench about the origin of the body frame, in world

@@ -18,6 +18,9 @@ pub enum Mass {
     Total(f64),
     /// Explicit mass, center of mass and inertia.
     Properties(MassProperties),
+    /// Mass properties of a link of a mechanism. They may be zero, or those of a point, or those of no solid, as in many files of robots.
+    /// Each joint that moves the link must move positive inertia in total.
+    Link(MassProperties),
 }
 
 impl Mass {
@@ -31,25 +34,43 @@ impl Mass {
         let (quantity, value, density) = match *self {
             Self::Density(density) => ("density", density, density),
             Self::Total(mass) => ("mass", mass, mass / volume),
-            Self::Properties(properties) => ("mass", properties.mass, properties.mass / volume),
+            Self::Properties(_) | Self::Link(_) => return self.without_volume(body),
         };
         check_mass_number(body, quantity, value)?;
         check_mass_number(body, "mass", density * volume)?;
-        let properties = match *self {
-            Self::Properties(properties) => properties,
-            Self::Density(_) | Self::Total(_) => at_density(density).map_err(|_| {
-                let (body, value) = (body.to_owned(), f64::INFINITY);
-                let quantity = "inertia";
-                WorldError::Mass {
-                    body,
-                    quantity,
-                    value,
-                }
-            })?,
-        };
+        let properties = at_density(density).map_err(|_| WorldError::Mass {
+            body: body.to_owned(),
+            quantity: "inertia",
+            value: f64::INFINITY,
+        })?;
         check_center(body, &properties.center_of_mass)?;
-        check_inertia(body, &properties)?;
+        check_moments(body, &properties)?;
         Ok(properties)
+    }
+
+    /// Mass properties that do not depend on a shape.
+    pub(super) fn without_volume(&self, body: &str) -> Result<MassProperties, WorldError> {
+        match self {
+            Self::Properties(properties) => {
+                check_mass_number(body, "mass", properties.mass)?;
+                check_center(body, &properties.center_of_mass)?;
+                check_tensor(body, properties)?;
+                check_moments(body, properties)?;
+                Ok(*properties)
+            }
+            Self::Link(properties) => {
+                let MassProperties { mass, inertia, .. } = *properties;
+                if mass != 0.0 {
+                    check_mass_number(body, "mass", mass)?;
+                } else if inertia.amax() > 0.0 {
+                    return Err(WorldError::MasslessInertia(body.to_owned()));
+                }
+                check_center(body, &properties.center_of_mass)?;
+                check_tensor(body, properties)?;
+                Ok(*properties)
+            }
+            Self::Density(_) | Self::Total(_) => Err(WorldError::NoVolume(body.to_owned())),
+        }
     }
 }
 
@@ -63,8 +84,11 @@ fn check_center(body: &str, center_of_mass: &Vector3<f64>) -> Result<(), WorldEr
     }
 }
 
-fn check_inertia(body: &str, properties: &MassProperties) -> Result<(), WorldError> {
-    let MassProperties { mass, inertia, .. } = properties;
+/// Checks that an inertia matrix is finite and symmetric.
+fn check_tensor(
+    body: &str,
+    MassProperties { inertia, .. }: &MassProperties,
+) -> Result<(), WorldError> {
     if let Some(&value) = inertia.iter().find(|value| !value.is_finite()) {
         check_mass_number(body, "inertia", value)?;
     }
@@ -75,6 +99,14 @@ fn check_inertia(body: &str, properties: &MassProperties) -> Result<(), WorldErr
             difference,
         });
     }
+    Ok(())
+}
+
+/// Checks that a solid can have the principal moments.
+fn check_moments(
+    body: &str,
+    MassProperties { mass, inertia, .. }: &MassProperties,
+) -> Result<(), WorldError> {
     let principal = PrincipalInertia::of(inertia / *mass);
     let [smallest, middle, largest] = principal.moments.into();
     check_mass_number(

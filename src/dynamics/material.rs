@@ -1,5 +1,5 @@
 use super::{BodyShape, WorldError};
-use crate::contact::{STEEPEST, SurfaceLaw};
+use crate::contact::{PartnerShape, STEEPEST, SurfaceLaw};
 use crate::scalar::{Scalar, lift, real_part};
 
 /// Contact properties of a body: stiffness, damping and friction.
@@ -101,13 +101,15 @@ impl<T: Scalar> Material<T> {
         }
     }
 
-    /// Checks that all numbers are in range, and that the material has a modulus unless the shape is rigid.
+    /// Checks that all numbers are in range, and that the material has a modulus unless the shape is rigid. The modulus has no effect without
+    /// a shape.
     pub(super) fn check_on(&self, body: &str, shape: &BodyShape) -> Result<(), WorldError> {
         let body = || body.to_owned();
-        match (shape.is_rigid(), self.modulus) {
-            (true, Some(_)) => return Err(WorldError::RigidWithModulus(body())),
-            (false, None) => return Err(WorldError::NoModulus(body())),
-            (true, None) | (false, Some(_)) => {}
+        let partner = shape.partner();
+        match (partner.as_ref().map(|shape| shape.is_rigid()), self.modulus) {
+            (Some(true), Some(_)) => return Err(WorldError::RigidWithModulus(body())),
+            (Some(false), None) => return Err(WorldError::NoModulus(body())),
+            (Some(true), None) | (Some(false), Some(_)) | (None, _) => {}
         }
         if let Some((quantity, value)) = self.number_out_of_range() {
             return Err(WorldError::Material {
@@ -116,7 +118,8 @@ impl<T: Scalar> Material<T> {
                 value,
             });
         }
-        let slope = self.modulus.map_or(0.0, real_part) * shape.partner().steepest();
+        let steepest = partner.map_or(0.0, PartnerShape::steepest);
+        let slope = self.modulus.map_or(0.0, real_part) * steepest;
         if slope > STEEPEST {
             let body = body();
             return Err(WorldError::Steep { body, slope });

@@ -3,7 +3,7 @@ use super::body::require_index_of;
 use super::motion::state_on;
 use super::multibody::{Kinematics, Multibody, Parent};
 use super::validate::check_finite;
-use super::{Body, BodyState, Control, Motion, State, WorldError};
+use super::{Body, BodyState, Control, Motion, State, TimeSpan, WorldError};
 use crate::scalar::{Scalar, lift, lift_vector, real_part, real_vector};
 use nalgebra::Vector3;
 use std::collections::BTreeSet;
@@ -44,7 +44,7 @@ impl Model {
                 return Err(WorldError::DuplicateName(body.name.clone()));
             }
         }
-        Ok(Self {
+        let model = Self {
             articulation: Arc::new(Articulation::of(&bodies)?),
             bodies,
             gravity: Vector3::zeros(),
@@ -53,7 +53,25 @@ impl Model {
             start,
             ignored: BTreeSet::new(),
             slip_tolerance: SLIP_TOLERANCE,
-        })
+        };
+        model.check_inertia()?;
+        Ok(model)
+    }
+
+    /// Checks that the mass matrix of the initial state is positive definite.
+    fn check_inertia(&self) -> Result<(), WorldError> {
+        let mut inertias = self.bodies.iter().filter_map(Body::inertia);
+        if !self.has_joints() && inertias.all(|inertia| inertia.principal.is_of_solid()) {
+            return Ok(());
+        }
+        let (multibody, kinematics) = self.kinematics_at(&self.initial_state());
+        match multibody.joint_without_inertia(&kinematics) {
+            Some(link) => {
+                let body = multibody.links[link].body;
+                Err(WorldError::NoInertia(self.bodies[body].name().to_owned()))
+            }
+            None => Ok(()),
+        }
     }
 
     /// Checks that at least one body of each pair that can interact has a mesh.
@@ -75,6 +93,7 @@ impl Model {
     pub(crate) fn check(&self) -> Result<(), WorldError> {
         let mut bodies = self.bodies.iter();
         bodies.try_for_each(Body::check)?;
+        self.check_inertia()?;
         self.controls.iter().try_for_each(Control::check)?;
         let mut numbers = self.force_parameters.iter();
         numbers.try_for_each(|(_, value)| check_finite(FORCE_PARAMETER, &[*value]))?;
@@ -161,10 +180,13 @@ impl<T: Scalar> Model<T> {
         }
     }
 
-    /// Returns an error if the world has joints.
-    pub(super) fn refuse_joints(&self) -> Result<(), WorldError> {
+    /// Returns an error that names a quantity, if the world has joints.
+    pub(super) fn refuse_joints(&self, quantity: &'static str) -> Result<(), WorldError> {
         match self.bodies.iter().find(|body| body.is_on_joint()) {
-            Some(body) => Err(WorldError::NoCoordinates(body.name().to_owned())),
+            Some(body) => Err(WorldError::OnJoint {
+                body: body.name().to_owned(),
+                quantity,
+            }),
             None => Ok(()),
         }
     }
@@ -182,8 +204,13 @@ impl<T: Scalar> Model<T> {
         self.bodies.iter().any(Body::is_on_joint)
     }
 
-    /// Generalized coordinates of dynamic bodies. `neighbors` has their parents that are not dynamic. Both lists are in increasing order.
-    pub(super) fn multibody(&self, dynamic: &[usize], neighbors: &[usize]) -> Multibody<T> {
+    /// Generalized coordinates of dynamic bodies during a time step. `neighbors` has their parents that are not dynamic. Both lists are in
+    /// increasing order.
+    pub(super) fn multibody(
+        &self,
+        [dynamic, neighbors]: [&[usize]; 2],
+        step: TimeSpan,
+    ) -> Multibody<T> {
         let parent_of = |body: usize| {
             let parent = self.articulation.parents[body]?;
             let link = dynamic.binary_search(&parent).map(Parent::Link);
@@ -196,7 +223,8 @@ impl<T: Scalar> Model<T> {
             };
             let parent = parent_of(body).unwrap_or(Parent::World);
             let state_index = self.articulation.state_indices[body];
-            Some((body, state_index, *inertia, &**joint, parent))
+            let law = joint.law_during(step);
+            Some((body, state_index, *inertia, (&**joint, law), parent))
         });
         Multibody::new(links, neighbors)
     }
@@ -214,7 +242,8 @@ impl<T: Scalar> Model<T> {
         let is_dynamic = |body: &usize| self.bodies[*body].inertia().is_some();
         let (dynamic, neighbors): (Vec<usize>, Vec<usize>) =
             (0..self.bodies.len()).partition(is_dynamic);
-        let multibody = self.multibody(&dynamic, &neighbors);
+        let now = TimeSpan::new(state.time, 0.0);
+        let multibody = self.multibody([&dynamic, &neighbors], now);
         let states: Vec<_> = neighbors.iter().map(|&body| state.bodies[body]).collect();
         let kinematics = multibody.kinematics(multibody.coordinates(state), &states);
         (multibody, kinematics)
@@ -243,12 +272,13 @@ impl<T: Scalar> Model<T> {
         self.bodies[index].shape.compliant().is_some()
     }
 
-    /// Whether the contact of two bodies, i < j, has an effect: one of them is dynamic, and the pair is not ignored.
+    /// Whether the contact of two bodies, i < j, has an effect: both have shapes, one of them is dynamic, and the pair is not ignored.
     fn can_interact(&self, i: usize, j: usize) -> bool {
         let moves = |index: usize| self.bodies[index].inertia().is_some();
+        let has_shape = |index: usize| self.bodies[index].has_shape();
         let is_excluded =
             self.ignored.contains(&(i, j)) || self.articulation.adjacent.contains(&(i, j));
-        (moves(i) || moves(j)) && !is_excluded
+        (moves(i) || moves(j)) && has_shape(i) && has_shape(j) && !is_excluded
     }
 
     /// Returns the state with fixed and kinematic bodies in their prescribed states, and bodies on joints where their joints put them.

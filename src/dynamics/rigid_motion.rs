@@ -9,10 +9,17 @@ use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3, Vector6};
 impl<T: Scalar> Inertia<T> {
     /// Angular momentum (N m s) about the center of mass and momentum (N s) of a body, in world axes.
     pub(in crate::dynamics) fn momentum(&self, state: &BodyState<T>) -> Vector6<T> {
+        self.momentum_per_mass(state)
+            .map(|component| component * self.mass)
+    }
+
+    /// [`Self::momentum`] divided by the mass.
+    pub(in crate::dynamics) fn momentum_per_mass(&self, state: &BodyState<T>) -> Vector6<T> {
         let Twist { angular, linear } = &state.twist;
-        let spin = self.angular_momentum(state.pose.rotation(), angular);
-        let momentum = linear.map(|component| component * self.mass);
-        six(&spin, &momentum)
+        six(
+            &self.angular_momentum_per_mass(state.pose.rotation(), angular),
+            linear,
+        )
     }
 
     /// Rotational inertia (kg m²) in world axes.
@@ -50,7 +57,7 @@ impl Inertia {
     /// Speed (m/s) of velocities. The spin is multiplied by the radius of gyration.
     pub(in crate::dynamics) fn speed(&self, velocities: &Vector6<f64>) -> f64 {
         let Twist { angular, linear } = Twist::from_vector(velocities);
-        let gyration_squared = self.principal.moments.mean();
+        let gyration_squared = self.principal.moments.mean().max(0.0);
         (angular.norm_squared() * gyration_squared + linear.norm_squared()).sqrt()
     }
 }

@@ -19,7 +19,7 @@ impl<F: Force> World<f64, F> {
     /// - If a state does not fit the world.
     /// - If the change is not finite.
     pub fn difference(&self, from: &State, to: &State) -> Result<DVector<f64>, WorldError> {
-        self.model.refuse_joints()?;
+        self.model.refuse_joints("the difference of states")?;
         from.check_fits(self.bodies())?;
         to.check_fits(self.bodies())?;
         let numbers = self.model.dynamic_bodies().flat_map(|body| {
@@ -41,7 +41,7 @@ impl<F: Force> World<f64, F> {
     /// - If the state before or after the change does not fit the world.
     /// - If the change does not have 12 finite numbers for each dynamic body.
     pub fn integrate(&self, state: &State, change: &[f64]) -> Result<State, WorldError> {
-        self.model.refuse_joints()?;
+        self.model.refuse_joints("the change of a state")?;
         state.check_fits(self.bodies())?;
         check_finite("change of a state", change)?;
         let (found, expected) = (

@@ -24,7 +24,7 @@ use nalgebra::Vector3;
 #[must_use]
 pub struct WorldBuilder {
     bodies: Vec<Body>,
-    ignored: Vec<[String; 2]>,
+    pub(super) ignored: Vec<[String; 2]>,
     gravity: Option<Vector3<f64>>,
     slip_tolerance: Option<f64>,
     controls: Vec<Control>,

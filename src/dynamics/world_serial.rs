@@ -42,6 +42,7 @@ enum ShapeLayout {
         /// Thickness of the soft layer (m), or `None` if the half-space is rigid.
         thickness: Option<f64>,
     },
+    None,
 }
 
 /// Saved form of a mesh with its extents.
@@ -105,7 +106,7 @@ enum LoadError {
         count: usize,
     },
     #[error(
-        "the inertia of body {0:?} is invalid: moments must be those of a solid, the smallest first, and axes orthonormal"
+        "the inertia of body {0:?} is invalid: moments must be finite, the smallest first, and axes orthonormal"
     )]
     Inertia(String),
 }
@@ -190,6 +191,7 @@ impl ShapeLayout {
             BodyShape::HalfSpace(half_space) => Self::HalfSpace {
                 thickness: half_space.thickness(),
             },
+            BodyShape::None => Self::None,
         }
     }
 
@@ -202,6 +204,7 @@ impl ShapeLayout {
                 Shape::new(field).into()
             }
             Self::Rigid(surface) => RigidShape::new(surface).into(),
+            Self::None => BodyShape::None,
             Self::HalfSpace { thickness: None } => HalfSpace::rigid().into(),
             Self::HalfSpace {
                 thickness: Some(thickness),
@@ -282,7 +285,7 @@ impl InertiaLayout {
         let mut numbers = axes.iter().chain(&self.center_of_mass);
         let is_frame = (axes.tr_mul(&axes) - Matrix3::identity()).amax() <= ORTHONORMAL
             && axes.determinant() > 0.0;
-        let is_valid = numbers.all(|x| x.is_finite()) && is_frame && principal.is_of_solid();
+        let is_valid = numbers.all(|x| x.is_finite()) && is_frame && principal.is_sorted();
         is_valid.then(|| Inertia {
             mass: self.mass,
             center_of_mass: self.center_of_mass.into(),

@@ -164,7 +164,7 @@ impl<T: Scalar> Model<T> {
         let shape_a = a.shape.compliant()?;
         let body_a = ContactBody::from_valid(shape_a, states[0].pose, modulus(a)?);
         let modulus_b = modulus(b).unwrap_or(lift(1.0));
-        let partner_b = Partner::from_valid(b.shape.partner(), states[1].pose, modulus_b);
+        let partner_b = Partner::from_valid(b.shape.partner()?, states[1].pose, modulus_b);
         let pair = ContactPair::new(body_a, partner_b);
         Some(if a.is_dissipative() || b.is_dissipative() {
             let law = a.material.combined_with(&b.material, self.slip_tolerance);

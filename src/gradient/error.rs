@@ -1,4 +1,4 @@
-use super::OutcomeJacobian;
+use super::{JointQuantity, OutcomeJacobian};
 use crate::dynamics::{RolloutError, RolloutFailure, WorldError};
 use crate::mesh::DensityError;
 use crate::parallel::Panicked;
@@ -182,6 +182,16 @@ pub enum GradientError {
         interval: usize,
         /// Number of intervals, or 0 without a control.
         intervals: usize,
+    },
+    /// A joint has no schedule, or the schedule has fewer values.
+    #[error("the {quantity} of joint {joint:?} does not exist: the schedule has {count} values")]
+    NotScheduled {
+        /// Name of the joint.
+        joint: String,
+        /// Scheduled torque or target.
+        quantity: JointQuantity,
+        /// Number of values, or 0 without a schedule.
+        count: usize,
     },
     /// The length of the outcome differs between rollouts: at perturbed parameters, or on other dual numbers.
     #[error(

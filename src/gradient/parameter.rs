@@ -69,13 +69,20 @@ pub enum JointQuantity {
     Friction,
     /// Armature (kg m²).
     Armature,
+    /// Scheduled torque (N m) of an interval, counted from 0: see [`Joint::with_torques`](crate::dynamics::Joint::with_torques).
+    ScheduledTorque(usize),
+    /// Scheduled target position (rad), counted from 0: see [`Joint::with_targets`](crate::dynamics::Joint::with_targets).
+    ScheduledTarget(usize),
 }
 
 impl JointQuantity {
-    /// Index in the numbers of a joint law, or `None` for the initial state.
+    /// Index in the numbers of a joint law, or `None` for the initial state and for schedules.
     pub(super) fn law_index(self) -> Option<usize> {
         match self {
-            Self::InitialPosition | Self::InitialVelocity => None,
+            Self::InitialPosition
+            | Self::InitialVelocity
+            | Self::ScheduledTorque(_)
+            | Self::ScheduledTarget(_) => None,
             Self::Torque => Some(0),
             Self::TargetPosition => Some(1),
             Self::TargetVelocity => Some(2),
@@ -101,6 +108,8 @@ impl fmt::Display for JointQuantity {
             Self::Damping => "damping",
             Self::Friction => "friction",
             Self::Armature => "armature",
+            Self::ScheduledTorque(index) => return write!(formatter, "scheduled torque {index}"),
+            Self::ScheduledTarget(index) => return write!(formatter, "scheduled target {index}"),
         })
     }
 }

@@ -1,7 +1,9 @@
 //! Parameters with names resolved to indices: [`Slots::resolve`] looks each name up once and checks that the model has the parameter.
 
 use super::{GradientError, JointQuantity, Parameter};
-use crate::dynamics::{Body, Joint, JointState, Model, ModelGradient, Motion, turn_between};
+use crate::dynamics::{
+    Body, Joint, JointState, Model, ModelGradient, Motion, Schedule, turn_between,
+};
 use crate::scalar::{Scalar, lift_vector};
 use crate::spatial::{Pose, Twist};
 use nalgebra::Vector3;
@@ -162,6 +164,7 @@ impl Slot {
             }
             Parameter::Joint(name, quantity) => {
                 let (body, state_index) = model.scalar_joint(name)?;
+                check_schedule(model.bodies[body].joint(), *quantity)?;
                 return Ok(Self::Joint(body, state_index, *quantity));
             }
             Parameter::InitialPosition(_) => Quantity::Position,
@@ -319,9 +322,11 @@ impl Slot {
                 gradient.controls[control][interval].as_slice().to_vec()
             }
             Self::Joint(body, state_index, quantity) => {
-                let initial = &gradient.joints[state_index];
+                let (initial, by_body) = (&gradient.joints[state_index], &gradient.bodies[body]);
                 let number = match (quantity, quantity.law_index()) {
-                    (_, Some(index)) => gradient.bodies[body].joint_law[index],
+                    (_, Some(index)) => by_body.joint_law[index],
+                    (JointQuantity::ScheduledTorque(index), _) => by_body.torques[index],
+                    (JointQuantity::ScheduledTarget(index), _) => by_body.targets[index],
                     (JointQuantity::InitialVelocity, _) => initial.velocity.x,
                     _ => initial.position.x,
                 };
@@ -344,6 +349,24 @@ impl Slot {
     }
 }
 
+/// Checks that a joint has a scheduled torque or target.
+fn check_schedule(joint: Option<&Joint>, quantity: JointQuantity) -> Result<(), GradientError> {
+    let count = |schedule: Option<&Schedule>| schedule.map_or(0, |found| found.values().len());
+    let (count, index) = match quantity {
+        JointQuantity::ScheduledTorque(index) => (count(joint.and_then(Joint::torques)), index),
+        JointQuantity::ScheduledTarget(index) => (count(joint.and_then(Joint::targets)), index),
+        _ => return Ok(()),
+    };
+    if index < count {
+        return Ok(());
+    }
+    Err(GradientError::NotScheduled {
+        joint: joint.map_or_else(String::new, |joint| joint.name().to_owned()),
+        quantity,
+        count,
+    })
+}
+
 /// Number of a revolute or prismatic joint.
 fn joint_numbers<T>(joint: &mut Joint<T>, quantity: JointQuantity) -> Vec<&mut T> {
     if let Some(index) = quantity.law_index() {
@@ -354,6 +377,16 @@ fn joint_numbers<T>(joint: &mut Joint<T>, quantity: JointQuantity) -> Vec<&mut T
             .skip(index)
             .take(1)
             .collect();
+    }
+    let scheduled = match quantity {
+        JointQuantity::ScheduledTorque(index) => Some((&mut joint.torques, index)),
+        JointQuantity::ScheduledTarget(index) => Some((&mut joint.targets, index)),
+        _ => None,
+    };
+    if let Some((schedule, index)) = scheduled {
+        let schedule = schedule.as_mut();
+        let value = schedule.and_then(|schedule| schedule.value_mut(index));
+        return value.into_iter().collect();
     }
     match (&mut joint.initial, quantity) {
         (JointState::Scalar { velocity, .. }, JointQuantity::InitialVelocity) => vec![velocity],

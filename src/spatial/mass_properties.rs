@@ -25,6 +25,16 @@ pub struct MassProperties {
 }
 
 impl MassProperties {
+    /// Returns the mass properties of a body without mass.
+    #[must_use]
+    pub fn zero() -> Self {
+        Self {
+            mass: 0.0,
+            center_of_mass: Vector3::zeros(),
+            inertia: Matrix3::zeros(),
+        }
+    }
+
     /// Returns the mass properties of a solid ball around the origin, with the given mass (kg) and
     /// radius (m).
     #[must_use]

@@ -345,9 +345,22 @@ fn numbers_of_joints_out_of_range_are_refused() {
 fn differences_of_states_with_joints_are_refused() {
     let world = double_pendulum([1.0, 0.7]);
     let state = world.initial_state();
-    let expected = WorldError::NoCoordinates("upper".into());
-    assert_eq!(world.difference(&state, &state).unwrap_err(), expected);
-    assert_eq!(world.integrate(&state, &[0.0; 24]).unwrap_err(), expected);
+    let expected = |quantity| WorldError::OnJoint {
+        body: "upper".into(),
+        quantity,
+    };
+    assert_eq!(
+        world.difference(&state, &state).unwrap_err(),
+        expected("the difference of states")
+    );
+    assert_eq!(
+        world.integrate(&state, &[0.0; 24]).unwrap_err(),
+        expected("the change of a state")
+    );
+    assert_eq!(
+        world.largest_stable_step(&state).unwrap_err(),
+        expected("the stability limit")
+    );
 }
 
 #[test]

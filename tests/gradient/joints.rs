@@ -54,6 +54,7 @@ fn arm() -> World {
     let shoulder = Joint::revolute("shoulder", Vector3::z_axis())
         .with_origin(at(0.0, 0.0, 0.685))
         .with_velocity(0.8)
+        .with_torques(0.0125, vec![0.3, -0.2, 0.1])
         .with_damping(0.2)
         .with_armature(0.01);
     let elbow = Joint::revolute("elbow", Vector3::y_axis())
@@ -66,6 +67,7 @@ fn arm() -> World {
         .with_parent("lower")
         .with_origin(at(0.0, 0.0, -0.7))
         .with_servo(2e3, 20.0)
+        .with_targets(0.03, vec![0.0, 0.002, -0.001])
         .with_torque(-6.0);
     falling(vec![
         rigid_floor(0.6),
@@ -90,6 +92,8 @@ fn parameters() -> Vec<Parameter> {
                 JointQuantity::InitialVelocity,
                 JointQuantity::Damping,
                 JointQuantity::Armature,
+                JointQuantity::ScheduledTorque(0),
+                JointQuantity::ScheduledTorque(1),
             ],
         ),
         (
@@ -106,7 +110,12 @@ fn parameters() -> Vec<Parameter> {
         ),
         (
             "wrist",
-            vec![JointQuantity::Torque, JointQuantity::InitialVelocity],
+            vec![
+                JointQuantity::Torque,
+                JointQuantity::InitialVelocity,
+                JointQuantity::ScheduledTarget(0),
+                JointQuantity::ScheduledTarget(1),
+            ],
         ),
     ] {
         all.extend(

@@ -113,7 +113,7 @@ impl<T: Scalar> Control<T> {
     /// Wrench at a time (s).
     #[must_use]
     pub fn wrench_at(&self, time: f64) -> Wrench<T> {
-        let wrench = self.wrenches.get(self.index_of(time));
+        let wrench = self.wrenches.get(interval_at(time, self.interval));
         let wrench = wrench.filter(|_| time >= 0.0);
         wrench.copied().unwrap_or_else(Wrench::zero)
     }
@@ -133,33 +133,41 @@ impl<T: Scalar> Control<T> {
         &self,
         step: TimeSpan,
     ) -> impl Iterator<Item = (usize, f64)> {
-        let (first, last) = (self.index_of(step.from), self.index_of(step.until));
-        let share = move |index: usize| {
-            let from = step.from.max(index as f64 * self.interval);
-            let until = step.until.min((index + 1) as f64 * self.interval);
-            (until - from) / (step.until - step.from)
-        };
-        let overlapping = first..last.saturating_add(1).min(self.wrenches.len());
-        overlapping.filter_map(move |index| match share(index) {
-            share if share < NEGLIGIBLE_SHARE => None,
-            share if share > 1.0 - NEGLIGIBLE_SHARE => Some((index, 1.0)),
-            share => Some((index, share)),
-        })
-    }
-
-    /// Index of the interval that contains a time (s). Times before 0 give the first interval.
-    fn index_of(&self, time: f64) -> usize {
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "negative times give 0, and times beyond what a usize counts are after the last interval"
-        )]
-        let index = (time / self.interval).floor() as usize;
-        index
+        shares_of((self.interval, self.wrenches.len()), step)
     }
 
     /// Mutable reference to the wrench of an interval.
     pub(crate) fn wrench_mut(&mut self, interval: usize) -> Option<&mut Wrench<T>> {
         self.wrenches.get_mut(interval)
     }
+}
+
+/// Intervals of a given duration (s) and count that overlap with a time step, each with its share of the step.
+pub(in crate::dynamics) fn shares_of(
+    (interval, count): (f64, usize),
+    step: TimeSpan,
+) -> impl Iterator<Item = (usize, f64)> {
+    let [first, last] = [step.from, step.until].map(|time| interval_at(time, interval));
+    let share = move |index: usize| {
+        let from = step.from.max(index as f64 * interval);
+        let until = step.until.min((index + 1) as f64 * interval);
+        (until - from) / (step.until - step.from)
+    };
+    let overlapping = first..last.saturating_add(1).min(count);
+    overlapping.filter_map(move |index| match share(index) {
+        share if share < NEGLIGIBLE_SHARE => None,
+        share if share > 1.0 - NEGLIGIBLE_SHARE => Some((index, 1.0)),
+        share => Some((index, share)),
+    })
+}
+
+/// Index of the interval that contains a time (s). Times before 0 give the first interval.
+fn interval_at(time: f64, interval: f64) -> usize {
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "negative times give 0, and times beyond what a usize counts are after the last interval"
+    )]
+    let index = (time / interval).floor() as usize;
+    index
 }

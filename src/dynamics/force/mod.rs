@@ -5,7 +5,7 @@ mod kinds;
 mod number;
 
 pub use control::Control;
-pub(in crate::dynamics) use control::TimeSpan;
+pub(in crate::dynamics) use control::{TimeSpan, shares_of};
 pub use kinds::{Drag, Spring, Thruster};
 pub use number::ForceNumber;
 

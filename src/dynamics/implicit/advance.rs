@@ -52,7 +52,8 @@ impl IslandSolver<'_> {
         let SolvedStep { progress, work, .. } = &mut self.solved;
         work.evaluations += usize::from(!evaluation.contacts.is_empty());
         let forces = multibody.generalized_forces(&progress.kinematics, &evaluation.wrenches);
-        let joint_forces = multibody.joint_forces(&progress.kinematics.coordinates);
+        let coordinates = &progress.kinematics.coordinates;
+        let joint_forces = multibody.joint_forces(coordinates, self.step.start);
         progress.forces = Some(forces + joint_forces);
         Ok(())
     }

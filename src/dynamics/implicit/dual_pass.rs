@@ -39,7 +39,9 @@ impl<'a, T: Scalar> DualPass<'a, T> {
             world,
             step,
             applied,
-            multibody: world.model().multibody(&island.dynamic, &island.neighbors),
+            multibody: world
+                .model()
+                .multibody(island.participants(), step.context.span),
         }
     }
 

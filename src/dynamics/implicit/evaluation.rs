@@ -230,7 +230,8 @@ impl StageEquations<'_> {
         let mut slopes = multibody.momentum_slopes(end, directions);
         let total = self.total_wrenches(wrenches);
         multibody.add_force_slopes(&mut slopes, (end, directions), &total, -duration);
-        let [by_position, by_velocity] = multibody.joint_force_slopes(&end.coordinates);
+        let [by_position, by_velocity] =
+            multibody.joint_force_slopes(&end.coordinates, self.start.time);
         let [position, velocity] = joint_changes;
         let changes = by_position * position + by_velocity * velocity;
         for (columns, slopes) in multibody.trees.iter().zip(&mut slopes) {

@@ -120,18 +120,18 @@ impl ImplicitIntegratorState {
         } else {
             let mut moved = start.clone();
             for (island, solved) in &solved {
-                let multibody = self.model.multibody(&island.dynamic, &island.neighbors);
+                let multibody = self.model.multibody(island.participants(), span);
                 multibody.store(&solved.progress.kinematics, &mut moved);
             }
             *state = moved.lifted();
         }
-        self.keep(solved);
+        self.keep(solved, span);
         state.time = step.end;
         world.model().set_prescribed_states(state);
         Ok(())
     }
 
-    fn keep(&mut self, solved: Vec<(Island, SolvedStep)>) {
+    fn keep(&mut self, solved: Vec<(Island, SolvedStep)>, span: TimeSpan) {
         let count = self.model.bodies.len();
         self.report = StepReport {
             errors: vec![BodyErrors::default(); count],
@@ -139,7 +139,7 @@ impl ImplicitIntegratorState {
         };
         self.island_records.clear();
         for (island, step) in solved {
-            let multibody = self.model.multibody(&island.dynamic, &island.neighbors);
+            let multibody = self.model.multibody(island.participants(), span);
             for (link, errors) in multibody.links.iter().zip(&step.errors) {
                 let columns = link.columns.clone();
                 self.last.forces[link.body] = step.progress.forces.as_ref().map(|forces| {

@@ -20,6 +20,11 @@ impl Island {
         }
     }
 
+    /// Indices in the world of the dynamic bodies, and of the neighbors.
+    pub fn participants(&self) -> [&[usize]; 2] {
+        [&self.dynamic, &self.neighbors]
+    }
+
     /// Indices in the world of all participants.
     pub fn bodies(&self) -> impl Iterator<Item = usize> {
         self.dynamic.iter().chain(&self.neighbors).copied()

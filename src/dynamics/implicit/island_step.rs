@@ -62,7 +62,7 @@ impl<'a> IslandStep<'a> {
         scheme: &'a Scheme,
         start: f64,
     ) -> Self {
-        let multibody = context.model.multibody(&island.dynamic, &island.neighbors);
+        let multibody = context.model.multibody(island.participants(), context.span);
         let neighbors: Vec<_> = island
             .neighbors
             .iter()

@@ -235,7 +235,7 @@ impl StageEquations<'_> {
             .collect();
         let forces = [&applied, &evaluation.wrenches]
             .map(|wrenches| multibody.generalized_forces(end, wrenches));
-        let joint_forces = multibody.joint_forces(&end.coordinates);
+        let joint_forces = multibody.joint_forces(&end.coordinates, self.start.time);
         let impulses = forces
             .iter()
             .chain([&joint_forces])

@@ -79,7 +79,9 @@ impl<T: Scalar> StageEquations<'_, T> {
         let duration = self.start.duration;
         let wrenches = self.total_wrenches(wrenches);
         let forces = self.multibody.generalized_forces(end, &wrenches)
-            + self.multibody.joint_forces(&end.coordinates);
+            + self
+                .multibody
+                .joint_forces(&end.coordinates, self.start.time);
         let impulses = forces.map(|force| force * duration);
         self.multibody.projected_momenta(end, duration) - &self.start.momenta - impulses
     }

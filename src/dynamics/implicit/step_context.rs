@@ -22,6 +22,8 @@ pub(in crate::dynamics) struct StepContext<'a> {
     pub(super) symbolic_cache: &'a SymbolicCache,
     /// Groups of bodies that a force couples.
     pub(super) coupled: &'a [Vec<usize>],
+    /// Time step.
+    pub(super) span: TimeSpan,
     /// Weight and mean control of each body.
     pub(super) applied: Vec<Vector6<f64>>,
     /// States of all bodies at the start of the step.
@@ -49,6 +51,7 @@ impl<'a> StepContext<'a> {
             lifted,
             symbolic_cache,
             coupled,
+            span,
             applied: model.applied_wrenches(span),
             start,
             stop,

@@ -89,10 +89,18 @@ pub(in crate::dynamics) enum Parent {
 }
 
 impl<T: Copy> Multibody<T> {
-    /// Creates the links. Each item has the index of a body, the index of the state of its joint, its inertia, its joint and its parent.
-    /// Parents come before children. Columns are numbered tree by tree.
+    /// Creates the links. Each item has the index of a body, the index of the state of its joint, its inertia, its joint with the law of the
+    /// joint, and its parent. Parents come before children. Columns are numbered tree by tree.
     pub fn new<'j>(
-        links: impl IntoIterator<Item = (usize, usize, Inertia<T>, &'j Joint<T>, Parent)>,
+        links: impl IntoIterator<
+            Item = (
+                usize,
+                usize,
+                Inertia<T>,
+                (&'j Joint<T>, JointLaw<T>),
+                Parent,
+            ),
+        >,
         neighbors: &[usize],
     ) -> Self
     where
@@ -103,7 +111,7 @@ impl<T: Copy> Multibody<T> {
             trees: Vec::new(),
             neighbors: neighbors.to_vec(),
         };
-        for (body, state_index, inertia, joint, parent) in links {
+        for (body, state_index, inertia, (joint, law), parent) in links {
             let tree = match parent {
                 Parent::Link(parent) => result.links[parent].tree,
                 Parent::World | Parent::Neighbor(_) => {
@@ -117,7 +125,7 @@ impl<T: Copy> Multibody<T> {
                 inertia,
                 kind: joint.kind,
                 origin: joint.origin,
-                law: joint.law,
+                law,
                 parent,
                 columns: 0..0,
                 moving_columns: Vec::new(),

@@ -59,13 +59,14 @@ impl<T: Scalar> Multibody<T> {
         self.summed_over_subtrees(about.collect(), |sum, wrench| sum + wrench)
     }
 
-    /// Forces Q of the joints: springs, dampers, friction, stops and actuators.
-    pub fn joint_forces(&self, coordinates: &Coordinates<T>) -> DVector<T> {
+    /// Forces Q of the joints at a time (s): springs, dampers, friction, stops and actuators.
+    pub fn joint_forces(&self, coordinates: &Coordinates<T>, time: f64) -> DVector<T> {
         let mut forces = zeros(self.width());
         for (link, position) in self.links.iter().zip(&coordinates.positions) {
             if let JointPosition::Scalar(position) = position {
                 let column = link.columns.start;
-                forces[column] = link.law.force(*position, coordinates.velocities[column]);
+                let velocity = coordinates.velocities[column];
+                forces[column] = link.law.force(*position, velocity, time);
             }
         }
         forces

@@ -187,14 +187,14 @@ impl Multibody {
         }
     }
 
-    /// Derivatives of the joint forces with respect to positions and velocities, for each column.
-    pub fn joint_force_slopes(&self, coordinates: &Coordinates) -> [DVector<f64>; 2] {
+    /// Derivatives of the joint forces at a time (s) with respect to positions and velocities, for each column.
+    pub fn joint_force_slopes(&self, coordinates: &Coordinates, time: f64) -> [DVector<f64>; 2] {
         let mut slopes = [DVector::zeros(self.width()), DVector::zeros(self.width())];
         for (link, position) in self.links.iter().zip(&coordinates.positions) {
             if let JointPosition::Scalar(position) = position {
                 let column = link.columns.start;
-                let [by_position, by_velocity] =
-                    link.law.slopes(*position, coordinates.velocities[column]);
+                let velocity = coordinates.velocities[column];
+                let [by_position, by_velocity] = link.law.slopes(*position, velocity, time);
                 slopes[0][column] = by_position;
                 slopes[1][column] = by_velocity;
             }

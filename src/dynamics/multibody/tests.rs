@@ -100,7 +100,9 @@ impl Random {
         }
         let links = links.iter().enumerate();
         Multibody::new(
-            links.map(|(body, (inertia, joint, parent))| (body, 0, *inertia, joint, *parent)),
+            links.map(|(body, (inertia, joint, parent))| {
+                (body, 0, *inertia, (joint, *joint.law()), *parent)
+            }),
             &[0],
         )
     }
@@ -359,7 +361,7 @@ fn chain(links: &[(Vector3<f64>, bool)], armature: f64) -> (Multibody, Kinematic
         .collect();
     let links = links.iter().enumerate().map(|(body, (inertia, joint))| {
         let parent = body.checked_sub(1).map_or(Parent::World, Parent::Link);
-        (body, 0, *inertia, joint, parent)
+        (body, 0, *inertia, (joint, *joint.law()), parent)
     });
     let chain = Multibody::new(links, &[]);
     let positions = vec![JointPosition::Scalar(0.0); chain.links.len()];

@@ -1,7 +1,7 @@
 use crate::contact::{Kinks, ShapeGradient};
 use crate::dynamics::joint::NUMBER_COUNT;
 use crate::dynamics::model::Model;
-use crate::dynamics::{Control, STATE_DIM};
+use crate::dynamics::{Body, Control, Joint, STATE_DIM, Schedule};
 use crate::spatial::Twist;
 use nalgebra::{Matrix3, SVector, Vector3, Vector6};
 use std::collections::BTreeMap;
@@ -183,7 +183,7 @@ pub struct KinkSummary {
 }
 
 /// Gradient of a number with respect to the initial state and the properties of a body.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub(crate) struct BodyGradient {
     pub initial: StateGradient,
     pub modulus: f64,
@@ -199,11 +199,18 @@ pub(crate) struct BodyGradient {
     pub inertia: Matrix3<f64>,
     /// Gradient with respect to the numbers of the law of the joint.
     pub joint_law: [f64; NUMBER_COUNT],
+    /// Gradient with respect to the scheduled torques of the joint.
+    pub torques: Vec<f64>,
+    /// Gradient with respect to the scheduled targets of the joint.
+    pub targets: Vec<f64>,
 }
 
-impl ModelGradient {
-    pub fn zero(model: &Model) -> Self {
-        let body = BodyGradient {
+impl BodyGradient {
+    fn zero(body: &Body) -> Self {
+        let zeros = |schedule: Option<&Schedule>| {
+            schedule.map_or_else(Vec::new, |schedule| vec![0.0; schedule.values().len()])
+        };
+        Self {
             initial: StateGradient::zero(),
             modulus: 0.0,
             dissipation: 0.0,
@@ -212,10 +219,17 @@ impl ModelGradient {
             center: Vector3::zeros(),
             inertia: Matrix3::zeros(),
             joint_law: [0.0; NUMBER_COUNT],
-        };
+            torques: zeros(body.joint().and_then(Joint::torques)),
+            targets: zeros(body.joint().and_then(Joint::targets)),
+        }
+    }
+}
+
+impl ModelGradient {
+    pub fn zero(model: &Model) -> Self {
         let intervals = |control: &Control| vec![Vector6::zeros(); control.wrenches().len()];
         Self {
-            bodies: vec![body; model.bodies.len()],
+            bodies: model.bodies.iter().map(BodyGradient::zero).collect(),
             joints: vec![JointGradient::zero(); model.joint_count()],
             gravity: Vector3::zeros(),
             controls: model.controls.iter().map(intervals).collect(),

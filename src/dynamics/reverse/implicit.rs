@@ -217,7 +217,7 @@ impl StepBack<'_, '_> {
             replay.multibody(),
             &stage.end,
             &adjoint.adjoint,
-            stage.start().duration,
+            [stage.start().duration, stage.start().time],
         );
         let virtual_twists = replay.multibody().twists(&stage.end, &adjoint.adjoint, 0.0);
         let multibody = replay.multibody();
@@ -302,7 +302,7 @@ impl StepBack<'_, '_> {
                 &state.twist.angular,
             );
             let gradient = &mut self.pullback.gradient.bodies[link.body];
-            gradient.mass += inertia.momentum(state).dot(twist) / inertia.mass;
+            gradient.mass += inertia.momentum_per_mass(state).dot(twist);
             gradient.inertia += by_inertia * inertia.mass;
             if link.kind.has_state() {
                 let columns = link.columns.clone();
@@ -313,24 +313,22 @@ impl StepBack<'_, '_> {
         }
     }
 
-    /// Propagates λ to the numbers of the joint laws, through the joint forces in a stage of a duration (s).
+    /// Propagates λ to the numbers of the joint laws, through the joint forces in a stage of a duration (s), at the time (s) of the stage.
     fn add_by_laws(
         &mut self,
         multibody: &Multibody,
         end: &Kinematics,
         adjoint: &DVector<f64>,
-        duration: f64,
+        [duration, time]: [f64; 2],
     ) {
         for (link, position) in multibody.links.iter().zip(&end.coordinates.positions) {
             if let JointPosition::Scalar(position) = position {
                 let column = link.columns.start;
-                let slopes = link
-                    .law
-                    .slopes_by_numbers(*position, end.velocities()[column]);
-                let gradient = &mut self.pullback.gradient.bodies[link.body].joint_law;
-                for (sum, slope) in gradient.iter_mut().zip(slopes) {
-                    *sum += slope * adjoint[column] * duration;
-                }
+                let motion = [*position, end.velocities()[column]];
+                let slopes = link.law.slopes_by_numbers(motion, time);
+                let gradient = slopes.map(|slope| slope * adjoint[column] * duration);
+                self.pullback
+                    .add_by_joint_law(link.body, gradient, self.span);
             }
         }
     }

@@ -81,7 +81,10 @@ impl<'w> ReverseSweep<'w> {
     /// Adds derivatives with respect to the shapes of all bodies.
     pub fn with_shapes(mut self) -> Self {
         let bodies = self.pullback.model().bodies.iter();
-        let zero = |body: &Body| ShapeGradient::zero(body.shape.partner());
+        let zero = |body: &Body| {
+            let shape = body.shape.partner();
+            shape.map_or_else(ShapeGradient::default, ShapeGradient::zero)
+        };
         self.pullback.gradient.shapes = bodies.map(zero).collect();
         self
     }

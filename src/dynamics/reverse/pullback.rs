@@ -4,7 +4,8 @@ use super::{JointGradient, ModelGradient, StateGradient};
 use crate::dynamics::BodyState;
 use crate::dynamics::TimeSpan;
 use crate::dynamics::dyn_world::DynWorld;
-use crate::dynamics::joint::JointKind;
+use crate::dynamics::joint::{JointKind, NUMBER_COUNT};
+use crate::dynamics::joint_schedule::ScheduleShare;
 use crate::dynamics::model::Model;
 use crate::dynamics::multibody::{Kinematics, Multibody};
 use crate::spatial::{Twist, Wrench};
@@ -94,6 +95,37 @@ impl<'w> Pullback<'w> {
             for (interval, share) in control.shares_of(span) {
                 by_intervals[interval] += by_wrenches[body].to_vector() * share;
             }
+        }
+    }
+
+    /// Adds the gradient with respect to the numbers of the law of a joint during a time step.
+    pub fn add_by_joint_law(
+        &mut self,
+        body: usize,
+        mut by_numbers: [f64; NUMBER_COUNT],
+        step: TimeSpan,
+    ) {
+        let gradient = &mut self.gradient.bodies[body];
+        if let Some(joint) = self.world.model().bodies[body].joint() {
+            let share = |share: &ScheduleShare| {
+                let products = share.weights.iter().zip(&by_numbers);
+                products
+                    .map(|(weight, number)| weight * number)
+                    .sum::<f64>()
+            };
+            for torque in joint.torque_shares(step) {
+                gradient.torques[torque.index] += share(&torque);
+            }
+            for target in joint.target_shares(step) {
+                gradient.targets[target.index] += share(&target);
+            }
+            // Scheduled targets replace the target of the law.
+            if joint.targets().is_some() {
+                by_numbers[1..3].fill(0.0);
+            }
+        }
+        for (sum, number) in gradient.joint_law.iter_mut().zip(by_numbers) {
+            *sum += number;
         }
     }
 

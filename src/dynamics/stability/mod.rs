@@ -89,10 +89,11 @@ impl<T: Scalar, F: Force> World<T, F> {
     /// ```
     ///
     /// # Errors
-    /// If the state has another number of bodies than the world, a pose that is not rigid, or a
-    /// number that is not finite.
+    /// - If the state has another number of bodies than the world, a pose that is not rigid, or a number that is not finite.
+    /// - If the world has joints, because explicit steps do not support them.
     pub fn largest_stable_step(&self, state: &State<T>) -> Result<Option<f64>, WorldError> {
         state.check_fits(self.bodies())?;
+        self.model.refuse_joints("the stability limit")?;
         let rates = self.model.rates(&state.bodies, true);
         Ok(stability_limit(&rates, state.bodies.len()))
     }
@@ -118,7 +119,8 @@ impl<T: Scalar> Model<T> {
         let (mut sweep, mut rates) = (Sweep::default(), Vec::new());
         let pairs = self.close_pairs(states, &mut sweep);
         mapped_into(&mut rates, pairs, |&(i, j)| {
-            let bodies = [i, j].map(|index| RealBody::of(&self.bodies[index], &states[index]));
+            let body = |index: usize| RealBody::of(&self.bodies[index], &states[index]);
+            let bodies = [body(i)?, body(j)?];
             PairRates::of([i, j], &bodies, self.slip_tolerance, with_friction)
         });
         rates.into_iter().flatten().collect()

@@ -71,22 +71,20 @@ pub(super) struct RealBody<'a> {
 }
 
 impl<'a> RealBody<'a> {
-    pub fn of<T: Scalar>(body: &'a Body<T>, state: &BodyState<T>) -> Self {
+    /// The body, or `None` if it has no shape.
+    pub fn of<T: Scalar>(body: &'a Body<T>, state: &BodyState<T>) -> Option<Self> {
         let (pose, twist) = (state.pose.real(), body.twist_at_origin(state));
         let material = body.material.real();
         let center_of_mass = body.inertia().map(|inertia| inertia.center_of_mass);
         let to_center = pose.rotation() * center_of_mass.unwrap_or_default();
-        Self {
-            contact: Partner::from_valid(
-                body.shape.partner(),
-                pose,
-                material.modulus.unwrap_or(1.0),
-            ),
+        let modulus = material.modulus.unwrap_or(1.0);
+        Some(Self {
+            contact: Partner::from_valid(body.shape.partner()?, pose, modulus),
             material,
             twist: twist.real(),
             unit_motions: unit_motions(body, &pose, &to_center),
             to_center,
-        }
+        })
     }
 }
 

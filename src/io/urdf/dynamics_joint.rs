@@ -51,7 +51,17 @@ impl Joint {
     /// # Errors
     /// If the joint is floating or planar.
     pub fn dynamics_joint(&self, options: &JointOptions) -> Result<dynamics::Joint, UrdfError> {
-        let name = self.name.as_str();
+        self.prefixed("", options)
+    }
+
+    /// [`Self::dynamics_joint`] with a prefix of the names of the joint and the parent body.
+    pub(super) fn prefixed(
+        &self,
+        prefix: &str,
+        options: &JointOptions,
+    ) -> Result<dynamics::Joint, UrdfError> {
+        let [name, parent] = [&self.name, &self.parent].map(|name| format!("{prefix}{name}"));
+        let name = name.as_str();
         let (joint, stop_law) = match self.kind {
             JointKind::Fixed => (dynamics::Joint::fixed(name), None),
             JointKind::Continuous(axis) => (dynamics::Joint::revolute(name, axis), None),
@@ -71,7 +81,7 @@ impl Joint {
             }
         };
         let mut joint = joint
-            .with_parent(&self.parent)
+            .with_parent(&parent)
             .with_origin(self.origin)
             .with_damping(self.damping)
             .with_friction(self.friction, options.slip_tolerance);

@@ -1,4 +1,5 @@
 use super::Location;
+use crate::dynamics::WorldError;
 use crate::io::FileError;
 use crate::mesh::{MeshError, SurfaceError};
 use std::error::Error;
@@ -231,6 +232,14 @@ pub enum UrdfError {
         at: Location,
         /// Cause.
         source: MeshError,
+    },
+    /// A link cannot become a body.
+    #[error("{at} cannot become a body: {source}")]
+    Body {
+        /// The link.
+        at: Location,
+        /// Cause.
+        source: Box<WorldError>,
     },
     /// The dynamics have no joint of this type.
     #[error(

@@ -1,7 +1,7 @@
 use super::collision::Collision;
 use super::element::Element;
 use super::inertial::inertial_of;
-use super::{UrdfError, UrdfWarning};
+use super::{Location, UrdfError, UrdfWarning};
 use crate::spatial::MassProperties;
 
 /// Rigid part of a robot.
@@ -14,6 +14,8 @@ pub struct Link {
     pub inertial: Option<MassProperties>,
     /// Shapes for contact.
     pub collisions: Vec<Collision>,
+    /// Place of the link in the file.
+    pub at: Location,
 }
 
 impl Link {
@@ -26,6 +28,7 @@ impl Link {
             name,
             inertial,
             collisions: collisions.collect::<Result<_, _>>()?,
+            at: element.location(),
         };
         Ok((link, warning.flatten()))
     }

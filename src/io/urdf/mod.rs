@@ -31,7 +31,8 @@
 //! # Ok::<(), hydroelastic::io::urdf::UrdfError>(())
 //! ```
 //!
-//! [`Joint::dynamics_joint`] and [`Collision::shape`] convert joints and geometries for [`dynamics`](crate::dynamics).
+//! [`Robot::mechanism`] converts the robot to bodies and joints for a [`World`](crate::dynamics::World). [`Joint::dynamics_joint`] and
+//! [`Collision::shape`] convert single joints and geometries.
 //!
 //! # Rules
 //!
@@ -53,6 +54,7 @@ mod inertial;
 mod joint;
 mod link;
 mod location;
+mod mechanism;
 mod mesh_path;
 mod origin;
 mod robot;
@@ -66,6 +68,7 @@ pub use error::UrdfError;
 pub use joint::{Joint, JointKind, Limit, Mimic};
 pub use link::Link;
 pub use location::Location;
+pub use mechanism::{Base, RobotOptions};
 pub use robot::Robot;
 pub use shape::{MeshShape, ShapeOptions};
 pub use warning::UrdfWarning;

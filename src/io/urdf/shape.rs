@@ -5,7 +5,7 @@ use super::collision::{Collision, Geometry};
 use crate::contact::{RigidShape, Shape};
 use crate::dynamics::BodyShape;
 use crate::io::read_triangle_surface;
-use crate::mesh::{MeshError, PressureField, SurfaceError, TriangleSurface, shapes};
+use crate::mesh::{MeshError, PressureField, SurfaceError, TetMesh, TriangleSurface, shapes};
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -31,6 +31,8 @@ pub enum MeshShape {
     Rigid,
     /// Compliant shape by [`shapes::star_shaped`]. The mesh must be star-shaped about its center.
     StarShaped,
+    /// No shape. The file of the mesh is not opened.
+    None,
 }
 
 impl Default for ShapeOptions {
@@ -45,8 +47,7 @@ impl Default for ShapeOptions {
 }
 
 impl Collision {
-    /// Shape of the geometry, in the frame of the geometry. [`Self::origin`] is not applied. Boxes, spheres, cylinders and capsules become
-    /// compliant shapes.
+    /// Shape of the geometry, in the frame of the link. Boxes, spheres, cylinders and capsules become compliant shapes.
     ///
     /// # Errors
     /// - If the file of a mesh cannot be found, or is neither STL nor OBJ.
@@ -62,20 +63,45 @@ impl Collision {
             Geometry::Capsule { radius, length } => {
                 shapes::capsule(*radius, *length, options.segments)
             }
+            Geometry::Mesh { .. } if options.meshes == MeshShape::None => {
+                return Ok(BodyShape::None);
+            }
             Geometry::Mesh { scale, .. } => {
                 let path = self.mesh_path(&options.packages)?.unwrap_or_default();
                 let surface = self.surface(&path, *scale)?;
                 match options.meshes {
-                    MeshShape::Rigid => return Ok(RigidShape::new(surface).into()),
-                    MeshShape::StarShaped => shapes::star_shaped(&surface),
+                    MeshShape::Rigid => return self.rigid(&surface),
+                    MeshShape::StarShaped | MeshShape::None => shapes::star_shaped(&surface),
                 }
             }
         };
         self.compliant(field)
     }
 
+    fn rigid(&self, surface: &TriangleSurface) -> Result<BodyShape, UrdfError> {
+        let vertices = self.in_link_frame(surface.vertices());
+        let surface = TriangleSurface::new(vertices, surface.triangles().to_vec());
+        let surface = surface.map_err(|source| UrdfError::Surface {
+            at: self.at.clone(),
+            source,
+        })?;
+        Ok(RigidShape::new(surface).into())
+    }
+
+    fn in_link_frame(&self, points: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
+        let points = points.iter();
+        points
+            .map(|point| self.origin.transformed_point(point))
+            .collect()
+    }
+
     fn compliant(&self, field: Result<PressureField, MeshError>) -> Result<BodyShape, UrdfError> {
-        let field = field.map_err(|source| UrdfError::Field {
+        let placed = field.and_then(|field| {
+            let (mesh, extents) = (field.mesh(), field.extents().to_vec());
+            let mesh = TetMesh::new(self.in_link_frame(mesh.vertices()), mesh.tets().to_vec())?;
+            PressureField::new(mesh, extents)
+        });
+        let field = placed.map_err(|source| UrdfError::Field {
             at: self.at.clone(),
             source,
         })?;

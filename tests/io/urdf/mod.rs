@@ -3,6 +3,7 @@
 mod conversions;
 mod damage;
 mod elements;
+mod mechanism;
 mod meshes;
 mod published;
 mod trees;

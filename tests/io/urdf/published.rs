@@ -14,9 +14,9 @@ const ROUND_OFF: f64 = 1e-13;
 
 /// Pose of a link at position zero of all joints, and its inertia.
 #[derive(Deserialize)]
-struct Reference {
+pub struct Reference {
     rotation: Matrix,
-    translation: [f64; 3],
+    pub translation: [f64; 3],
     mass: f64,
     center_of_mass: [f64; 3],
     inertia: Matrix,
@@ -28,11 +28,11 @@ fn matrix(rows: Matrix) -> Matrix3<f64> {
     Matrix3::from(rows).transpose()
 }
 
-fn references(path: &Path) -> BTreeMap<String, BTreeMap<String, Reference>> {
+pub fn references(path: &Path) -> BTreeMap<String, BTreeMap<String, Reference>> {
     serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
 }
 
-fn folder() -> PathBuf {
+pub fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/robots")
 }
 
@@ -104,7 +104,7 @@ fn the_fingers_of_a_gripper_mimic_each_other() {
 }
 
 /// Name of the package.
-const PACKAGE: &str = "example-robot-data";
+pub const PACKAGE: &str = "example-robot-data";
 
 /// File without a name and links.
 const EMPTY: &str = "ur3.urdf";
@@ -197,7 +197,7 @@ fn outcome(collision: &Collision, options: &ShapeOptions) -> String {
         .to_owned()
 }
 
-fn urdf_files(folder: &Path) -> Vec<PathBuf> {
+pub fn urdf_files(folder: &Path) -> Vec<PathBuf> {
     let paths = std::fs::read_dir(folder)
         .unwrap()
         .map(|entry| entry.unwrap().path());

@@ -39,7 +39,7 @@ pub(super) fn add(document: &mut Document, bodies: &[Body], frames: &[Frame]) {
     }
     let edge = document.material(unlit(materials::EDGES, EDGE_OPACITY));
     let times: Vec<f64> = frames.iter().map(|frame| frame.time).collect();
-    let mut outlines: Vec<(&BodyShape, Outline)> = Vec::new();
+    let mut outlines: Vec<(&BodyShape, Option<Outline>)> = Vec::new();
     let mut colors = materials::BODIES.into_iter().cycle();
     for (index, body) in bodies.iter().enumerate() {
         document.data.set_subject(format!("body {:?}", body.name()));
@@ -55,16 +55,16 @@ pub(super) fn add(document: &mut Document, bodies: &[Body], frames: &[Frame]) {
             .find(|(shape, _)| !is_half_space && shape.is_same(body.shape()));
         let outline = match known {
             Some((_, outline)) => *outline,
-            None => Outline::of(&surface(index, bodies, frames), document),
+            None => surface(index, bodies, frames).map(|surface| Outline::of(&surface, document)),
         };
         outlines.push((body.shape(), outline));
-        let mesh = mesh(document, outline, [skin, edge]);
+        let mesh = outline.map(|outline| mesh(document, outline, [skin, edge]));
         let states: Vec<_> = frames
             .iter()
             .map(|frame| frame.state.bodies[index])
             .collect();
         let node = document.node(Node {
-            mesh: Some(mesh),
+            mesh,
             name: Some(body.name().to_owned()),
             translation: Some(single((*states[0].position()).into())),
             rotation: Some(UnitQuaternion(single(quaternion(&states[0].pose)))),
@@ -91,9 +91,9 @@ fn mesh(
     document.mesh(primitives)
 }
 
-/// Surface of the body with this index.
-fn surface(index: usize, bodies: &[Body], frames: &[Frame]) -> Triangles {
-    match bodies[index].shape() {
+/// Surface of the body with this index, or `None` for a body without a shape.
+fn surface(index: usize, bodies: &[Body], frames: &[Frame]) -> Option<Triangles> {
+    Some(match bodies[index].shape() {
         BodyShape::Compliant(shape) => {
             let mesh = shape.field().mesh();
             Triangles::of_surface(mesh.vertices(), mesh.surface_triangles())
@@ -102,6 +102,7 @@ fn surface(index: usize, bodies: &[Body], frames: &[Frame]) -> Triangles {
             let surface = shape.surface();
             Triangles::of_surface(surface.vertices(), surface.triangles())
         }
+        BodyShape::None => return None,
         BodyShape::HalfSpace(_) => {
             let (center, half_edge) = match scene_in_frame_of(index, bodies, frames) {
                 Some(scene) => (scene.center(), scene.half_extents().norm()),
@@ -109,7 +110,7 @@ fn surface(index: usize, bodies: &[Body], frames: &[Frame]) -> Triangles {
             };
             Triangles::tile(&center, half_edge)
         }
-    }
+    })
 }
 
 /// Bounding box (m) of the moving bodies in all frames, or of all bodies if none moves, in the frame of the half-space with this

@@ -109,7 +109,7 @@ pub(super) fn arrow_length(bodies: &[Body]) -> f64 {
     largest(true).or_else(|| largest(false)).unwrap_or(1.0)
 }
 
-/// Diagonal (m) of the bounding box of a body, or `None` for a half-space.
+/// Diagonal (m) of the bounding box of a body, or `None` for a half-space and for a body without a shape.
 pub(super) fn diagonal(body: &Body) -> Option<f64> {
     let bounds = body.shape().bounds();
     bounds.map(|bounds| 2.0 * bounds.half_extents().norm())

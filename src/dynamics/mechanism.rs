@@ -1,0 +1,121 @@
+use super::{Body, Joint, JointKind, WorldBuilder, WorldError};
+
+/// Bodies that are connected by joints, such as a robot, and the pairs of them that pass through each other.
+///
+/// [`WorldBuilder::mechanism`] adds a mechanism to a world.
+#[derive(Debug, Clone)]
+pub struct Mechanism {
+    bodies: Vec<Body>,
+    ignored: Vec<[String; 2]>,
+}
+
+impl Mechanism {
+    /// Creates a mechanism. Parents come before children.
+    #[must_use]
+    pub fn new(bodies: Vec<Body>) -> Self {
+        Self {
+            bodies,
+            ignored: Vec::new(),
+        }
+    }
+
+    /// Bodies, parents before children.
+    #[must_use]
+    pub fn bodies(&self) -> &[Body] {
+        &self.bodies
+    }
+
+    /// Joints that are neither free nor fixed, in the order of their bodies.
+    pub fn joints(&self) -> impl Iterator<Item = &Joint> {
+        self.bodies.iter().filter_map(Body::joint_with_state)
+    }
+
+    /// Names of the pairs of bodies that pass through each other.
+    #[must_use]
+    pub fn ignored(&self) -> &[[String; 2]] {
+        &self.ignored
+    }
+
+    /// Lets all bodies of the mechanism pass through each other.
+    #[must_use]
+    pub fn without_self_contact(self) -> Self {
+        self.ignoring(|_, _| true)
+    }
+
+    /// Lets those bodies of the mechanism pass through each other that cannot have a contact, because both are rigid or half-spaces.
+    #[must_use]
+    pub fn without_rigid_self_contact(self) -> Self {
+        self.ignoring(|first, second| {
+            let has_mesh = |body: &Body| body.shape().compliant().is_some();
+            !has_mesh(first) && !has_mesh(second)
+        })
+    }
+
+    fn ignoring(mut self, is_ignored: impl Fn(&Body, &Body) -> bool) -> Self {
+        let bodies = self.bodies.iter().filter(|body| body.has_shape());
+        let bodies: Vec<&Body> = bodies.collect();
+        for (index, first) in bodies.iter().enumerate() {
+            for second in &bodies[index + 1..] {
+                if is_ignored(first, second) {
+                    let names = [first, second].map(|body| body.name().to_owned());
+                    self.ignored.push(names);
+                }
+            }
+        }
+        self
+    }
+
+    /// Replaces a joint by a function of it, for example to give it a servo:
+    ///
+    /// ```
+    /// # use hydroelastic::contact::RigidShape;
+    /// # use hydroelastic::dynamics::{Body, BodyShape, Joint, Mass, Material, Mechanism};
+    /// # use hydroelastic::spatial::MassProperties;
+    /// # use nalgebra::Vector3;
+    /// # let mass = Mass::Properties(MassProperties::solid_ball(1.0, 0.1));
+    /// # let arm = Body::dynamic("arm", BodyShape::None, Material::rigid(), mass)?
+    /// #     .with_joint(Joint::revolute("shoulder", Vector3::y_axis()))?;
+    /// let mechanism = Mechanism::new(vec![arm])
+    ///     .with_joint("shoulder", |joint| joint.with_servo(200.0, 20.0).with_target(0.5, 0.0))?;
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// If no joint that is neither free nor fixed has this name.
+    pub fn with_joint(
+        mut self,
+        name: &str,
+        change: impl FnOnce(Joint) -> Joint,
+    ) -> Result<Self, WorldError> {
+        let joints = self.bodies.iter_mut();
+        let mut joints = joints.filter_map(Body::joint_with_state_mut);
+        if let Some(joint) = joints.find(|joint| joint.name() == name) {
+            *joint = change(joint.clone());
+            return Ok(self);
+        }
+        Err(WorldError::UnknownJoint {
+            name: name.to_owned(),
+            known: self.joints().map(|joint| joint.name().to_owned()).collect(),
+        })
+    }
+
+    /// Replaces each revolute and prismatic joint by a function of it.
+    #[must_use]
+    pub fn with_joints(mut self, change: impl Fn(Joint) -> Joint) -> Self {
+        let joints = self.bodies.iter_mut();
+        for joint in joints.filter_map(Body::joint_with_state_mut) {
+            if *joint.kind() != JointKind::Ball {
+                *joint = change(joint.clone());
+            }
+        }
+        self
+    }
+}
+
+impl WorldBuilder {
+    /// Adds the bodies of a mechanism, and lets those of its bodies pass through each other that the mechanism ignores.
+    pub fn mechanism(mut self, mechanism: Mechanism) -> Self {
+        self.ignored.extend(mechanism.ignored);
+        self.bodies(mechanism.bodies)
+    }
+}
