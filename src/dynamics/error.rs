@@ -259,6 +259,24 @@ pub enum WorldError {
         /// Number of bodies in the world.
         expected: usize,
     },
+    /// No body has this index.
+    #[error("no body has the index {index}: the world has {bodies} bodies, counted from 0")]
+    BodyIndex {
+        /// Requested index.
+        index: usize,
+        /// Number of bodies.
+        bodies: usize,
+    },
+    /// A vector does not have one number for each generalized velocity.
+    #[error("there are {found} {quantity}, but the world has {expected} generalized velocities")]
+    VelocityCount {
+        /// Name of the numbers.
+        quantity: &'static str,
+        /// Number of given values.
+        found: usize,
+        /// Number of generalized velocities of the world.
+        expected: usize,
+    },
     /// A trajectory has no states.
     #[error("a trajectory needs at least one state")]
     NoState,

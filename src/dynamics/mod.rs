@@ -56,6 +56,7 @@ mod joint;
 mod joint_schedule;
 #[cfg(feature = "serde")]
 mod joint_serial;
+mod kinetics;
 mod mass;
 mod material;
 mod mechanism;
@@ -100,6 +101,7 @@ pub use inertia::Inertia;
 pub use integrator::Integrator;
 pub use joint::{Actuator, Joint, JointKind, JointLaw, JointState, Mimic, Stops};
 pub use joint_schedule::Schedule;
+pub use kinetics::{ForwardDynamicsDerivatives, InverseDynamicsDerivatives, Kinetics};
 pub use mass::Mass;
 pub use material::Material;
 pub use mechanism::Mechanism;

@@ -11,6 +11,7 @@ mod gradient_refusals;
 mod heap;
 mod implicit;
 mod joints;
+mod kinetics;
 mod links;
 mod long_runs;
 mod mimic;

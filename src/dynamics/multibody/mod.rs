@@ -22,6 +22,8 @@
 //! Algorithms, chapters 2 and 6\].
 
 mod coordinates;
+mod inverse_dynamics;
+mod jacobian;
 mod kinematics;
 mod mass_matrix;
 mod mimic;
@@ -33,6 +35,8 @@ mod tests;
 mod world_states;
 
 pub(in crate::dynamics) use coordinates::{Coordinates, zeros};
+pub(in crate::dynamics) use inverse_dynamics::Accelerations;
+pub(in crate::dynamics) use jacobian::convective;
 pub(in crate::dynamics) use kinematics::{Column, Kinematics};
 pub(in crate::dynamics) use mass_matrix::MassFactors;
 pub(in crate::dynamics) use mimic::{Coupling, LinkMimic};
@@ -42,8 +46,9 @@ use mimic::join_coupled_trees;
 
 use super::Inertia;
 use super::joint::{Joint, JointKind, JointLaw};
-use crate::scalar::Scalar;
+use crate::scalar::{Scalar, lift};
 use crate::spatial::Pose;
+use nalgebra::DMatrix;
 use std::ops::Range;
 
 /// Dynamic bodies of an island with their joints.
@@ -200,6 +205,16 @@ impl<T: Scalar> Multibody<T> {
             Parent::Link(parent) => Some(parent),
             Parent::World | Parent::Neighbor(_) => None,
         }
+    }
+
+    /// Block-diagonal matrix of the matrices of the trees.
+    pub fn assembled(&self, matrices: &[DMatrix<T>]) -> DMatrix<T> {
+        let mut sum = DMatrix::from_element(self.width(), self.width(), lift(0.0));
+        for (columns, matrix) in self.trees.iter().zip(matrices) {
+            let corner = (columns.start, columns.start);
+            sum.view_mut(corner, matrix.shape()).copy_from(matrix);
+        }
+        sum
     }
 
     /// Adds the value of each link to the values of its ancestors.

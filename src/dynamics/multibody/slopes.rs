@@ -275,7 +275,7 @@ impl Multibody {
 }
 
 /// Whether a column moves the axis of another column of the same chain.
-fn is_above(columns: &[Column], upper: usize, lower: usize) -> bool {
+pub(super) fn is_above(columns: &[Column], upper: usize, lower: usize) -> bool {
     let (upper, lower) = (&columns[upper], &columns[lower]);
     if upper.link == lower.link {
         upper.is_outer && !lower.is_outer

@@ -3,9 +3,9 @@
 use super::*;
 use crate::dynamics::BodyState;
 use crate::dynamics::joint::{Joint, JointPosition};
-use crate::scalar::{DenseDual, SplitMix64, lift};
+use crate::scalar::{DenseDual, SplitMix64};
 use crate::spatial::{MassProperties, Twist, rotation_from_vector, turn_from_real};
-use nalgebra::{DMatrix, DVector, Matrix3, Unit, Vector3, Vector6};
+use nalgebra::{DVector, Matrix3, Unit, Vector3, Vector6};
 
 /// Largest number of columns of a forest.
 const MOST_COLUMNS: usize = 24;
@@ -161,16 +161,6 @@ fn jacobian(numbers: &DVector<Dual>) -> DMatrix<f64> {
     })
 }
 
-/// Block-diagonal matrix of the matrices of the trees.
-fn assembled(forest: &Multibody, matrices: &[DMatrix<f64>]) -> DMatrix<f64> {
-    let mut sum = DMatrix::zeros(forest.width(), forest.width());
-    for (columns, matrix) in forest.trees.iter().zip(matrices) {
-        sum.view_mut((columns.start, columns.start), matrix.shape())
-            .copy_from(matrix);
-    }
-    sum
-}
-
 fn assert_close(found: &DMatrix<f64>, expected: &DMatrix<f64>, claim: &str) {
     let error = (found - expected).amax() / (1.0 + expected.amax());
     assert!(error < ROUND_OFF, "{claim}: {error:e}");
@@ -247,7 +237,7 @@ fn for_all(
 #[test]
 fn derivatives_of_momenta_are_those_of_dual_numbers() {
     for_all(|_, forest, (kinematics, directions), dual, duration, by| {
-        let found = assembled(forest, &forest.momentum_slopes(kinematics, directions));
+        let found = forest.assembled(&forest.momentum_slopes(kinematics, directions));
         let momenta = forest.lifted::<Dual>().projected_momenta(dual, duration);
         assert_close(&found, &jacobian(&momenta), &format!("{by:?}"));
     });
@@ -263,7 +253,7 @@ fn derivatives_of_forces_are_those_of_dual_numbers() {
             .map(|columns| DMatrix::zeros(columns.len(), columns.len()))
             .collect();
         forest.add_force_slopes(&mut slopes, (kinematics, directions), &wrenches, 1.0);
-        let found = assembled(forest, &slopes);
+        let found = forest.assembled(&slopes);
         let dual_wrenches: Vec<_> = wrenches
             .iter()
             .map(|wrench| wrench.map(lift::<Dual>))
@@ -271,6 +261,27 @@ fn derivatives_of_forces_are_those_of_dual_numbers() {
         let forces = forest
             .lifted::<Dual>()
             .generalized_forces(dual, &dual_wrenches);
+        assert_close(&found, &jacobian(&forces), &format!("{by:?}"));
+    });
+}
+
+#[test]
+fn derivatives_of_inverse_dynamics_are_those_of_dual_numbers() {
+    for_all(|random, forest, (kinematics, _), dual, _, by| {
+        let gravity = random.vector();
+        let generalized = random.numbers(forest.width());
+        let accelerations = forest.accelerations(kinematics, generalized.clone(), &gravity);
+        let [by_positions, by_velocities] =
+            forest.inverse_dynamics_slopes(kinematics, &accelerations);
+        let found = match by {
+            By::StageVelocities => return,
+            By::Positions => by_positions,
+            By::Velocities => by_velocities,
+        };
+        let forest = forest.lifted::<Dual>();
+        let accelerations =
+            forest.accelerations(dual, constant(&generalized), &gravity.map(lift::<Dual>));
+        let forces = forest.inverse_dynamics(dual, &accelerations);
         assert_close(&found, &jacobian(&forces), &format!("{by:?}"));
     });
 }
@@ -327,8 +338,8 @@ fn the_mass_matrix_is_the_derivative_of_the_momenta_and_its_factors_invert_it() 
     for _ in 0..FORESTS {
         let (forest, kinematics) = random_forest(random);
         let directions = forest.velocity_directions(&kinematics);
-        let expected = assembled(&forest, &forest.momentum_slopes(&kinematics, &directions));
-        let mass = assembled(&forest, &forest.mass_matrices(&kinematics));
+        let expected = forest.assembled(&forest.momentum_slopes(&kinematics, &directions));
+        let mass = forest.assembled(&forest.mass_matrices(&kinematics));
         assert_close(&mass, &expected, "mass matrix");
         let velocities = random.numbers(forest.width());
         let factors = forest.mass_factors(&kinematics);
@@ -352,7 +363,7 @@ fn chain(links: &[(Vector3<f64>, bool)], armature: f64) -> (Multibody, Kinematic
         .collect();
     let links = links.iter().enumerate().map(|(body, (inertia, joint))| {
         let parent = body.checked_sub(1).map_or(Parent::World, Parent::Link);
-        (body, 0, *inertia, joint, parent)
+        (body, 0, *inertia, (joint, *joint.law()), parent)
     });
     let chain = Multibody::new(links, &[]);
     let positions = vec![JointPosition::Scalar(0.0); chain.links.len()];
@@ -402,7 +413,7 @@ fn the_mass_matrix_gives_the_kinetic_energy_and_forces_their_power() {
         };
         let kinematics = forest.kinematics(coordinates, &[at_rest]);
         let velocities = kinematics.velocities();
-        let mass = assembled(&forest, &forest.mass_matrices(&kinematics));
+        let mass = forest.assembled(&forest.mass_matrices(&kinematics));
         let found = velocities.dot(&(&mass * velocities));
         let links = forest.links.iter().zip(&kinematics.states);
         let mut expected: f64 = links

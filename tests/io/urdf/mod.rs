@@ -2,6 +2,7 @@
 
 mod conversions;
 mod damage;
+mod dynamics;
 mod elements;
 mod mechanism;
 mod meshes;
