@@ -337,13 +337,13 @@ fn the_mass_matrix_is_the_derivative_of_the_momenta_and_its_factors_invert_it() 
     let random = &mut Random(SplitMix64::default());
     for _ in 0..FORESTS {
         let (forest, kinematics) = random_forest(random);
-        let directions = forest.velocity_directions(&kinematics);
+        let directions = forest.velocity_directions();
         let expected = forest.assembled(&forest.momentum_slopes(&kinematics, &directions));
         let mass = forest.assembled(&forest.mass_matrices(&kinematics));
         assert_close(&mass, &expected, "mass matrix");
         let velocities = random.numbers(forest.width());
         let factors = forest.mass_factors(&kinematics);
-        let error = (factors.velocities(&(&mass * &velocities)) - &velocities).amax();
+        let error = (factors.velocities(&mass * &velocities) - &velocities).amax();
         assert!(error < SOLUTION, "{error:e}");
         assert_eq!(forest.joint_without_inertia(&kinematics), None);
     }
@@ -363,9 +363,9 @@ fn chain(links: &[(Vector3<f64>, bool)], armature: f64) -> (Multibody, Kinematic
         .collect();
     let links = links.iter().enumerate().map(|(body, (inertia, joint))| {
         let parent = body.checked_sub(1).map_or(Parent::World, Parent::Link);
-        (body, 0, *inertia, (joint, *joint.law()), parent)
+        Link::new(body, *inertia, (joint, *joint.law()), parent)
     });
-    let chain = Multibody::new(links, &[]);
+    let chain = Multibody::new(links.collect(), &[]);
     let positions = vec![JointPosition::Scalar(0.0); chain.links.len()];
     let velocities = DVector::zeros(chain.width());
     let coordinates = Coordinates {
