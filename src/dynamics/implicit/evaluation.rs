@@ -1,7 +1,7 @@
 //! Equations of a stage near a solution: contacts, forces and their derivatives, in `f64`.
 
 use super::about_centers::{PairVector, block, joined, part};
-use super::frozen_contact_model::{FrozenContactModel, PairWrenches};
+use super::frozen_contact_model::{FrozenContactModel, NearbyWrenches, PairWrenches};
 use super::island_step::StepError;
 use super::matrix::BlockMatrix;
 use super::stage::StageEquations;
@@ -24,6 +24,14 @@ pub(super) struct Evaluation {
     pub force_jacobians: Vec<ForceJacobian>,
     /// Whether the derivatives of the contacts are exact.
     pub is_exact: bool,
+}
+
+/// State near an evaluated state, with the contact polygons of the evaluated state.
+pub(super) struct NearbyState {
+    pub end: Kinematics,
+    contacts: Vec<NearbyWrenches>,
+    wrenches: Vec<Vector6<f64>>,
+    pub residual: DVector<f64>,
 }
 
 /// Matrix of a stage at its solution, and the wrenches of contacts and forces on the dynamic bodies.
@@ -79,13 +87,9 @@ impl StageEquations<'_> {
         self.residual(&evaluation.end, &evaluation.wrenches)
     }
 
-    /// Residual and its matrix near an evaluated state, with the contact polygons of that state.
-    pub fn residual_near(
-        &self,
-        evaluation: &Evaluation,
-        velocities: &DVector<f64>,
-    ) -> (DVector<f64>, BlockMatrix) {
-        let end = self.end(velocities.clone());
+    /// State at velocities near an evaluated state, with the contact polygons of the evaluated state.
+    pub fn near(&self, evaluation: &Evaluation, velocities: DVector<f64>) -> NearbyState {
+        let end = self.end(velocities);
         let count = self.step.island.dynamic.len();
         let changes = |participant: usize| {
             let [from, to] =
@@ -115,12 +119,32 @@ impl StageEquations<'_> {
             forces[slopes.row] +=
                 slopes.by_displacement * displacement + slopes.by_velocities * velocities;
         }
-        let contact_wrenches = contacts
+        let contact_wrenches = evaluation
+            .contacts
             .iter()
-            .map(|contact| (contact.bodies, &contact.wrenches));
+            .zip(&contacts)
+            .map(|(model, near)| (model.bodies, &near.wrenches));
         let wrenches = with_contacts(forces, contact_wrenches);
-        let matrix = self.matrix(&end, &wrenches, &contacts, &evaluation.force_jacobians);
-        (self.residual(&end, &wrenches), matrix)
+        NearbyState {
+            residual: self.residual(&end, &wrenches),
+            end,
+            contacts,
+            wrenches,
+        }
+    }
+
+    /// Derivatives of the residual with respect to the velocities, in a state near an evaluated state.
+    pub fn matrix_near(&self, evaluation: &Evaluation, state: &NearbyState) -> BlockMatrix {
+        let contacts = evaluation.contacts.iter().zip(&state.contacts);
+        let contacts: Vec<_> = contacts
+            .map(|(model, near)| model.linearized(near))
+            .collect();
+        self.matrix(
+            &state.end,
+            &state.wrenches,
+            &contacts,
+            &evaluation.force_jacobians,
+        )
     }
 
     /// Derivatives of the residual with respect to the velocities, from the wrenches of contacts and forces on the dynamic bodies.

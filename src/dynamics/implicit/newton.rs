@@ -193,17 +193,17 @@ impl StageEquations<'_> {
         let mut new_factors = None;
         for _ in 0..MOST_ITERATIONS {
             let factors = new_factors.as_ref().unwrap_or(&iterate.factors);
-            let (matrix, residual, simplified) = loop {
+            let (state, simplified) = loop {
                 let ahead = &velocities + &damped.step * damped.fraction;
-                let (residual, matrix) = self.residual_near(&iterate.evaluation, &ahead);
-                let Some(step) = factors.solve(&-&residual) else {
+                let state = self.near(&iterate.evaluation, ahead);
+                let Some(step) = factors.solve(&-&state.residual) else {
                     return velocities;
                 };
                 let size = speed(&step);
                 let simplified = SimplifiedCorrection { step, size };
                 if damped.is_accepted(&simplified) {
-                    velocities = ahead;
-                    break (matrix, residual, simplified);
+                    velocities.copy_from(state.end.velocities());
+                    break (state, simplified);
                 }
                 if !damped.shorten(&simplified, speed) {
                     return velocities;
@@ -215,8 +215,9 @@ impl StageEquations<'_> {
                 break;
             }
             work.iterations += 1;
+            let matrix = self.matrix_near(&iterate.evaluation, &state);
             let factors = matrix.factorized(self.step.context.symbolic_cache);
-            let Some(step) = factors.solve(&-residual) else {
+            let Some(step) = factors.solve(&-&state.residual) else {
                 break;
             };
             damped = damped.followed_by(&simplified, step, speed);
