@@ -1,7 +1,7 @@
 //! Real pass of a step: advances an island in as many substeps as its errors require.
 
 use super::evaluation::Evaluation;
-use super::island_solver::{IslandSolver, SolvedStep};
+use super::island_solver::{IslandSolver, Progress, SolvedStep};
 use super::island_step::{StepError, Substep};
 
 use super::stage::StageStart;
@@ -51,9 +51,10 @@ impl IslandSolver<'_> {
         let multibody = &self.step.multibody;
         let SolvedStep { progress, work, .. } = &mut self.solved;
         work.evaluations += usize::from(!evaluation.contacts.is_empty());
-        let forces = multibody.generalized_forces(&progress.kinematics, &evaluation.wrenches);
-        let joint_forces = multibody.joint_forces(&progress.kinematics.coordinates);
-        progress.forces = Some(forces + joint_forces);
+        let Progress { kinematics, forces } = progress;
+        let mut sum = multibody.generalized_forces(kinematics, &evaluation.wrenches);
+        multibody.add_joint_forces(&kinematics.coordinates, &mut sum);
+        *forces = Some(sum);
         Ok(())
     }
 

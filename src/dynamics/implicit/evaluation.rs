@@ -16,7 +16,8 @@ use nalgebra::{DMatrix, DVector, Matrix6, Vector6};
 /// Contacts and forces at given velocities, with a local model of both.
 pub(super) struct Evaluation {
     pub end: Kinematics,
-    pub contacts: Vec<FrozenContactModel>,
+    /// Boxed, because a model is too large to be moved often.
+    pub contacts: Vec<Box<FrozenContactModel>>,
     /// Sum of the wrenches of contacts and forces on each dynamic body.
     pub wrenches: Vec<Vector6<f64>>,
     /// Forces other than contact on each dynamic body. Empty if the world has no forces.
@@ -59,22 +60,22 @@ impl StageEquations<'_> {
         let mut models = Vec::new();
         mapped_into(&mut models, pairs, |&(i, j)| {
             let pair = context.pair(island, [i, j], states)?;
-            FrozenContactModel::of(&pair, [i, j], is_exact)
+            FrozenContactModel::of(&pair, [i, j], is_exact).map(Box::new)
         });
         let contacts: Vec<_> = models.into_iter().flatten().collect();
         let (mut forces, mut force_jacobians) =
             (vec![Vector6::zeros(); island.dynamic.len()], Vec::new());
         if !context.forces.is_empty() {
-            let wrenches: Vec<_> = contacts.iter().map(FrozenContactModel::evaluated).collect();
+            let wrenches: Vec<_> = contacts.iter().map(|model| model.evaluated()).collect();
             forces = self.forces(self.start.time, states, &wrenches);
             force_jacobians = self.force_jacobians(states, &wrenches);
         }
         let contact_wrenches = contacts
             .iter()
-            .map(|contact| (contact.bodies, &contact.wrenches));
+            .map(|contact| (contact.bodies, contact.wrenches));
         Evaluation {
             wrenches: with_contacts(forces.clone(), contact_wrenches),
-            is_exact: is_exact || !contacts.iter().any(FrozenContactModel::is_dissipative),
+            is_exact: is_exact || !contacts.iter().any(|model| model.is_dissipative()),
             end,
             contacts,
             forces,
@@ -112,7 +113,7 @@ impl StageEquations<'_> {
             contact.near(&of(0), &of(1))
         };
         let mut contacts = Vec::new();
-        mapped_into(&mut contacts, &evaluation.contacts, near);
+        mapped_into(&mut contacts, &evaluation.contacts, |contact| near(contact));
         let mut forces = evaluation.forces.clone();
         for slopes in &evaluation.force_jacobians {
             let [displacement, velocities] = &changes[slopes.column];
@@ -123,7 +124,7 @@ impl StageEquations<'_> {
             .contacts
             .iter()
             .zip(&contacts)
-            .map(|(model, near)| (model.bodies, &near.wrenches));
+            .map(|(model, near)| (model.bodies, near.wrenches));
         let wrenches = with_contacts(forces, contact_wrenches);
         NearbyState {
             residual: self.residual(&end, &wrenches),
@@ -238,7 +239,7 @@ impl StageEquations<'_> {
         end: &Kinematics,
         wrenches: &[Vector6<f64>],
     ) -> Vec<DMatrix<f64>> {
-        let directions = self.multibody.position_directions(end, self.start.duration);
+        let directions = end.position_directions(self.start.duration);
         self.slopes_along(&directions, (end, wrenches), [1.0, 0.0])
     }
 
@@ -252,16 +253,10 @@ impl StageEquations<'_> {
     ) -> Vec<DMatrix<f64>> {
         let (multibody, duration) = (self.multibody, self.start.duration);
         let mut slopes = multibody.momentum_slopes(end, directions);
-        let total = self.total_wrenches(wrenches);
+        let total: Vec<_> = self.total_wrenches(wrenches).collect();
         multibody.add_force_slopes(&mut slopes, (end, directions), &total, -duration);
-        let [by_position, by_velocity] = multibody.joint_force_slopes(&end.coordinates);
-        let [position, velocity] = joint_changes;
-        let changes = by_position * position + by_velocity * velocity;
-        for (columns, slopes) in multibody.trees.iter().zip(&mut slopes) {
-            for (i, column) in columns.clone().enumerate() {
-                slopes[(i, i)] -= changes[column] * duration;
-            }
-        }
+        let coordinates = &end.coordinates;
+        multibody.add_joint_force_slopes(&mut slopes, coordinates, joint_changes, -duration);
         slopes
     }
 
@@ -275,7 +270,7 @@ impl StageEquations<'_> {
         };
         let contacts = contacts
             .iter()
-            .map(|contact| (contact.bodies, &contact.wrenches));
+            .map(|contact| (contact.bodies, contact.wrenches));
         with_contacts(forces, contacts)
     }
 
@@ -305,14 +300,14 @@ impl StageEquations<'_> {
 }
 
 /// Adds the wrenches of contacts to the forces on each dynamic body. Each contact has two participants.
-pub(super) fn with_contacts<'c>(
+pub(super) fn with_contacts(
     mut forces: Vec<Vector6<f64>>,
-    contacts: impl Iterator<Item = ([usize; 2], &'c PairVector)>,
+    contacts: impl Iterator<Item = ([usize; 2], PairVector)>,
 ) -> Vec<Vector6<f64>> {
     for (bodies, wrenches) in contacts {
         for (side, &body) in bodies.iter().enumerate() {
             if let Some(sum) = forces.get_mut(body) {
-                *sum += part(wrenches, side);
+                *sum += part(&wrenches, side);
             }
         }
     }

@@ -89,11 +89,11 @@ impl BlockMatrix {
 
 impl Factors {
     /// Solution, or `None` if the matrix is singular.
-    pub fn solve(&self, right: &DVector<f64>) -> Option<DVector<f64>> {
+    pub fn solve(&self, mut right: DVector<f64>) -> Option<DVector<f64>> {
         match self {
-            Self::Dense(lu) => lu.solve(right),
+            Self::Dense(lu) => lu.solve_mut(&mut right).then_some(right),
             #[cfg(feature = "sparse")]
-            Self::Sparse(factors) => factors.as_ref().map(|factors| factors.solve(right)),
+            Self::Sparse(factors) => factors.as_ref().map(|factors| factors.solve(&right)),
         }
     }
 

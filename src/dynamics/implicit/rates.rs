@@ -119,7 +119,7 @@ impl ChangedBodies {
             .map(|number| number.eps[0]);
         step.multibody
             .mass_factors(kinematics)
-            .velocities(&(momentum_rates - transported))
+            .velocities(momentum_rates - transported)
     }
 
     /// Kinematics with the derivatives along the motion, from the rates of the generalized velocities.

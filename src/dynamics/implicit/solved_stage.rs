@@ -62,7 +62,7 @@ impl SolvedStage<'_> {
         let residual = equations.residual(&end, &wrenches.collect::<Vec<_>>());
         let correction = linearization
             .factors
-            .solve(&residual.map(|number| -number.eps[0]))?;
+            .solve(residual.map(|number| -number.eps[0]))?;
         for (number, change) in velocities.iter_mut().zip(&correction) {
             number.eps[0] = *change;
         }
@@ -73,24 +73,24 @@ impl SolvedStage<'_> {
     pub fn rates_in_time(&self) -> RatesInTime {
         let StageEquations { step, start, .. } = &self.equations;
         let (context, count) = (step.context, step.multibody.links.len());
+        let neighbors = step.neighbor_rates(start.time, start.duration);
+        if context.forces.is_empty() {
+            let forces = vec![Vector6::zeros(); count];
+            return RatesInTime { neighbors, forces };
+        }
         let short = SHORT * start.duration;
         let [early, late] = [-short, short].map(|shift| {
             let time = start.time + shift;
             let mut states = self.end.states.clone();
             states[count..].copy_from_slice(&context.neighbors_at(step.island, time));
-            if context.forces.is_empty() {
-                vec![Vector6::zeros(); count]
-            } else {
-                self.equations
-                    .forces(time, &states, &self.root.linearization.contacts)
-            }
+            let contacts = &self.root.linearization.contacts;
+            self.equations.forces(time, &states, contacts)
         });
         let forces = early.iter().zip(&late);
+        let forces = forces.map(|(early, late)| (late - early) / (2.0 * short));
         RatesInTime {
-            neighbors: step.neighbor_rates(start.time, start.duration),
-            forces: forces
-                .map(|(early, late)| (late - early) / (2.0 * short))
-                .collect(),
+            neighbors,
+            forces: forces.collect(),
         }
     }
 
