@@ -113,7 +113,7 @@ impl StageEquations<'_> {
             contact.near(&of(0), &of(1))
         };
         let mut contacts = Vec::new();
-        mapped_into(&mut contacts, &evaluation.contacts, near);
+        mapped_into(&mut contacts, &evaluation.contacts, |contact| near(contact));
         let mut forces = evaluation.forces.clone();
         for slopes in &evaluation.force_jacobians {
             let [displacement, velocities] = &changes[slopes.column];
@@ -239,7 +239,7 @@ impl StageEquations<'_> {
         end: &Kinematics,
         wrenches: &[Vector6<f64>],
     ) -> Vec<DMatrix<f64>> {
-        let directions = self.multibody.position_directions(end, self.start.duration);
+        let directions = end.position_directions(self.start.duration);
         self.slopes_along(&directions, (end, wrenches), [1.0, 0.0])
     }
 

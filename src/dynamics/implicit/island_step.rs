@@ -84,7 +84,7 @@ impl<'a> IslandStep<'a> {
             let neighbors = self.island.neighbors.iter();
             let neighbors: Vec<_> = neighbors.map(|&body| context.start.bodies[body]).collect();
             let kinematics = multibody.kinematics(multibody.coordinates(context.start), &neighbors);
-            let directions = multibody.velocity_directions();
+            let directions = kinematics.velocity_directions();
             let links = 0..multibody.links.len();
             VelocityNorm {
                 axes: links

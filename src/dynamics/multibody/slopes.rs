@@ -51,6 +51,27 @@ pub(in crate::dynamics) struct BodyColumn {
     pub velocity: Vector6<f64>,
 }
 
+impl Kinematics {
+    /// Directions of positions at constant velocities. `duration` is the duration (s) of the stage, or zero.
+    pub fn position_directions(&self, duration: f64) -> Directions {
+        let axes = self.columns.iter().map(|column| column.axis);
+        Directions {
+            displacements: axes.collect(),
+            velocity: 0.0,
+            duration,
+        }
+    }
+
+    /// Directions of velocities at constant positions.
+    pub fn velocity_directions(&self) -> Directions {
+        Directions {
+            displacements: vec![zero6(); self.columns.len()],
+            velocity: 1.0,
+            duration: 0.0,
+        }
+    }
+}
+
 impl Multibody {
     /// Directions of the velocities at the end of a stage of a duration (s). The velocities also move the positions.
     pub fn stage_directions(&self, kinematics: &Kinematics, duration: f64) -> Directions {
@@ -73,25 +94,6 @@ impl Multibody {
             displacements,
             velocity: 1.0,
             duration,
-        }
-    }
-
-    /// Directions of positions at constant velocities. `duration` is the duration (s) of the stage, or zero.
-    pub fn position_directions(&self, kinematics: &Kinematics, duration: f64) -> Directions {
-        let axes = kinematics.columns.iter().map(|column| column.axis);
-        Directions {
-            displacements: axes.collect(),
-            velocity: 0.0,
-            duration,
-        }
-    }
-
-    /// Directions of velocities at constant positions.
-    pub fn velocity_directions(&self) -> Directions {
-        Directions {
-            displacements: vec![zero6(); self.width()],
-            velocity: 1.0,
-            duration: 0.0,
         }
     }
 

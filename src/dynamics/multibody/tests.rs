@@ -226,8 +226,8 @@ fn for_all(
             );
             let (directions, tau) = match by {
                 By::StageVelocities => (forest.stage_directions(&kinematics, duration), duration),
-                By::Positions => (forest.position_directions(&kinematics, duration), duration),
-                By::Velocities => (forest.velocity_directions(), 0.0),
+                By::Positions => (kinematics.position_directions(duration), duration),
+                By::Velocities => (kinematics.velocity_directions(), 0.0),
             };
             check(random, &forest, (&kinematics, &directions), &dual, tau, by);
         }

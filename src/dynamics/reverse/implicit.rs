@@ -280,8 +280,8 @@ impl StepBack<'_, '_> {
         }
         self.add_by_inertia(multibody, kinematics, (by_momenta, 0.0));
         let directions = [
-            multibody.position_directions(kinematics, 0.0),
-            multibody.velocity_directions(),
+            kinematics.position_directions(0.0),
+            kinematics.velocity_directions(),
         ];
         directions.map(|directions| {
             let slopes = multibody.momentum_slopes(kinematics, &directions);

@@ -146,7 +146,7 @@ impl<'w> Pullback<'w> {
         multibody: &Multibody,
         kinematics: &Kinematics,
     ) -> [DVector<f64>; 2] {
-        let directions = multibody.position_directions(kinematics, 0.0);
+        let directions = kinematics.position_directions(0.0);
         let mut gradients = [
             DVector::zeros(multibody.width()),
             DVector::zeros(multibody.width()),
