@@ -90,8 +90,8 @@ PROTOCOLS = {
     ) -> _Floats""",
     "_repr_html_": "(self) -> str",
 }
-# Members that the stub omits, because every class inherits them.
-INHERITED = {"__repr__", "__str__", "__lt__", "__le__", "__gt__", "__ge__", "__doc__", "__module__"}
+# Members that the stub omits, because every class inherits them, or because pickling an instance adds them.
+INHERITED = {"__slotnames__", "__repr__", "__str__", "__lt__", "__le__", "__gt__", "__ge__", "__doc__", "__module__"}
 
 
 def split(text: str, separators: str) -> list[str]:

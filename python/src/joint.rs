@@ -1,10 +1,10 @@
 //! Joints between bodies.
 
-use crate::arrays::{Floats, array, finite_row, optional_real, real, row};
+use crate::arrays::{Floats, array, finite_row, optional_real, real};
 use crate::errors::value_error;
 use crate::pickle::{Reduced, loaded, reduced};
 use crate::poses::{entries, matrix, rotation, single_pose};
-use hydroelastic::dynamics::{self, Actuator, JointKind, JointLaw, JointState};
+use hydroelastic::dynamics::{self, Actuator, JointKind, JointLaw, JointState, WorldError};
 use hydroelastic::nalgebra::{Matrix3, Unit, UnitVector3, Vector3};
 use pyo3::prelude::*;
 
@@ -18,6 +18,11 @@ use pyo3::prelude::*;
 ///     Stiffness k (N m/rad or N/m), at least 0.
 /// dissipation : float
 ///     Dissipation c (s/rad or s/m), at least 0.
+///
+/// Raises
+/// ------
+/// HydroelasticError
+///     If a number is out of range or not finite.
 #[pyclass(frozen, eq, module = "hydroelastic")]
 #[derive(Clone, Copy, PartialEq)]
 pub struct Stops(dynamics::Stops);
@@ -31,8 +36,38 @@ impl Stops {
         #[pyo3(from_py_with = real)] stiffness: f64,
         #[pyo3(from_py_with = real)] dissipation: f64,
     ) -> PyResult<Self> {
-        let range = row::<2>(range, "range")?;
-        Ok(Self(dynamics::Stops::new(range, stiffness, dissipation)))
+        let [low, high] = finite_row(range, "range")?;
+        let not_negative = "not negative and finite";
+        for (quantity, value, is_in_range, expected) in [
+            (
+                "largest position",
+                high,
+                high >= low,
+                "at least the smallest position",
+            ),
+            (
+                "stiffness of stops",
+                stiffness,
+                stiffness >= 0.0,
+                not_negative,
+            ),
+            (
+                "dissipation of stops",
+                dissipation,
+                dissipation >= 0.0,
+                not_negative,
+            ),
+        ] {
+            if !(is_in_range && value.is_finite()) {
+                return Err(value_error(WorldError::Setting {
+                    quantity,
+                    value,
+                    expected,
+                }));
+            }
+        }
+        let stops = dynamics::Stops::new([low, high], stiffness, dissipation);
+        Ok(Self(stops))
     }
 
     /// Smallest and largest position (rad or m).
@@ -149,7 +184,9 @@ impl Numbers {
 /// Reads the direction of an axis.
 fn axis_of(argument: &Bound<'_, PyAny>) -> PyResult<UnitVector3<f64>> {
     let axis = Vector3::from(finite_row::<3>(argument, "axis")?);
-    Unit::try_new(axis, 0.0).ok_or_else(|| value_error("the axis of a joint must not be zero"))
+    // The division prevents an overflow of the square.
+    Unit::try_new(axis / axis.amax(), 0.0)
+        .ok_or_else(|| value_error("the axis of a joint must not be zero"))
 }
 
 impl Joint {

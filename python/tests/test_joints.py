@@ -307,7 +307,7 @@ def test_wrong_joints_are_refused(arm):
         (lambda: he.Joint.revolute("j", [0, 0, 0]), "the axis of a joint must not be zero"),
         (lambda: he.Joint.revolute("j", [0, 0, 1], damping=-1.0), 'the damping of joint "j" is -1, but must be not negative'),
         (lambda: he.Joint.revolute("j", [0, 0, 1], torque=np.inf), 'the torque of joint "j" is inf'),
-        (lambda: he.Joint.prismatic("j", [0, 0, 1], stops=he.Stops((1.0, 0.0), 1.0)), "the upper end of the range"),
+        (lambda: he.Stops((1.0, 0.0), 1.0), "the largest position is 0, but must be at least the smallest position"),
         (lambda: he.Joint.ball("j", rotation=2.0 * np.eye(3)), "a rotation must be orthonormal"),
         (lambda: he.Body.dynamic("a", ball, skin, 1.0, pose=he.pose(), joint=hinge), 'body "a" is on a joint'),
         (lambda: he.World([he.Body.dynamic(name, ball, skin, 1.0, joint=hinge) for name in "ab"]), "two joints have the name"),
