@@ -102,7 +102,7 @@ impl StageEquations<'_> {
             ]
         };
         let changes: Vec<_> = (0..count).map(changes).collect();
-        let near = |contact: &Box<FrozenContactModel>| {
+        let near = |contact: &FrozenContactModel| {
             let of = |kind: usize| {
                 joined(
                     contact
