@@ -10,7 +10,9 @@ pub(super) struct Articulation {
     /// Parent of each body on a joint, or `None` if the parent is the world.
     pub parents: Vec<Option<usize>>,
     /// Index of the state of the joint of each body in [`State::joints`](super::State), if the joint has a state.
-    pub state_indices: Vec<usize>,
+    pub state_indices: Vec<Option<usize>>,
+    /// Dependence of the joint of each body on the joint of another body that does not mimic.
+    pub mimics: Vec<Option<BodyMimic>>,
     /// Pairs of bodies that a joint connects, or that are welded to such bodies, the smaller index first.
     pub adjacent: BTreeSet<(usize, usize)>,
 }
@@ -32,15 +34,70 @@ impl Articulation {
                 return Err(WorldError::DuplicateJoint(joint.name.clone()));
             }
             parents.push(parent_index(joint, body, &bodies[..index])?);
-            state_indices.push(next_state);
-            next_state += usize::from(body.joint_with_state().is_some());
+            let has_state = body.joint_with_state().is_some();
+            state_indices.push(has_state.then_some(next_state));
+            next_state += usize::from(has_state);
         }
         Ok(Self {
+            mimics: mimics(bodies)?,
             adjacent: adjacent_pairs(bodies, &parents),
             parents,
             state_indices,
         })
     }
+}
+
+/// Dependence of a joint on the joint of another body.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct BodyMimic {
+    /// Index of the body of the leader.
+    pub leader: usize,
+    pub multiplier: f64,
+    /// Position at position zero of the leader (rad or m).
+    pub offset: f64,
+}
+
+/// Resolves the names of leaders. The leader of a leader takes its place.
+fn mimics(bodies: &[Body]) -> Result<Vec<Option<BodyMimic>>, WorldError> {
+    let resolve = |body: &Body| {
+        let Some(joint) = body
+            .connecting_joint()
+            .filter(|joint| joint.mimic.is_some())
+        else {
+            return Ok(None);
+        };
+        let error = |leader: &str| WorldError::Mimic {
+            joint: joint.name.clone(),
+            leader: leader.to_owned(),
+        };
+        let (mut multiplier, mut offset, mut next) = (1.0, 0.0, joint.mimic.as_ref());
+        let mut leader = bodies.len();
+        for _ in bodies {
+            let Some(mimic) = next else { break };
+            let named = |body: &Body| {
+                let joint = body.connecting_joint();
+                joint.is_some_and(|joint| joint.name == mimic.joint && joint.kind.is_scalar())
+            };
+            offset += multiplier * mimic.offset;
+            multiplier *= mimic.multiplier;
+            leader = bodies
+                .iter()
+                .position(named)
+                .ok_or_else(|| error(&mimic.joint))?;
+            next = bodies[leader]
+                .joint()
+                .and_then(|joint| joint.mimic.as_ref());
+        }
+        match next {
+            None => Ok(Some(BodyMimic {
+                leader,
+                multiplier,
+                offset,
+            })),
+            Some(mimic) => Err(error(&mimic.joint)),
+        }
+    };
+    bodies.iter().map(resolve).collect()
 }
 
 /// Index of the parent among the bodies before a body.

@@ -294,9 +294,9 @@ impl<T: Scalar> Body<T> {
         self.joint().filter(|joint| joint.kind != JointKind::Free)
     }
 
-    /// Joint with a state of its own: neither free nor fixed.
+    /// Joint with a state of its own: neither free nor fixed, and without a leader.
     pub(crate) fn joint_with_state(&self) -> Option<&Joint<T>> {
-        self.joint().filter(|joint| joint.kind.has_state())
+        self.joint().filter(|joint| joint.has_state())
     }
 
     /// Initial state of a body that is not on a joint. The state of a body on a joint follows from the joint: see
@@ -320,10 +320,18 @@ impl<T: Scalar> Body<T> {
             || self.material.friction.is_some_and(is_positive)
     }
 
+    /// Mutable [`Self::connecting_joint`].
+    pub(super) fn connecting_joint_mut(&mut self) -> Option<&mut Joint<T>> {
+        match &mut self.motion {
+            Motion::Dynamic { joint, .. } if joint.kind != JointKind::Free => Some(joint),
+            Motion::Dynamic { .. } | Motion::Fixed | Motion::Kinematic(_) => None,
+        }
+    }
+
     /// Mutable [`Self::joint_with_state`].
     pub(super) fn joint_with_state_mut(&mut self) -> Option<&mut Joint<T>> {
         match &mut self.motion {
-            Motion::Dynamic { joint, .. } if joint.kind.has_state() => Some(joint),
+            Motion::Dynamic { joint, .. } if joint.has_state() => Some(joint),
             Motion::Dynamic { .. } | Motion::Fixed | Motion::Kinematic(_) => None,
         }
     }

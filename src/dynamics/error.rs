@@ -94,6 +94,16 @@ pub enum WorldError {
         /// Names of all revolute and prismatic joints.
         known: Vec<String>,
     },
+    /// A joint mimics a joint that does not exist or is neither revolute nor prismatic, or it mimics itself through other joints.
+    #[error(
+        "joint {joint:?} mimics {leader:?}, but needs another revolute or prismatic joint that does not mimic it"
+    )]
+    Mimic {
+        /// Name of the joint.
+        joint: String,
+        /// Name of the leader.
+        leader: String,
+    },
     /// A joint connects a body to a body that does not come before it.
     #[error(
         "joint {joint:?} connects body {body:?} to {parent:?}, but no earlier body has this name: list parents before children"

@@ -57,7 +57,21 @@ pub struct Joint<T = f64> {
     pub(crate) torques: Option<Schedule<T>>,
     /// Target positions, in place of the target of the law.
     pub(crate) targets: Option<Schedule<T>>,
+    pub(super) mimic: Option<Mimic>,
     pub(crate) initial: JointState<T>,
+}
+
+/// Dependence of a revolute or prismatic joint on another joint, as by a gear: position = multiplier · position of the leader + offset.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub struct Mimic {
+    /// Name of the leader.
+    pub joint: String,
+    /// Multiplier.
+    pub multiplier: f64,
+    /// Offset (rad or m).
+    pub offset: f64,
 }
 
 /// Forces of a revolute or prismatic joint, and its armature. The units are written for a revolute joint. For a prismatic joint, replace
@@ -232,6 +246,7 @@ impl Joint {
             law: JointLaw::default(),
             torques: None,
             targets: None,
+            mimic: None,
             initial,
         }
     }
@@ -360,9 +375,32 @@ impl Joint {
         self
     }
 
+    /// Lets a revolute or prismatic joint move in proportion to another one, its leader: position = multiplier · position of the leader +
+    /// offset. The joint has no state of its own. The force of its law acts on the leader, multiplied by the multiplier.
+    #[must_use]
+    pub fn with_mimic(mut self, leader: &str, multiplier: f64, offset: f64) -> Self {
+        self.mimic = Some(Mimic {
+            joint: leader.to_owned(),
+            multiplier,
+            offset,
+        });
+        self
+    }
+
     /// Checks that all numbers are in range.
     pub(super) fn check(&self) -> Result<(), WorldError> {
         self.law.check(&self.name)?;
+        if let Some(mimic) = &self.mimic {
+            if !self.kind.is_scalar() {
+                return Err(WorldError::Mimic {
+                    joint: self.name.clone(),
+                    leader: mimic.joint.clone(),
+                });
+            }
+            for (quantity, value) in [("multiplier", mimic.multiplier), ("offset", mimic.offset)] {
+                check(&self.name, quantity, value, true, "finite")?;
+            }
+        }
         for schedule in self.torques.iter().chain(&self.targets) {
             self.check_schedule(schedule)?;
         }
@@ -447,6 +485,7 @@ impl<T> Joint<T> {
             law,
             torques: converted(&self.torques),
             targets: converted(&self.targets),
+            mimic: self.mimic.clone(),
             initial,
         }
     }
@@ -769,18 +808,29 @@ impl<T> Joint<T> {
         self.targets.as_ref()
     }
 
-    /// Initial state of a joint that is neither free nor fixed.
+    /// Dependence on another joint.
+    #[must_use]
+    pub fn mimic(&self) -> Option<&Mimic> {
+        self.mimic.as_ref()
+    }
+
+    /// Initial state of a joint that is neither free nor fixed and mimics no other joint.
     #[must_use]
     pub fn initial_state(&self) -> Option<&JointState<T>> {
-        self.kind.has_state().then_some(&self.initial)
+        self.has_state().then_some(&self.initial)
+    }
+
+    /// Whether the joint has a `JointState`. The coordinates of a free joint are in the state of its body. A fixed joint has no
+    /// coordinates, and the coordinates of a mimicking joint are those of its leader.
+    pub(super) fn has_state(&self) -> bool {
+        self.mimic.is_none() && !matches!(self.kind, JointKind::Free | JointKind::Fixed)
     }
 }
 
 impl JointKind {
-    /// Whether the joint has a `JointState`. The coordinates of a free joint are in the state of its body, and a fixed joint has no
-    /// coordinates.
-    pub(super) fn has_state(&self) -> bool {
-        !matches!(self, Self::Free | Self::Fixed)
+    /// Whether the joint is revolute or prismatic.
+    pub(super) fn is_scalar(&self) -> bool {
+        matches!(self, Self::Revolute(_) | Self::Prismatic(_))
     }
 }
 

@@ -1,7 +1,7 @@
 //! Serde formats of joints and their states.
 
 use super::Schedule;
-use super::joint::{Joint, JointKind, JointLaw, JointState};
+use super::joint::{Joint, JointKind, JointLaw, JointState, Mimic};
 use crate::spatial::Pose;
 use nalgebra::{Matrix3, Unit, Vector3};
 use serde::de::{Deserialize, Deserializer, Error};
@@ -23,6 +23,8 @@ struct JointLayout {
     torques: Option<Schedule>,
     #[serde(default)]
     targets: Option<Schedule>,
+    #[serde(default)]
+    mimic: Option<Mimic>,
     initial: Option<JointState>,
 }
 
@@ -78,6 +80,7 @@ impl Serialize for Joint {
             law: self.law,
             torques: self.torques.clone(),
             targets: self.targets.clone(),
+            mimic: self.mimic.clone(),
             initial: self.initial_state().copied(),
         };
         layout.serialize(serializer)
@@ -113,6 +116,7 @@ impl JointLayout {
             .with_law(self.law);
         joint.parent = self.parent;
         (joint.torques, joint.targets) = (self.torques, self.targets);
+        joint.mimic = self.mimic;
         if let Some(initial) = self.initial {
             joint.initial = initial;
         }

@@ -1,4 +1,4 @@
-use super::{Body, Joint, JointKind, WorldBuilder, WorldError};
+use super::{Body, Joint, WorldBuilder, WorldError};
 
 /// Bodies that are connected by joints, such as a robot, and the pairs of them that pass through each other.
 ///
@@ -25,9 +25,9 @@ impl Mechanism {
         &self.bodies
     }
 
-    /// Joints that are neither free nor fixed, in the order of their bodies.
+    /// Joints that are not free, in the order of their bodies.
     pub fn joints(&self) -> impl Iterator<Item = &Joint> {
-        self.bodies.iter().filter_map(Body::joint_with_state)
+        self.bodies.iter().filter_map(Body::connecting_joint)
     }
 
     /// Names of the pairs of bodies that pass through each other.
@@ -81,14 +81,16 @@ impl Mechanism {
     /// ```
     ///
     /// # Errors
-    /// If no joint that is neither free nor fixed has this name.
+    /// If no joint has this name.
     pub fn with_joint(
         mut self,
         name: &str,
         change: impl FnOnce(Joint) -> Joint,
     ) -> Result<Self, WorldError> {
-        let joints = self.bodies.iter_mut();
-        let mut joints = joints.filter_map(Body::joint_with_state_mut);
+        let mut joints = self
+            .bodies
+            .iter_mut()
+            .filter_map(Body::connecting_joint_mut);
         if let Some(joint) = joints.find(|joint| joint.name() == name) {
             *joint = change(joint.clone());
             return Ok(self);
@@ -102,9 +104,12 @@ impl Mechanism {
     /// Replaces each revolute and prismatic joint by a function of it.
     #[must_use]
     pub fn with_joints(mut self, change: impl Fn(Joint) -> Joint) -> Self {
-        let joints = self.bodies.iter_mut();
-        for joint in joints.filter_map(Body::joint_with_state_mut) {
-            if *joint.kind() != JointKind::Ball {
+        for joint in self
+            .bodies
+            .iter_mut()
+            .filter_map(Body::connecting_joint_mut)
+        {
+            if joint.kind().is_scalar() {
                 *joint = change(joint.clone());
             }
         }

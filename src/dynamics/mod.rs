@@ -99,7 +99,7 @@ pub use force::{
 pub use implicit::{BodyErrors, EnergyBalance, StepReport, Work};
 pub use inertia::Inertia;
 pub use integrator::Integrator;
-pub use joint::{Actuator, Joint, JointKind, JointLaw, JointState, Stops};
+pub use joint::{Actuator, Joint, JointKind, JointLaw, JointState, Mimic, Stops};
 pub use joint_schedule::Schedule;
 pub use kinetics::{ForwardDynamicsDerivatives, InverseDynamicsDerivatives, Kinetics};
 pub use mass::Mass;

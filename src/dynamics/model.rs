@@ -1,7 +1,7 @@
 use super::articulation::Articulation;
 use super::body::require_index_of;
 use super::motion::state_on;
-use super::multibody::{Kinematics, Multibody, Parent};
+use super::multibody::{Kinematics, Link, LinkMimic, Multibody, Parent};
 use super::validate::check_finite;
 use super::{Body, BodyState, Control, Motion, State, TimeSpan, WorldError};
 use crate::scalar::{Scalar, lift, lift_vector, real_part, real_vector};
@@ -161,6 +161,12 @@ impl<T: Scalar> Model<T> {
         parents.filter_map(|(body, parent)| Some((body, (*parent)?)))
     }
 
+    /// Bodies on mimicking joints with the bodies of the leaders.
+    pub(super) fn leaders(&self) -> impl Iterator<Item = (usize, usize)> {
+        let mimics = self.articulation.mimics.iter().enumerate();
+        mimics.filter_map(|(body, mimic)| Some((body, mimic.as_ref()?.leader)))
+    }
+
     /// Index of the body on a revolute or prismatic joint, and index of the state of the joint.
     pub(crate) fn scalar_joint(&self, name: &str) -> Result<(usize, usize), WorldError> {
         let joint = |body: &'_ Body<T>| {
@@ -168,11 +174,11 @@ impl<T: Scalar> Model<T> {
             joint.initial.position().map(|_| joint.name.clone())
         };
         let names: Vec<Option<String>> = self.bodies.iter().map(joint).collect();
-        match names
+        let body = names
             .iter()
-            .position(|joint| joint.as_deref() == Some(name))
-        {
-            Some(body) => Ok((body, self.articulation.state_indices[body])),
+            .position(|joint| joint.as_deref() == Some(name));
+        match body.and_then(|body| Some((body, self.articulation.state_indices[body]?))) {
+            Some(indices) => Ok(indices),
             None => Err(WorldError::UnknownJoint {
                 name: name.to_owned(),
                 known: names.into_iter().flatten().collect(),
@@ -222,11 +228,21 @@ impl<T: Scalar> Model<T> {
                 return None;
             };
             let parent = parent_of(body).unwrap_or(Parent::World);
-            let state_index = self.articulation.state_indices[body];
             let law = joint.law_during(step);
-            Some((body, state_index, *inertia, (&**joint, law), parent))
+            let mimic = self.articulation.mimics[body].and_then(|mimic| {
+                Some(LinkMimic {
+                    leader: dynamic.binary_search(&mimic.leader).ok()?,
+                    multiplier: mimic.multiplier,
+                    offset: mimic.offset,
+                })
+            });
+            Some(Link {
+                state_index: self.articulation.state_indices[body],
+                mimic,
+                ..Link::new(body, *inertia, (&**joint, law), parent)
+            })
         });
-        Multibody::new(links, neighbors)
+        Multibody::new(links.collect(), neighbors)
     }
 
     /// Sets the bodies on joints to the states that their joints give. Other bodies must have their states.

@@ -18,7 +18,7 @@ impl StepContext<'_> {
                 sets.join(i, j);
             }
         }
-        for (body, parent) in model.parents() {
+        for (body, parent) in model.parents().chain(model.leaders()) {
             if is_dynamic(parent) {
                 sets.join(body, parent);
             }

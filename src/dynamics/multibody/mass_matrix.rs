@@ -7,7 +7,7 @@
 //! pivot D of a column is the inertia along the column if all joints of descendants are free to move.
 
 use super::screw::{SpatialInertia, dot};
-use super::{Column, Kinematics, Multibody};
+use super::{Column, Coupling, Kinematics, Multibody};
 use crate::scalar::{Scalar, lift, real_part};
 use nalgebra::{DMatrix, DVector};
 use std::iter::successors;
@@ -26,6 +26,7 @@ struct TreeFactors<T> {
     factors: DMatrix<T>,
     /// Column before each column in its chain.
     previous: Vec<Option<usize>>,
+    couplings: Vec<Coupling>,
 }
 
 impl<T: Scalar> MassFactors<T> {
@@ -40,11 +41,28 @@ impl<T: Scalar> MassFactors<T> {
 }
 
 impl<T: Scalar> TreeFactors<T> {
-    fn new(columns: Range<usize>, matrix: DMatrix<T>, previous: Vec<Option<usize>>) -> Self {
+    fn new(
+        columns: Range<usize>,
+        mut matrix: DMatrix<T>,
+        mut previous: Vec<Option<usize>>,
+        couplings: &[Coupling],
+    ) -> Self {
+        let couplings = couplings.iter();
+        let couplings: Vec<_> = couplings.filter_map(|c| c.within(&columns)).collect();
+        for coupling in &couplings {
+            coupling.fold(&mut matrix);
+        }
+        if !couplings.is_empty() {
+            // A coupling connects branches.
+            previous = (0..columns.len())
+                .map(|column| column.checked_sub(1))
+                .collect();
+        }
         let mut tree = Self {
             columns,
             factors: matrix,
             previous,
+            couplings,
         };
         for pivot in (0..tree.columns.len()).rev() {
             let chain: Vec<usize> = tree.above(pivot).collect();
@@ -76,6 +94,9 @@ impl<T: Scalar> TreeFactors<T> {
             vector.fill(lift(f64::NAN));
             return;
         }
+        for coupling in &self.couplings {
+            coupling.fold_vector(vector);
+        }
         for row in (0..vector.len()).rev() {
             for column in self.above(row) {
                 let update = self.factors[(row, column)] * vector[row];
@@ -88,6 +109,9 @@ impl<T: Scalar> TreeFactors<T> {
                 let update = self.factors[(row, column)] * vector[column];
                 vector[row] -= update;
             }
+        }
+        for coupling in &self.couplings {
+            coupling.unfold_vector(vector);
         }
     }
 }
@@ -137,9 +161,11 @@ impl<T: Scalar> Multibody<T> {
                 previous[link.tree][pair[1] - first] = Some(pair[0] - first);
             }
         }
+        let couplings = self.couplings();
         let trees = self.trees.iter().zip(matrices).zip(previous);
-        let factors = trees
-            .map(|((columns, matrix), above)| TreeFactors::new(columns.clone(), matrix, above));
+        let factors = trees.map(|((columns, matrix), above)| {
+            TreeFactors::new(columns.clone(), matrix, above, &couplings)
+        });
         MassFactors(factors.collect())
     }
 

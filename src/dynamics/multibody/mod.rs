@@ -26,6 +26,7 @@ mod inverse_dynamics;
 mod jacobian;
 mod kinematics;
 mod mass_matrix;
+mod mimic;
 mod momentum;
 mod screw;
 mod slopes;
@@ -38,7 +39,10 @@ pub(in crate::dynamics) use inverse_dynamics::Accelerations;
 pub(in crate::dynamics) use jacobian::convective;
 pub(in crate::dynamics) use kinematics::{Column, Kinematics};
 pub(in crate::dynamics) use mass_matrix::MassFactors;
+pub(in crate::dynamics) use mimic::{Coupling, LinkMimic};
 pub(in crate::dynamics) use slopes::{BodyColumn, Directions};
+
+use mimic::join_coupled_trees;
 
 use super::Inertia;
 use super::joint::{Joint, JointKind, JointLaw};
@@ -52,7 +56,7 @@ use std::ops::Range;
 pub(in crate::dynamics) struct Multibody<T = f64> {
     /// Links, parents before children.
     pub links: Vec<Link<T>>,
-    /// Columns of each tree.
+    /// Columns of each tree. Trees that a mimicking joint couples count as one.
     pub trees: Vec<Range<usize>>,
     /// World indices of the neighbors, that is, of the bodies of the island that are not dynamic.
     pub neighbors: Vec<usize>,
@@ -63,14 +67,15 @@ pub(in crate::dynamics) struct Multibody<T = f64> {
 pub(in crate::dynamics) struct Link<T = f64> {
     /// Index of the body in the world.
     pub body: usize,
-    /// Index of the state of the joint in [`State::joints`](crate::dynamics::State), if the joint is neither free nor fixed.
-    pub state_index: usize,
+    /// Index of the state of the joint in [`State::joints`](crate::dynamics::State). Free, fixed and mimicking joints have no state.
+    pub state_index: Option<usize>,
     pub inertia: Inertia<T>,
     pub kind: JointKind,
     /// Pose of the joint frame in the frame of the parent.
     pub origin: Pose,
     pub law: JointLaw<T>,
     pub parent: Parent,
+    pub mimic: Option<LinkMimic>,
     pub columns: Range<usize>,
     /// Columns that move the link: the columns of its ancestors, then its own columns.
     pub moving_columns: Vec<usize>,
@@ -88,70 +93,70 @@ pub(in crate::dynamics) enum Parent {
     Neighbor(usize),
 }
 
-impl<T: Copy> Multibody<T> {
-    /// Creates the links. Each item has the index of a body, the index of the state of its joint, its inertia, its joint with the law of the
-    /// joint, and its parent. Parents come before children. Columns are numbered tree by tree.
-    pub fn new<'j>(
-        links: impl IntoIterator<
-            Item = (
-                usize,
-                usize,
-                Inertia<T>,
-                (&'j Joint<T>, JointLaw<T>),
-                Parent,
-            ),
-        >,
-        neighbors: &[usize],
-    ) -> Self
-    where
-        T: 'j,
-    {
-        let mut result = Self {
-            links: Vec::new(),
-            trees: Vec::new(),
-            neighbors: neighbors.to_vec(),
-        };
-        for (body, state_index, inertia, (joint, law), parent) in links {
-            let tree = match parent {
-                Parent::Link(parent) => result.links[parent].tree,
+impl<T> Link<T> {
+    /// Link without columns. [`Multibody::new`] adds them.
+    pub fn new(
+        body: usize,
+        inertia: Inertia<T>,
+        (joint, law): (&Joint<T>, JointLaw<T>),
+        parent: Parent,
+    ) -> Self {
+        Self {
+            body,
+            state_index: None,
+            inertia,
+            kind: joint.kind,
+            origin: joint.origin,
+            law,
+            parent,
+            mimic: None,
+            columns: 0..0,
+            moving_columns: Vec::new(),
+            tree: 0,
+        }
+    }
+}
+
+impl<T> Multibody<T> {
+    /// Creates the columns of links, tree by tree. Parents come before children.
+    pub fn new(mut links: Vec<Link<T>>, neighbors: &[usize]) -> Self {
+        let mut tree_count = 0;
+        for link in 0..links.len() {
+            links[link].tree = match links[link].parent {
+                Parent::Link(parent) => links[parent].tree,
                 Parent::World | Parent::Neighbor(_) => {
-                    result.trees.push(0..0);
-                    result.trees.len() - 1
+                    tree_count += 1;
+                    tree_count - 1
                 }
             };
-            result.links.push(Link {
-                body,
-                state_index,
-                inertia,
-                kind: joint.kind,
-                origin: joint.origin,
-                law,
-                parent,
-                columns: 0..0,
-                moving_columns: Vec::new(),
-                tree,
-            });
         }
-        let mut next = 0;
-        for (tree, columns) in result.trees.iter_mut().enumerate() {
+        if links.iter().any(|link| link.mimic.is_some()) {
+            tree_count = join_coupled_trees(&mut links);
+        }
+        let (mut trees, mut next) = (Vec::new(), 0);
+        for tree in 0..tree_count {
             let first = next;
-            for link in 0..result.links.len() {
-                if result.links[link].tree != tree {
+            for link in 0..links.len() {
+                if links[link].tree != tree {
                     continue;
                 }
-                let columns = next..next + result.links[link].kind.width();
+                let columns = next..next + links[link].kind.width();
                 next = columns.end;
-                let mut moving_columns = match result.links[link].parent {
-                    Parent::Link(parent) => result.links[parent].moving_columns.clone(),
+                let mut moving_columns = match links[link].parent {
+                    Parent::Link(parent) => links[parent].moving_columns.clone(),
                     Parent::World | Parent::Neighbor(_) => Vec::new(),
                 };
                 moving_columns.extend(columns.clone());
-                let link = &mut result.links[link];
+                let link = &mut links[link];
                 (link.columns, link.moving_columns) = (columns, moving_columns);
             }
-            *columns = first..next;
+            trees.push(first..next);
         }
-        result
+        Self {
+            links,
+            trees,
+            neighbors: neighbors.to_vec(),
+        }
     }
 }
 
@@ -166,6 +171,7 @@ impl Multibody {
             origin: link.origin,
             law: link.law.lifted(),
             parent: link.parent,
+            mimic: link.mimic,
             columns: link.columns.clone(),
             moving_columns: link.moving_columns.clone(),
             tree: link.tree,

@@ -100,9 +100,11 @@ impl Random {
         }
         let links = links.iter().enumerate();
         Multibody::new(
-            links.map(|(body, (inertia, joint, parent))| {
-                (body, 0, *inertia, (joint, *joint.law()), *parent)
-            }),
+            links
+                .map(|(body, (inertia, joint, parent))| {
+                    Link::new(body, *inertia, (joint, *joint.law()), *parent)
+                })
+                .collect(),
             &[0],
         )
     }
@@ -361,9 +363,9 @@ fn chain(links: &[(Vector3<f64>, bool)], armature: f64) -> (Multibody, Kinematic
         .collect();
     let links = links.iter().enumerate().map(|(body, (inertia, joint))| {
         let parent = body.checked_sub(1).map_or(Parent::World, Parent::Link);
-        (body, 0, *inertia, (joint, *joint.law()), parent)
+        Link::new(body, *inertia, (joint, *joint.law()), parent)
     });
-    let chain = Multibody::new(links, &[]);
+    let chain = Multibody::new(links.collect(), &[]);
     let positions = vec![JointPosition::Scalar(0.0); chain.links.len()];
     let velocities = DVector::zeros(chain.width());
     let coordinates = Coordinates {

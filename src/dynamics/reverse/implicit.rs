@@ -304,12 +304,10 @@ impl StepBack<'_, '_> {
             let gradient = &mut self.pullback.gradient.bodies[link.body];
             gradient.mass += inertia.momentum_per_mass(state).dot(twist);
             gradient.inertia += by_inertia * inertia.mass;
-            if link.kind.has_state() {
-                let columns = link.columns.clone();
-                let by_armature =
-                    columns.map(|column| by_momenta[column] * kinematics.velocities()[column]);
-                gradient.joint_law[NUMBER_COUNT - 1] += by_armature.sum::<f64>();
-            }
+            let columns = link.columns.clone();
+            let by_armature =
+                columns.map(|column| by_momenta[column] * kinematics.velocities()[column]);
+            gradient.joint_law[NUMBER_COUNT - 1] += by_armature.sum::<f64>();
         }
     }
 

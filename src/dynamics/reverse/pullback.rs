@@ -171,8 +171,8 @@ impl<'w> Pullback<'w> {
                     motion.displacement.dot(&by_pose) + motion.velocity.dot(&by_twist);
                 gradients[1][motion.column] += motion.axis.dot(&by_twist);
             }
-            if link.kind.has_state() {
-                let joint = &mut self.joints[link.state_index];
+            if let Some(state_index) = link.state_index {
+                let joint = &mut self.joints[state_index];
                 let by_joint = mem::replace(joint, JointGradient::zero());
                 for (gradient, by_joint) in gradients
                     .iter_mut()
@@ -204,18 +204,23 @@ impl<'w> Pullback<'w> {
                 self.states[link.body].add(&about_center.about(&-arm));
                 self.add_by_center(link.body, state, &about_center.shift);
             }
-            if link.kind.has_state() {
+            let mimic = link.mimic;
+            let state_index = mimic.map_or(link.state_index, |mimic| {
+                multibody.links[mimic.leader].state_index
+            });
+            if let Some(state_index) = state_index {
+                let multiplier = mimic.map_or(1.0, |mimic| mimic.multiplier);
                 let of_joint = |gradient: &DVector<f64>| {
                     let number = |i: usize| {
                         if i < link.columns.len() {
-                            gradient[first + i]
+                            gradient[first + i] * multiplier
                         } else {
                             0.0
                         }
                     };
                     Vector3::from_fn(|i, _| number(i))
                 };
-                let joint = &mut self.joints[link.state_index];
+                let joint = &mut self.joints[state_index];
                 joint.position += of_joint(&by_position);
                 joint.velocity += of_joint(&by_velocity);
             }

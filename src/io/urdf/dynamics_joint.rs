@@ -46,7 +46,7 @@ impl Joint {
     ///
     /// The result has the origin, the damping and the friction of this joint. A revolute or prismatic joint with a range has stops. The
     /// largest effort limits the torque of the actuator. An effort of zero is ignored, because many files write zero for an unknown effort.
-    /// The dependence on another joint and the largest velocity are ignored.
+    /// The largest velocity is ignored.
     ///
     /// # Errors
     /// If the joint is floating or planar.
@@ -87,6 +87,10 @@ impl Joint {
             .with_friction(self.friction, options.slip_tolerance);
         if let Some(stops) = stop_law.and_then(|law| self.stops(law)) {
             joint = joint.with_stops(stops);
+        }
+        if let Some(mimic) = &self.mimic {
+            let leader = format!("{prefix}{}", mimic.joint);
+            joint = joint.with_mimic(&leader, mimic.multiplier, mimic.offset);
         }
         let effort = self.limit.and_then(|limit| limit.effort);
         if let Some(effort) = effort.filter(|&effort| effort > 0.0 && effort.is_finite()) {

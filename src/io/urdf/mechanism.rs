@@ -61,7 +61,7 @@ impl Robot {
     /// Rotational inertia of a link without mass is added to the link to which it is welded.
     ///
     /// # Errors
-    /// - If a joint is floating or planar, or mimics another joint.
+    /// - If a joint is floating or planar.
     /// - If a geometry cannot become a shape: see [`Collision::shape`].
     /// - If the mass properties or the material of a link are out of range.
     pub fn mechanism(&self, options: &RobotOptions) -> Result<Mechanism, UrdfError> {

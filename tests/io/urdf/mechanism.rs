@@ -209,7 +209,7 @@ fn links_of_published_robots_start_at_the_poses_of_pinocchio() {
 fn steps(robot: &Robot) -> Result<(), String> {
     for base in [Base::Fixed(Pose::identity()), Base::Free(Pose::identity())] {
         let world = world(robot, base)?;
-        let plan = Plan::new(5e-3, 4).map_err(|error| error.to_string())?;
+        let plan = implicit(5e-3, 4);
         let result: Result<_, RolloutError> =
             world.rollout(&plan).run().map_err(|failure| failure.error);
         result.map_err(|error| error.to_string())?;
