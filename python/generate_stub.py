@@ -55,11 +55,13 @@ TYPES = {name: name for name in ["None", "bool", "float", "int", "str", "object"
     "Floats": "_Floats",
     "ForceObject": "Spring | Drag | Thruster",
     "Indices": "NDArray[np.int64]",
+    "JointNumber": "float | _Floats",
     "Number": "float | str",
     "PyArrayDyn<f64>": "_Floats",
     "PyArrayDyn<i64>": "NDArray[np.int64]",
     "PyDict": "dict[str, object]",
     "PyIterator": "Iterator[State]",
+    "PyTuple": "tuple[_Floats, ...]",
     "Reduced": "tuple[Callable[..., Self], tuple[bytes]]",
     "String": "str",
     "Whole": "int",
@@ -75,11 +77,21 @@ PROTOCOLS = {
     "__radd__": "(self, other: Self, /) -> Self",
     "__getitem__": "(self, key: SupportsIndex, /) -> State",
     "__next__": "(self) -> State",
-    "__call__": "(self, /, by_poses: _Rows, by_twists: _Rows) -> _Floats",
+    "__call__": """(
+        self,
+        /,
+        by_poses: _Rows,
+        by_twists: _Rows,
+        *,
+        by_joint_positions: _Rows | None = None,
+        by_joint_velocities: _Rows | None = None,
+        by_ball_joint_rotations: _Rows | None = None,
+        by_ball_joint_velocities: _Rows | None = None,
+    ) -> _Floats""",
     "_repr_html_": "(self) -> str",
 }
-# Members that the stub omits, because every class inherits them.
-INHERITED = {"__repr__", "__str__", "__lt__", "__le__", "__gt__", "__ge__", "__doc__", "__module__"}
+# Members that the stub omits, because every class inherits them, or because pickling an instance adds them.
+INHERITED = {"__slotnames__", "__repr__", "__str__", "__lt__", "__le__", "__gt__", "__ge__", "__doc__", "__module__"}
 
 
 def split(text: str, separators: str) -> list[str]:

@@ -1,4 +1,4 @@
-//! Guide to the library, in six chapters. This module has no code.
+//! Guide to the library, in seven chapters. This module has no code.
 //!
 //! 1. [`pressure_fields`]: shapes, your own meshes, and the choice of a modulus.
 //! 2. [`contact`]: wrench, surface, energy and Jacobian of two posed bodies.
@@ -6,6 +6,7 @@
 //! 4. [`gradients`]: derivatives of rollouts, and their accuracy.
 //! 5. [`performance`]: cost of each stage.
 //! 6. [`time_steps`]: choice of an integrator, and cost of implicit steps.
+//! 7. [`robots`]: joints, robots from files, and equations of motion.
 //!
 //! The chapters are the files of `docs/guide`. `cargo test --doc` runs every Rust block in them.
 
@@ -26,3 +27,6 @@ pub mod performance {}
 
 #[doc = include_str!("../docs/guide/6_time_steps.md")]
 pub mod time_steps {}
+
+#[doc = include_str!("../docs/guide/7_robots.md")]
+pub mod robots {}

@@ -8,8 +8,8 @@ use hydroelastic::contact::{
     ContactBody, ContactPair, ContactWrench, HalfSpace, Partner, RigidShape, Shape, SurfaceLaw,
 };
 use hydroelastic::dynamics::{
-    Body, Control, Drag, Force, Integrator, Mass, Material, Plan, Spring, State, StateGradient,
-    Thruster, Trajectory, World,
+    Body, BodyStateGradient, Control, Drag, Force, Integrator, Mass, Material, Plan, Spring, State,
+    StateGradient, Thruster, Trajectory, World,
 };
 use hydroelastic::gradient::{Experiment, FinalState, Parameter};
 use hydroelastic::mesh::{TriangleSurface, shapes};
@@ -275,7 +275,7 @@ fn worlds(found: &mut Found) -> Result<(), Box<dyn Error>> {
     by_rows(found, "end jacobian", &end.jacobian);
     let vjp = experiment.vjp(&by)?;
     let by_states = by_last_state(vjp.trajectory());
-    keep(found, "pullback", &vjp.pull_back(by_states)?);
+    keep(found, "pullback", &vjp.pull_back(&by_states)?);
     let linearized = Experiment::new(Arc::clone(&shared), &Plan::new(1e-3, 100)?).linearize(&by)?;
     by_rows(found, "A", &linearized.by_state);
     by_rows(found, "B", &linearized.by_parameters);
@@ -283,10 +283,9 @@ fn worlds(found: &mut Found) -> Result<(), Box<dyn Error>> {
 }
 
 /// Derivatives of a loss with respect to two recorded states. Only those with respect to the last state of the ball are not zero.
-fn by_last_state(trajectory: &Trajectory) -> Vec<Vec<StateGradient>> {
-    let bodies = trajectory.last().bodies.len();
-    let mut by_states = vec![vec![StateGradient::zero(); bodies]; 2];
-    by_states[1][0] = StateGradient {
+fn by_last_state(trajectory: &Trajectory) -> Vec<StateGradient> {
+    let mut by_states = vec![StateGradient::zero(trajectory.last()); 2];
+    by_states[1].bodies[0] = BodyStateGradient {
         turn: vector![0.1, 0.2, 0.3],
         shift: vector![1.0, -2.0, 3.0],
         spin: vector![0.01, 0.02, -0.03],

@@ -7,6 +7,7 @@ use crate::jacobian::{AllStates, both};
 use crate::parameter::{Parameter, inner};
 use crate::plan::Plan;
 use crate::state::State;
+use crate::state_arrays::shapes_of;
 use crate::state_cotangents::StateCotangents;
 use crate::trajectory::Trajectory;
 use crate::world::{Inner, World};
@@ -73,6 +74,29 @@ fn trajectory(py: Python<'_>, recorded: RolloutResult) -> PyResult<Trajectory> {
     match recorded {
         Ok(trajectory) => Ok(trajectory.into()),
         Err(why) => Err(rollout_error(py, &why.error, why.trajectory)),
+    }
+}
+
+/// Initial state of the first world. Returns an error if another world has other numbers of bodies or joints.
+fn common_state(worlds: &[Inner]) -> PyResult<Option<dynamics::State>> {
+    let mut states = worlds.iter().map(Inner::initial_state);
+    let Some(first) = states.next() else {
+        return Ok(None);
+    };
+    let counts = |state: &dynamics::State| {
+        let [poses, _, scalars, _, balls, _] = shapes_of(state);
+        let [bodies, scalars, balls] = [poses[0], scalars[0], balls[0]];
+        format!(
+            "{bodies} bodies, {scalars} joints with one degree of freedom and {balls} ball joints"
+        )
+    };
+    match states.find(|state| shapes_of(state) != shapes_of(&first)) {
+        None => Ok(Some(first)),
+        Some(different) => Err(value_error(format!(
+            "the worlds must have the same numbers of bodies and joints, but one has {} and another {}",
+            counts(&first),
+            counts(&different)
+        ))),
     }
 }
 
@@ -259,10 +283,10 @@ impl Batch {
                 job.experiment(world).jacobian(&by, &AllStates)
             })
         };
-        let bodies = world.inner.bodies().len();
+        let like = world.inner.initial_state();
         let outcomes = self.results(py, samples.len(), job)?.into_iter();
         let results = outcomes.map(|outcome| match outcome {
-            Ok(outcome) => shown(py, Ok(both(py, &outcome, bodies)?)),
+            Ok(outcome) => shown(py, Ok(both(py, &outcome, &like)?)),
             Err(why) => shown(py, PyResult::<Trajectory>::Err(gradient_error(&why))),
         });
         results.collect()
@@ -302,7 +326,7 @@ impl Batch {
             let outcome = outcome.as_ref().map_err(gradient_error);
             shown(
                 py,
-                outcome.and_then(|outcome| both(py, outcome, world.bodies().len())),
+                outcome.and_then(|outcome| both(py, outcome, &world.initial_state())),
             )
         });
         results.collect()
@@ -313,13 +337,19 @@ impl Batch {
     /// Parameters
     /// ----------
     /// worlds : list of World
-    ///     World of each rollout. All worlds must have the same number n of bodies.
+    ///     World of each rollout. All worlds must have the same numbers of bodies and of joints of each kind.
     /// parameters : list of Parameter
     ///     Parameters to differentiate with respect to, with p components in total.
     /// by_poses : (m, k, n, 4, 4) array_like
     ///     Derivatives of each loss with respect to the poses of the k recorded states.
     /// by_twists : (m, k, n, 6) array_like
     ///     Derivatives of each loss with respect to the twists of the k recorded states.
+    /// by_joint_positions, by_joint_velocities : (m, k, j) array_like, optional
+    ///     Derivatives with respect to the positions and velocities of the revolute and prismatic joints. Default: zero.
+    /// by_ball_joint_rotations : (m, k, b, 3, 3) array_like, optional
+    ///     Derivatives with respect to the rotations of the ball joints. Default: zero.
+    /// by_ball_joint_velocities : (m, k, b, 3) array_like, optional
+    ///     Derivatives with respect to the angular velocities of the ball joints. Default: zero.
     ///
     /// Returns
     /// -------
@@ -329,7 +359,9 @@ impl Batch {
     /// Raises
     /// ------
     /// HydroelasticError
-    ///     If the worlds have different numbers of bodies, or an array has an unexpected shape.
+    ///     If the worlds have different numbers of bodies or joints, or an array has an unexpected shape.
+    #[pyo3(signature = (worlds, parameters, by_poses, by_twists, *, by_joint_positions=None, by_joint_velocities=None,
+                        by_ball_joint_rotations=None, by_ball_joint_velocities=None))]
     fn vjps<'py>(
         &self,
         py: Python<'py>,
@@ -337,34 +369,34 @@ impl Batch {
         parameters: Vec<Bound<'py, Parameter>>,
         by_poses: &Bound<'py, PyAny>,
         by_twists: &Bound<'py, PyAny>,
+        by_joint_positions: Option<&Bound<'py, PyAny>>,
+        by_joint_velocities: Option<&Bound<'py, PyAny>>,
+        by_ball_joint_rotations: Option<&Bound<'py, PyAny>>,
+        by_ball_joint_velocities: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Vec<Bound<'py, PyAny>>> {
         let by = inner(&parameters);
         let worlds: Vec<Inner> = worlds
             .iter()
             .map(|world| world.get().inner.clone())
             .collect();
-        if worlds.is_empty() {
+        let arrays = [
+            Some(by_poses),
+            Some(by_twists),
+            by_joint_positions,
+            by_joint_velocities,
+            by_ball_joint_rotations,
+            by_ball_joint_velocities,
+        ];
+        let Some(like) = common_state(&worlds)? else {
             return Ok(Vec::new());
-        }
-        let mut counts = worlds.iter().map(|world| world.bodies().len());
-        let bodies = counts.next().unwrap_or(0);
-        if let Some(different) = counts.find(|&count| count != bodies) {
-            return Err(value_error(format!(
-                "the worlds must have as many bodies, but have {bodies} and {different}"
-            )));
-        }
-        let cotangents = StateCotangents::of(
-            by_poses,
-            by_twists,
-            (&self.plan, bodies),
-            Some(worlds.len()),
-        )?;
+        };
+        let cotangents = StateCotangents::of(arrays, &self.plan, &like, Some(worlds.len()))?;
         let job = |batch: &dynamics::Batch| {
             let items: Vec<_> = worlds.iter().enumerate().collect();
             batch.map(&items, |job, &(index, world)| {
                 let vjp = job.experiment(world).vjp(&by)?;
                 let by_states = cotangents.covectors(index, vjp.trajectory());
-                vjp.pull_back(by_states)
+                vjp.pull_back(&by_states)
             })
         };
         let outcomes = self.results(py, worlds.len(), job)?.into_iter();

@@ -3,9 +3,11 @@
 use crate::any_shape::{self, AnyShape};
 use crate::arrays::{Floats, Numbers, array, numbers, optional_real, row, wrong_shape};
 use crate::errors::value_error;
+use crate::joint::Joint;
 use crate::material::Material;
 use crate::path::Path;
 use crate::poses::{matrix, single_pose};
+use crate::world_joints::connecting_joint;
 use hydroelastic::dynamics::{self, Mass, WorldError};
 use hydroelastic::nalgebra::{Matrix3, Vector3};
 use hydroelastic::spatial::MassProperties;
@@ -98,6 +100,8 @@ impl Body {
     ///     Initial velocity (m/s) of the center of mass, in world axes. Default: zero.
     /// angular_velocity : (3,) array_like, optional
     ///     Initial angular velocity (rad/s), in world axes. Default: zero.
+    /// joint : Joint, optional
+    ///     Joint to the parent of the body. The joint gives the pose and the velocity of the body. Default: the body is free.
     ///
     /// Returns
     /// -------
@@ -108,10 +112,10 @@ impl Body {
     /// ------
     /// HydroelasticError
     ///     If the mass properties are missing, contradictory or out of range, the material does not fit the shape, the shape is a
-    ///     HalfSpace, the pose is not rigid, or a number is not finite.
+    ///     HalfSpace, the pose is not rigid, a number is not finite, or a pose or velocity is given together with a joint.
     #[staticmethod]
     #[pyo3(signature = (name, shape, material, mass=None, *, density=None, center_of_mass=None, inertia=None, pose=None,
-                        velocity=None, angular_velocity=None))]
+                        velocity=None, angular_velocity=None, joint=None))]
     fn dynamic(
         name: &str,
         #[pyo3(from_py_with = any_shape::shape)] shape: AnyShape,
@@ -123,11 +127,20 @@ impl Body {
         pose: Option<&Bound<'_, PyAny>>,
         velocity: Option<&Bound<'_, PyAny>>,
         angular_velocity: Option<&Bound<'_, PyAny>>,
+        joint: Option<PyRef<'_, Joint>>,
     ) -> PyResult<Self> {
         let mass = mass_of(mass, density, center_of_mass, inertia)?;
         let shape = shape.inner();
         let mut body =
             dynamics::Body::dynamic(name, shape, material.inner(), mass).map_err(value_error)?;
+        if let Some(joint) = joint {
+            if pose.is_some() || velocity.is_some() || angular_velocity.is_some() {
+                return Err(value_error(format!(
+                    "body {name:?} is on a joint, which gives its pose and velocity: leave out pose, velocity and angular_velocity"
+                )));
+            }
+            body = body.with_joint(joint.0.clone()).map_err(value_error)?;
+        }
         if let Some(pose) = pose {
             body = body.with_pose(single_pose(pose, "pose")?);
         }
@@ -246,6 +259,12 @@ impl Body {
         self.path.clone()
     }
 
+    /// Joint to the parent of the body; None for a body that is free or not dynamic.
+    #[getter]
+    fn joint(&self) -> Option<Joint> {
+        connecting_joint(&self.inner).cloned().map(Joint)
+    }
+
     /// Mass (kg) of a dynamic body; None for other bodies.
     #[getter]
     fn mass(&self) -> Option<f64> {
@@ -261,13 +280,14 @@ impl Body {
             .transpose()
     }
 
-    /// Initial pose of the body frame in the world, (4, 4) float64.
+    /// Initial pose of the body frame in the world, (4, 4) float64. For a body on a joint, use World.initial_state.
     #[getter]
     fn pose<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
         matrix(py, &self.inner.initial_state().pose)
     }
 
-    /// Initial angular velocity (rad/s) and velocity of the center of mass (m/s), in world axes, (6,) float64.
+    /// Initial angular velocity (rad/s) and velocity of the center of mass (m/s), in world axes, (6,) float64. For a body on a joint, use
+    /// World.initial_state.
     #[getter]
     fn twist<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
         array(
@@ -288,10 +308,12 @@ impl Body {
             (None, Some(mass)) => format!("dynamic, {mass:?} kg"),
             (None, None) => "fixed".to_owned(),
         };
+        let joint = self.joint().map(|joint| format!(", {}", joint.__repr__()));
         format!(
-            "Body({:?}, {kind}, {})",
+            "Body({:?}, {kind}, {}{})",
             self.name(),
-            self.material().__repr__()
+            self.material().__repr__(),
+            joint.unwrap_or_default()
         )
     }
 }

@@ -3,19 +3,16 @@
 use crate::arrays::{Floats, array, check_kept};
 use crate::errors::value_error;
 use crate::pickle::{Reduced, loaded, reduced};
+use crate::state_arrays::{ARRAYS, NAMES, numbers_of, shapes_of, sizes_of, state_of};
 use crate::trajectory::Trajectory;
-use hydroelastic::dynamics::{self, BodyState};
+use hydroelastic::dynamics;
 use hydroelastic::gradient::{self, Outcome, OutcomeJacobian};
-use hydroelastic::nalgebra::{Matrix3, Vector3};
 use hydroelastic::scalar::{Scalar, lift};
-use hydroelastic::spatial::{Pose, Twist};
-use numpy::PyArrayDyn;
+use numpy::{PyArrayDyn, PyUntypedArrayMethods};
 use pyo3::prelude::*;
+use pyo3::types::PyTuple;
 
-/// Number of components of a body in an outcome: the rotation by rows, the position and the twist.
-const NUMBERS: usize = 18;
-
-/// Outcome with the times and the states of all bodies in the recorded states.
+/// Outcome with the time and the arrays of each recorded state.
 pub struct AllStates;
 
 impl Outcome for AllStates {
@@ -23,11 +20,7 @@ impl Outcome for AllStates {
         let mut numbers = Vec::new();
         for state in trajectory.states() {
             numbers.push(lift(state.time));
-            for body in &state.bodies {
-                numbers.extend(body.pose.rotation().transpose().iter().copied());
-                numbers.extend(body.pose.translation().iter().copied());
-                numbers.extend(body.twist.to_vector().iter().copied());
-            }
+            numbers.extend(numbers_of([state]).concat());
         }
         numbers
     }
@@ -46,7 +39,8 @@ impl Outcome for RecordedPositions {
     }
 }
 
-/// Derivatives of the k recorded states of n bodies with respect to p parameter components.
+/// Derivatives of the k recorded states of n bodies, m revolute and prismatic joints and b ball joints with respect to p parameter
+/// components.
 ///
 /// Each array has the shape of the same array of the trajectory, with p as an additional last axis.
 ///
@@ -56,6 +50,12 @@ impl Outcome for RecordedPositions {
 ///     Derivatives of the poses.
 /// twists : (k, n, 6, p) ndarray of float64
 ///     Derivatives of the twists.
+/// joint_positions, joint_velocities : (k, m, p) ndarray of float64
+///     Derivatives of the positions and velocities of the revolute and prismatic joints.
+/// ball_joint_rotations : (k, b, 3, 3, p) ndarray of float64
+///     Derivatives of the rotations of the ball joints.
+/// ball_joint_velocities : (k, b, 3, p) ndarray of float64
+///     Derivatives of the angular velocities of the ball joints.
 ///
 /// Raises
 /// ------
@@ -67,6 +67,56 @@ pub struct TrajectoryJacobian {
     poses: Py<PyArrayDyn<f64>>,
     /// Derivatives of the twists, (k, n, 6, p) float64.
     twists: Py<PyArrayDyn<f64>>,
+    /// Derivatives of the positions of the revolute and prismatic joints, (k, m, p) float64.
+    joint_positions: Py<PyArrayDyn<f64>>,
+    /// Derivatives of the velocities of the revolute and prismatic joints, (k, m, p) float64.
+    joint_velocities: Py<PyArrayDyn<f64>>,
+    /// Derivatives of the rotations of the ball joints, (k, b, 3, 3, p) float64.
+    ball_joint_rotations: Py<PyArrayDyn<f64>>,
+    /// Derivatives of the angular velocities of the ball joints, (k, b, 3, p) float64.
+    ball_joint_velocities: Py<PyArrayDyn<f64>>,
+}
+
+/// Axes of the derivatives, in the order of `NAMES`.
+const AXES: [&[&str]; ARRAYS] = [
+    &["k", "n", "4", "4", "p"],
+    &["k", "n", "6", "p"],
+    &["k", "m", "p"],
+    &["k", "m", "p"],
+    &["k", "b", "3", "3", "p"],
+    &["k", "b", "3", "p"],
+];
+
+impl TrajectoryJacobian {
+    fn of(arrays: [Py<PyArrayDyn<f64>>; ARRAYS]) -> Self {
+        let [
+            poses,
+            twists,
+            joint_positions,
+            joint_velocities,
+            ball_joint_rotations,
+            ball_joint_velocities,
+        ] = arrays;
+        Self {
+            poses,
+            twists,
+            joint_positions,
+            joint_velocities,
+            ball_joint_rotations,
+            ball_joint_velocities,
+        }
+    }
+
+    fn arrays(&self) -> [&Py<PyArrayDyn<f64>>; ARRAYS] {
+        [
+            &self.poses,
+            &self.twists,
+            &self.joint_positions,
+            &self.joint_velocities,
+            &self.ball_joint_rotations,
+            &self.ball_joint_velocities,
+        ]
+    }
 }
 
 #[pymethods]
@@ -76,91 +126,79 @@ impl TrajectoryJacobian {
         py: Python<'_>,
         poses: Py<PyArrayDyn<f64>>,
         twists: Py<PyArrayDyn<f64>>,
+        joint_positions: Py<PyArrayDyn<f64>>,
+        joint_velocities: Py<PyArrayDyn<f64>>,
+        ball_joint_rotations: Py<PyArrayDyn<f64>>,
+        ball_joint_velocities: Py<PyArrayDyn<f64>>,
     ) -> PyResult<Self> {
-        check_kept(
-            py,
-            &[
-                (&poses, "poses", &["k", "n", "4", "4", "p"]),
-                (&twists, "twists", &["k", "n", "6", "p"]),
-            ],
-        )?;
-        Ok(Self { poses, twists })
+        let jacobian = Self {
+            poses,
+            twists,
+            joint_positions,
+            joint_velocities,
+            ball_joint_rotations,
+            ball_joint_velocities,
+        };
+        let named = jacobian.arrays().into_iter().zip(NAMES).zip(AXES);
+        let kept: Vec<_> = named
+            .map(|((array, name), axes)| (array, name, axes))
+            .collect();
+        check_kept(py, &kept)?;
+        Ok(jacobian)
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
-        let shape = |array: &Py<PyArrayDyn<f64>>| {
-            array
-                .bind(py)
-                .getattr("shape")?
-                .repr()
-                .map(|representation| representation.to_string())
-        };
-        Ok(format!(
-            "TrajectoryJacobian(poses {}, twists {})",
-            shape(&self.poses)?,
-            shape(&self.twists)?
-        ))
+        let mut shown = Vec::new();
+        for (array, name) in self.arrays().into_iter().zip(NAMES) {
+            let array = array.bind(py);
+            // Axis 1 counts bodies or joints.
+            if name == "poses" || name == "twists" || array.shape()[1] > 0 {
+                shown.push(format!("{name} {}", array.getattr("shape")?.repr()?));
+            }
+        }
+        Ok(format!("TrajectoryJacobian({})", shown.join(", ")))
     }
 
-    fn __getnewargs__(&self, py: Python<'_>) -> (Py<PyArrayDyn<f64>>, Py<PyArrayDyn<f64>>) {
-        (self.poses.clone_ref(py), self.twists.clone_ref(py))
+    fn __getnewargs__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        PyTuple::new(py, self.arrays())
     }
 }
 
-/// Converts the Jacobian of [`AllStates`] to a trajectory and its derivatives.
+/// Converts the Jacobian of [`AllStates`] to a trajectory and its derivatives. `like` is a state of the same world.
 pub fn both(
     py: Python<'_>,
     outcome: &OutcomeJacobian,
-    bodies: usize,
+    like: &dynamics::State,
 ) -> PyResult<(Trajectory, TrajectoryJacobian)> {
-    let numbers = outcome.value.as_slice();
-    let each = 1 + NUMBERS * bodies;
-    let states = numbers.chunks(each).map(|state| {
-        let bodies = state[1..].chunks(NUMBERS).map(body_state);
-        Ok(dynamics::State {
-            joints: Vec::new(),
-            time: state[0],
-            bodies: bodies.collect::<PyResult<_>>()?,
-        })
+    let (shapes, sizes) = (shapes_of(like), sizes_of(like));
+    let each = 1 + sizes.iter().sum::<usize>();
+    let firsts: [usize; ARRAYS] =
+        std::array::from_fn(|which| 1 + sizes[..which].iter().sum::<usize>());
+    let states = outcome.value.as_slice().chunks(each).map(|numbers| {
+        let part = |which: usize| &numbers[firsts[which]..firsts[which] + sizes[which]];
+        state_of(numbers[0], std::array::from_fn(part), like)
     });
     let states = states.collect::<PyResult<Vec<_>>>()?;
     let (count, columns) = (states.len(), outcome.jacobian.ncols());
-    let (mut poses, mut twists) = (Vec::new(), Vec::new());
-    for state in 0..count {
-        for body in 0..bodies {
-            let first = state * each + 1 + body * NUMBERS;
-            for entry in 0..16 {
-                let row = match (entry / 4, entry % 4) {
-                    (3, _) => None,
-                    (row, 3) => Some(first + 9 + row),
-                    (row, column) => Some(first + 3 * row + column),
-                };
-                let value = |column| row.map_or(0.0, |row| outcome.jacobian[(row, column)]);
-                poses.extend((0..columns).map(value));
-            }
-            for row in first + 12..first + NUMBERS {
-                twists.extend((0..columns).map(|column| outcome.jacobian[(row, column)]));
-            }
-        }
-    }
-    let jacobian = TrajectoryJacobian {
-        poses: array(py, poses, &[count, bodies, 4, 4, columns])?.unbind(),
-        twists: array(py, twists, &[count, bodies, 6, columns])?.unbind(),
+    let derivatives = |which: usize| {
+        let rows = (0..count).flat_map(|state| {
+            let first = state * each + firsts[which];
+            first..first + sizes[which]
+        });
+        let row = |row| (0..columns).map(move |column| outcome.jacobian[(row, column)]);
+        let shape = [&[count], &*shapes[which], &[columns]].concat();
+        array(py, rows.flat_map(row).collect(), &shape).map(Bound::unbind)
     };
+    let jacobian = TrajectoryJacobian::of([
+        derivatives(0)?,
+        derivatives(1)?,
+        derivatives(2)?,
+        derivatives(3)?,
+        derivatives(4)?,
+        derivatives(5)?,
+    ]);
     let trajectory = dynamics::Trajectory::new(states).map_err(value_error)?;
     Ok((trajectory.into(), jacobian))
-}
-
-/// Restores the state of a body from its components, bit for bit.
-fn body_state(numbers: &[f64]) -> PyResult<BodyState> {
-    let rotation = Matrix3::from_row_slice(&numbers[..9]);
-    let vector = |first: usize| Vector3::from_column_slice(&numbers[first..first + 3]);
-    let pose = Pose::restored(rotation, vector(9)).map_err(value_error)?;
-    let (angular, linear) = (vector(12), vector(15));
-    Ok(BodyState {
-        pose,
-        twist: Twist { angular, linear },
-    })
 }
 
 /// Comparison of the derivatives of recorded states with central differences at seven step sizes.

@@ -1,8 +1,9 @@
 //! Parameters of a rollout that derivatives can be taken with respect to.
 
 use crate::arrays::{Whole, count, whole};
+use crate::errors::value_error;
 use crate::pickle::{Reduced, loaded, reduced};
-use hydroelastic::gradient;
+use hydroelastic::gradient::{self, JointQuantity};
 use pyo3::exceptions::PyMemoryError;
 use pyo3::prelude::*;
 use std::sync::Arc;
@@ -13,6 +14,27 @@ use std::sync::Arc;
 #[pyclass(frozen, eq, hash, module = "hydroelastic")]
 #[derive(Clone, PartialEq, Eq, Hash)]
 pub struct Parameter(pub gradient::Parameter);
+
+/// Quantities of joints.
+const JOINT_QUANTITIES: [JointQuantity; 12] = [
+    JointQuantity::InitialPosition,
+    JointQuantity::InitialVelocity,
+    JointQuantity::Torque,
+    JointQuantity::TargetPosition,
+    JointQuantity::TargetVelocity,
+    JointQuantity::ServoStiffness,
+    JointQuantity::ServoDamping,
+    JointQuantity::Damping,
+    JointQuantity::Friction,
+    JointQuantity::Armature,
+    JointQuantity::InitialOrientation,
+    JointQuantity::InitialAngularVelocity,
+];
+
+/// Name of a quantity of a joint in Python.
+fn name_of(quantity: JointQuantity) -> String {
+    quantity.to_string().replace(' ', "_")
+}
 
 #[pymethods]
 impl Parameter {
@@ -235,6 +257,39 @@ impl Parameter {
         Self(gradient::Parameter::force_parameter(name))
     }
 
+    /// Quantity of a joint: 1 number, or 3 numbers for a ball joint.
+    ///
+    /// Parameters
+    /// ----------
+    /// joint : str
+    ///     Name of the joint.
+    /// quantity : str
+    ///     For a revolute or prismatic joint, one of these: "initial_position" (rad or m), "initial_velocity" (rad/s or m/s), "torque"
+    ///     (N m or N), "target_position" (rad or m), "target_velocity" (rad/s or m/s), "servo_stiffness" (N m/rad or N/m),
+    ///     "servo_damping" and "damping" (N m s/rad or N s/m), "friction" (N m or N), "armature" (kg m² or kg). For a ball joint,
+    ///     "initial_orientation" (rotation vector in rad) or "initial_angular_velocity" (rad/s), in the axes of the joint frame.
+    ///
+    /// Returns
+    /// -------
+    /// Parameter
+    ///     Quantity of the joint.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If there is no such quantity.
+    #[staticmethod]
+    fn joint(joint: &str, quantity: &str) -> PyResult<Self> {
+        let mut all = JOINT_QUANTITIES.into_iter();
+        match all.find(|known| name_of(*known) == quantity) {
+            Some(quantity) => Ok(Self(gradient::Parameter::joint(joint, quantity))),
+            None => Err(value_error(format!(
+                "joints have no quantity {quantity:?}: expected one of {}",
+                JOINT_QUANTITIES.map(name_of).join(", ")
+            ))),
+        }
+    }
+
     /// Number of components.
     #[getter]
     fn dimension(&self) -> usize {
@@ -261,6 +316,7 @@ impl Parameter {
             P::Gravity => "gravity()".to_owned(),
             P::Control(body, interval) => format!("control({body:?}, {interval})"),
             P::ForceParameter(name) => format!("force_parameter({name:?})"),
+            P::Joint(joint, quantity) => format!("joint({joint:?}, {:?})", name_of(*quantity)),
             // All other parameters have no constructor in Python.
             parameter => format!("{parameter:?}"),
         };

@@ -5,6 +5,7 @@ use crate::arrays::{
 };
 use crate::errors::value_error;
 use hydroelastic::nalgebra::{Matrix3, Vector3, Vector6};
+use hydroelastic::scalar::{Scalar, lift};
 use hydroelastic::spatial::{Pose, Twist};
 use pyo3::prelude::*;
 
@@ -117,12 +118,22 @@ pub fn twist_of(numbers: &[f64; 6]) -> Twist {
     Twist::from_vector(&Vector6::from(*numbers))
 }
 
+/// Reads a rotation matrix.
+pub fn rotation(argument: &Bound<'_, PyAny>, name: &str) -> PyResult<Matrix3<f64>> {
+    let Numbers { values, shape } = numbers(argument, name)?;
+    if shape != [3, 3] {
+        return Err(wrong_shape(name, "(3, 3)", &shape));
+    }
+    let pose = Pose::restored(Matrix3::from_row_slice(&values), Vector3::zeros());
+    Ok(*pose.map_err(value_error)?.rotation())
+}
+
 /// Entries of the matrix of a pose, row by row.
-pub fn entries(pose: &Pose) -> [f64; ENTRIES] {
+pub fn entries<T: Scalar>(pose: &Pose<T>) -> [T; ENTRIES] {
     let (rotation, translation) = (pose.rotation(), pose.translation());
     std::array::from_fn(|index| match (index / 4, index % 4) {
-        (3, 3) => 1.0,
-        (3, _) => 0.0,
+        (3, 3) => lift(1.0),
+        (3, _) => lift(0.0),
         (row, 3) => translation[row],
         (row, column) => rotation[(row, column)],
     })

@@ -1,77 +1,120 @@
-//! Cotangents of recorded states: the derivatives of a loss with respect to their poses and twists.
+//! Cotangents of recorded states: the derivatives of a loss with respect to the arrays of the states.
 
 use crate::arrays::{Numbers, numbers, wrong_shape};
-use crate::poses::twist_of;
-use hydroelastic::dynamics::{BodyState, Plan, StateGradient, Trajectory};
+use crate::poses::{ENTRIES, twist_of};
+use crate::state_arrays::{ARRAYS, NAMES, shapes_of, sizes_of};
+use hydroelastic::dynamics::{
+    self, BodyState, BodyStateGradient, JointState, JointStateGradient, Plan, StateGradient,
+    Trajectory,
+};
 use hydroelastic::nalgebra::{Matrix3, Vector3};
 use pyo3::prelude::*;
 
-/// Number of entries of a pose.
-const POSE: usize = 16;
-/// Number of components of a twist.
-const TWIST: usize = 6;
-
-/// Derivatives of a loss with respect to the poses and twists of the recorded states, for one trajectory or for several.
+/// Derivatives of a loss with respect to the recorded states, for one trajectory or for several.
 pub struct StateCotangents {
-    poses: Vec<f64>,
-    twists: Vec<f64>,
+    arrays: [Vec<f64>; ARRAYS],
+    /// Numbers of one state in each array.
+    sizes: [usize; ARRAYS],
+    /// Number of recorded states of a trajectory.
     states: usize,
-    bodies: usize,
 }
 
 impl StateCotangents {
-    /// Reads arrays that have the shapes of the poses and twists of a trajectory. With several trajectories, their number is the first
-    /// axis.
+    /// Reads arrays that have the shapes of the arrays of a trajectory, in the order of `NAMES`. An array that is None is zero. With
+    /// several trajectories, their number is the first axis. `like` is a state of a trajectory.
     pub fn of(
-        by_poses: &Bound<'_, PyAny>,
-        by_twists: &Bound<'_, PyAny>,
-        (plan, bodies): (&Plan, usize),
+        arrays: [Option<&Bound<'_, PyAny>>; ARRAYS],
+        plan: &Plan,
+        like: &dynamics::State,
         trajectories: Option<usize>,
     ) -> PyResult<Self> {
         let states = 1 + plan.steps().div_ceil(plan.record_every());
-        let front: Vec<usize> = trajectories.into_iter().chain([states, bodies]).collect();
-        let entries = |argument, name, each: &[usize]| {
-            let expected = [&*front, each].concat();
-            let Numbers { values, shape } = numbers(argument, name)?;
-            if shape == expected {
-                return Ok(values);
-            }
-            let sizes: Vec<String> = expected.iter().map(usize::to_string).collect();
-            Err(wrong_shape(
-                name,
-                &format!("({})", sizes.join(", ")),
-                &shape,
-            ))
-        };
+        let front: Vec<usize> = trajectories.into_iter().chain([states]).collect();
+        let shapes = shapes_of(like);
+        let mut all: [Vec<f64>; ARRAYS] = Default::default();
+        for (which, argument) in arrays.into_iter().enumerate() {
+            let expected = [&*front, &shapes[which]].concat();
+            let name = format!("by_{}", NAMES[which]);
+            let values = match argument {
+                Some(argument) => values_of(argument, &name, &expected)?,
+                None => vec![0.0; expected.iter().product()],
+            };
+            all[which] = values;
+        }
         Ok(Self {
-            poses: entries(by_poses, "by_poses", &[4, 4])?,
-            twists: entries(by_twists, "by_twists", &[TWIST])?,
+            arrays: all,
+            sizes: sizes_of(like),
             states,
-            bodies,
         })
     }
 
     /// Gradients with respect to the states of the trajectory with an index.
-    pub fn covectors(&self, index: usize, trajectory: &Trajectory) -> Vec<Vec<StateGradient>> {
+    pub fn covectors(&self, index: usize, trajectory: &Trajectory) -> Vec<StateGradient> {
         let states = trajectory.states().iter().enumerate();
-        let of_state = |(record, state): (usize, &hydroelastic::dynamics::State)| {
-            let bodies = state.bodies.iter().enumerate();
-            let first = (index * self.states + record) * self.bodies;
-            bodies
-                .map(|(body, state)| self.covector(first + body, state))
-                .collect()
+        let of_state = |(record, state): (usize, &dynamics::State)| {
+            let state_index = index * self.states + record;
+            gradient(
+                state,
+                std::array::from_fn(|which| {
+                    let size = self.sizes[which];
+                    &self.arrays[which][state_index * size..(state_index + 1) * size]
+                }),
+            )
         };
         states.map(of_state).collect()
     }
+}
 
-    fn covector(&self, index: usize, state: &BodyState) -> StateGradient {
-        let pose = &self.poses[POSE * index..POSE * (index + 1)];
-        let twist = &self.twists[TWIST * index..TWIST * (index + 1)];
-        StateGradient::from_entries(
-            state.pose.rotation(),
-            &Matrix3::from_fn(|row, column| pose[4 * row + column]),
-            Vector3::new(pose[3], pose[7], pose[11]),
-            &twist_of(&std::array::from_fn(|number| twist[number])),
-        )
+/// Reads an array of a shape.
+fn values_of(argument: &Bound<'_, PyAny>, name: &str, expected: &[usize]) -> PyResult<Vec<f64>> {
+    let Numbers { values, shape } = numbers(argument, name)?;
+    if shape == expected {
+        return Ok(values);
     }
+    let sizes: Vec<String> = expected.iter().map(usize::to_string).collect();
+    let expected = format!("({})", sizes.join(", "));
+    Err(wrong_shape(name, &expected, &shape))
+}
+
+/// Gradient with respect to a state, from the derivatives with respect to its arrays.
+fn gradient(state: &dynamics::State, by_arrays: [&[f64]; ARRAYS]) -> StateGradient {
+    let [
+        poses,
+        twists,
+        positions,
+        velocities,
+        rotations,
+        angular_velocities,
+    ] = by_arrays;
+    let by_bodies = poses.chunks(ENTRIES).zip(twists.chunks(6));
+    let bodies = state.bodies.iter().zip(by_bodies);
+    let mut by_scalars = positions.iter().zip(velocities);
+    let mut by_balls = rotations.chunks(9).zip(angular_velocities.chunks(3));
+    let joint = |joint: &JointState| {
+        if let JointState::Ball { rotation, .. } = joint {
+            let (by_rotation, by_velocity) = by_balls.next()?;
+            return Some(JointStateGradient::from_entries(
+                rotation,
+                &Matrix3::from_row_slice(by_rotation),
+                Vector3::from_column_slice(by_velocity),
+            ));
+        }
+        let (&by_position, &by_velocity) = by_scalars.next()?;
+        Some(JointStateGradient::scalar(by_position, by_velocity))
+    };
+    StateGradient {
+        bodies: bodies
+            .map(|(body, (by_pose, by_twist))| body_gradient(body, by_pose, by_twist))
+            .collect(),
+        joints: state.joints.iter().filter_map(joint).collect(),
+    }
+}
+
+fn body_gradient(state: &BodyState, by_pose: &[f64], by_twist: &[f64]) -> BodyStateGradient {
+    BodyStateGradient::from_entries(
+        state.pose.rotation(),
+        &Matrix3::from_fn(|row, column| by_pose[4 * row + column]),
+        Vector3::new(by_pose[3], by_pose[7], by_pose[11]),
+        &twist_of(&std::array::from_fn(|number| by_twist[number])),
+    )
 }

@@ -2,7 +2,8 @@
 
 use crate::arrays::{Floats, Whole, array, whole};
 use crate::errors::value_error;
-use crate::state::{State, numbers_of};
+use crate::state::State;
+use crate::state_arrays::{ARRAYS, numbers_of, shapes_of};
 use hydroelastic::dynamics;
 use numpy::{PyArrayDyn, PyArrayMethods};
 use pyo3::exceptions::PyIndexError;
@@ -12,7 +13,8 @@ use pyo3::types::{PyIterator, PyList};
 
 /// Sequence of k recorded states of n bodies, ordered by time. The first state is the initial state.
 ///
-/// The trajectory is a sequence of State and also has three arrays, which are read-only.
+/// The trajectory is a sequence of State and also has arrays, which are read-only. For example,
+/// trajectory.joint_positions[:, world.joint_index("elbow")] has the angles of a joint.
 ///
 /// Parameters
 /// ----------
@@ -26,7 +28,8 @@ use pyo3::types::{PyIterator, PyList};
 #[pyclass(frozen, module = "hydroelastic", sequence)]
 pub struct Trajectory {
     pub inner: dynamics::Trajectory,
-    arrays: PyOnceLock<[Py<PyArrayDyn<f64>>; 3]>,
+    /// Times, then the arrays of states.
+    arrays: PyOnceLock<Vec<Py<PyArrayDyn<f64>>>>,
 }
 
 impl From<dynamics::Trajectory> for Trajectory {
@@ -37,25 +40,24 @@ impl From<dynamics::Trajectory> for Trajectory {
 }
 
 impl Trajectory {
-    /// Array with an index: times, poses or twists.
+    /// Array with an index: 0 for the times, then the arrays of states.
     fn array<'py>(&self, py: Python<'py>, which: usize) -> PyResult<Floats<'py>> {
         let arrays = self.arrays.get_or_try_init(py, || {
             let states = self.inner.states();
-            let (count, bodies) = (states.len(), states[0].bodies.len());
+            let count = states.len();
             let times = states.iter().map(|state| state.time).collect();
-            let [poses, twists] = numbers_of(states);
-            let [times, poses, twists] = [
-                array(py, times, &[count])?,
-                array(py, poses, &[count, bodies, 4, 4])?,
-                array(py, twists, &[count, bodies, 6])?,
-            ];
-            for array in [&times, &poses, &twists] {
+            let mut arrays = vec![array(py, times, &[count])?];
+            let shapes: [_; ARRAYS] = shapes_of(&states[0]);
+            for (numbers, shape) in numbers_of(states).into_iter().zip(shapes) {
+                arrays.push(array(py, numbers, &[&[count], &*shape].concat())?);
+            }
+            for array in &arrays {
                 array
                     .try_readwrite()
                     .map_err(value_error)?
                     .make_nonwriteable();
             }
-            PyResult::Ok([times, poses, twists].map(Bound::unbind))
+            PyResult::Ok(arrays.into_iter().map(Bound::unbind).collect())
         })?;
         Ok(arrays[which].bind(py).clone())
     }
@@ -86,6 +88,31 @@ impl Trajectory {
     #[getter]
     fn twists<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
         self.array(py, 2)
+    }
+
+    /// Positions (rad or m) of the revolute and prismatic joints, in the order of World.joint_names, (k, m) float64.
+    #[getter]
+    fn joint_positions<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
+        self.array(py, 3)
+    }
+
+    /// Velocities (rad/s or m/s) of the revolute and prismatic joints, in the order of World.joint_names, (k, m) float64.
+    #[getter]
+    fn joint_velocities<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
+        self.array(py, 4)
+    }
+
+    /// Rotations of the ball joints from the body frame to the joint frame, in the order of World.ball_joint_names, (k, b, 3, 3) float64.
+    #[getter]
+    fn ball_joint_rotations<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
+        self.array(py, 5)
+    }
+
+    /// Angular velocities (rad/s) of the ball joints in the axes of the joint frames, in the order of World.ball_joint_names, (k, b, 3)
+    /// float64.
+    #[getter]
+    fn ball_joint_velocities<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
+        self.array(py, 6)
     }
 
     fn __len__(&self) -> usize {

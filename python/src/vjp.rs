@@ -16,21 +16,12 @@ use std::sync::Arc;
 pub struct VectorJacobianProduct {
     inner: gradient::VectorJacobianProduct,
     plan: dynamics::Plan,
-    bodies: usize,
 }
 
 impl VectorJacobianProduct {
-    /// Wraps the product of a rollout of a number of bodies.
-    pub fn new(
-        inner: gradient::VectorJacobianProduct,
-        plan: dynamics::Plan,
-        bodies: usize,
-    ) -> Self {
-        Self {
-            inner,
-            plan,
-            bodies,
-        }
+    /// Wraps the product of a rollout with a plan.
+    pub fn new(inner: gradient::VectorJacobianProduct, plan: dynamics::Plan) -> Self {
+        Self { inner, plan }
     }
 }
 
@@ -38,8 +29,8 @@ impl VectorJacobianProduct {
 impl VectorJacobianProduct {
     /// Computes the gradient of a loss with respect to the parameters from its gradient with respect to the recorded states.
     ///
-    /// The result is np.tensordot(by_poses, jacobian.poses, 4) + np.tensordot(by_twists, jacobian.twists, 3). A sweep back from the
-    /// last state computes it in a time that does not depend on p.
+    /// The result is np.tensordot(by_poses, jacobian.poses, 4) + np.tensordot(by_twists, jacobian.twists, 3), plus the same products
+    /// for joints. A sweep back from the last state computes it in a time that does not depend on p.
     ///
     /// Derivatives with respect to a rotation matrix have an effect only in the directions of rotations. Derivatives with respect to
     /// kinematic bodies have no effect.
@@ -50,6 +41,12 @@ impl VectorJacobianProduct {
     ///     Derivatives of the loss with respect to the poses of the recorded states.
     /// by_twists : (k, n, 6) array_like
     ///     Derivatives of the loss with respect to the twists of the recorded states.
+    /// by_joint_positions, by_joint_velocities : (k, m) array_like, optional
+    ///     Derivatives with respect to the positions and velocities of the revolute and prismatic joints. Default: zero.
+    /// by_ball_joint_rotations : (k, b, 3, 3) array_like, optional
+    ///     Derivatives with respect to the rotations of the ball joints. Default: zero.
+    /// by_ball_joint_velocities : (k, b, 3) array_like, optional
+    ///     Derivatives with respect to the angular velocities of the ball joints. Default: zero.
     ///
     /// Returns
     /// -------
@@ -60,22 +57,35 @@ impl VectorJacobianProduct {
     /// ------
     /// HydroelasticError
     ///     If an array has an unexpected shape, or a derivative is not finite.
-    #[pyo3(signature = (by_poses, by_twists))]
+    #[pyo3(signature = (by_poses, by_twists, *, by_joint_positions=None, by_joint_velocities=None,
+                        by_ball_joint_rotations=None, by_ball_joint_velocities=None))]
     fn __call__<'py>(
         &self,
         py: Python<'py>,
         by_poses: &Bound<'py, PyAny>,
         by_twists: &Bound<'py, PyAny>,
+        by_joint_positions: Option<&Bound<'py, PyAny>>,
+        by_joint_velocities: Option<&Bound<'py, PyAny>>,
+        by_ball_joint_rotations: Option<&Bound<'py, PyAny>>,
+        by_ball_joint_velocities: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Floats<'py>> {
-        let recorded = (&self.plan, self.bodies);
-        let cotangents = StateCotangents::of(by_poses, by_twists, recorded, None)?;
+        let arrays = [
+            Some(by_poses),
+            Some(by_twists),
+            by_joint_positions,
+            by_joint_velocities,
+            by_ball_joint_rotations,
+            by_ball_joint_velocities,
+        ];
+        let last = self.inner.trajectory().last();
+        let cotangents = StateCotangents::of(arrays, &self.plan, last, None)?;
         // Each call has its own flag, because several threads can call at the same time.
         let shared = Shared::default();
         let result = run(py, &shared, None, || {
             let by_states = cotangents.covectors(0, self.inner.trajectory());
             let product = self.inner.clone();
             let product = product.with_cancel_flag(Arc::clone(&shared.stop));
-            product.pull_back(by_states)
+            product.pull_back(&by_states)
         })?;
         let result = result.map_err(|why| gradient_error(&why))?;
         array(py, result.as_slice().to_vec(), &[result.len()])

@@ -96,7 +96,7 @@ impl World {
         let outcome = self.experiment(py, plan, watched, |experiment| {
             experiment.jacobian(&by, &AllStates)
         })?;
-        both(py, &outcome, self.inner.bodies().len())
+        both(py, &outcome, &self.inner.initial_state())
     }
 
     /// Runs a rollout, and returns its trajectory and its vector–Jacobian product with respect to parameters.
@@ -115,7 +115,8 @@ impl World {
     /// trajectory : Trajectory
     ///     k recorded states of n bodies.
     /// vjp : VectorJacobianProduct
-    ///     Function of (by_poses, by_twists) that returns the gradient of a loss with respect to the parameters.
+    ///     Function of (by_poses, by_twists), and of derivatives with respect to joints, that returns the gradient of a loss with respect
+    ///     to the parameters.
     ///
     /// Raises
     /// ------
@@ -145,8 +146,7 @@ impl World {
         let vjp = run(py, &shared, None, || experiment.vjp(&by))?;
         let vjp = vjp.map_err(|why| gradient_error(&why))?;
         let trajectory = vjp.trajectory().clone().into();
-        let bodies = self.inner.bodies().len();
-        Ok((trajectory, VectorJacobianProduct::new(vjp, plan.0, bodies)))
+        Ok((trajectory, VectorJacobianProduct::new(vjp, plan.0)))
     }
 
     /// Finds the nonsmooth points of a rollout. There, gradients and Jacobians do not exist, or are one of several one-sided derivatives.

@@ -5,6 +5,7 @@ use crate::errors::value_error;
 use crate::path::{Kind, Path};
 use crate::pickle::{Reduced, loaded, reduced};
 use crate::world::{Inner, World};
+use crate::world_joints::connecting_joint;
 use hydroelastic::dynamics::{self, State};
 use pyo3::prelude::*;
 use std::sync::Arc;
@@ -12,24 +13,29 @@ use std::sync::Arc;
 #[pymethods]
 impl World {
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        reduced(py, "_load_world", &self.saved()?)
+    }
+}
+
+impl World {
+    /// The world without paths, and the paths by name.
+    fn saved(&self) -> PyResult<(Inner, Vec<(&str, &Kind)>)> {
         let mut still = self.inner.clone();
         for (name, _) in &self.paths {
             still = still.with_path(name, None).map_err(value_error)?;
         }
-        let paths: Vec<(&str, &Kind)> = self
-            .paths
-            .iter()
-            .map(|(name, path)| (name.as_str(), &*path.0))
-            .collect();
-        reduced(py, "_load_world", &(&still, paths))
+        let paths = self.paths.iter();
+        let paths = paths.map(|(name, path)| (name.as_str(), &*path.0));
+        Ok((still, paths.collect()))
     }
 }
 
 #[pymethods]
 impl Body {
-    /// Pickles a world that has only this body, at the time of its initial state.
+    /// Pickles a world that has only this body, at the time of its initial state, and the joint. The parent of the joint is not in the
+    /// world.
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
-        let alone = dynamics::World::new(vec![self.inner.clone()]);
+        let alone = dynamics::World::new(vec![self.inner.clone().without_joint()]);
         let start = State {
             joints: Vec::new(),
             time: self.inner.initial_time(),
@@ -44,28 +50,32 @@ impl Body {
             inner,
             paths: paths.collect(),
         };
-        let (_, saved) = world.__reduce__(py)?;
-        let function = py.import("hydroelastic._core")?.getattr("_load_body")?;
-        Ok((function, saved))
+        let joint = connecting_joint(&self.inner);
+        reduced(py, "_load_body", &(world.saved()?, joint))
     }
 }
 
 /// Restores a body from a pickle.
 #[pyfunction]
 pub fn _load_body(saved: &[u8]) -> PyResult<Body> {
-    let world = world_of(saved)?;
-    let body = world.bodies().into_iter().next();
-    body.ok_or_else(|| value_error("there is no body in what was saved"))
+    let (world, joint): (Saved, Option<dynamics::Joint>) = loaded(saved)?;
+    let body = world_of(world)?.bodies().into_iter().next();
+    let body = body.ok_or_else(|| value_error("there is no body in what was saved"))?;
+    let Some(joint) = joint else { return Ok(body) };
+    let inner = body.inner.with_joint(joint).map_err(value_error)?;
+    Ok(Body { inner, ..body })
 }
 
 /// Restores a world from a pickle.
 #[pyfunction]
 pub fn _load_world(saved: &[u8]) -> PyResult<World> {
-    world_of(saved)
+    world_of(loaded(saved)?)
 }
 
-fn world_of(saved: &[u8]) -> PyResult<World> {
-    let (mut inner, kinds): (Inner, Vec<(String, Kind)>) = loaded(saved)?;
+/// World without paths, and the paths by name.
+type Saved = (Inner, Vec<(String, Kind)>);
+
+fn world_of((mut inner, kinds): Saved) -> PyResult<World> {
     let paths = kinds
         .into_iter()
         .map(|(name, kind)| (name, Path(Arc::new(kind))));

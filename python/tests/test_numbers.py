@@ -133,6 +133,14 @@ def scene():
     return he.World([ball, floor], gravity=-9.81, controls=[he.Control("ball", 1.0, np.zeros((1, 6)))])
 
 
+def jointed():
+    ball, skin = he.Shape.icosphere(0.1, 1), he.Material(1e5)
+    hinge = he.Joint.revolute("hinge", [0.0, 0.0, 1.0])
+    socket = he.Joint.ball("socket", parent="arm", origin=he.pose([0.3, 0.0, 0.0]))
+    arm = he.Body.dynamic("arm", ball, skin, 1.0, joint=hinge)
+    return he.World([arm, he.Body.dynamic("head", ball, skin, 1.0, joint=socket)], gravity=-9.81)
+
+
 CORNERS = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
 TET, FACES = np.array([[0, 1, 2, 3]]), np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]])
 EYE, TWIST, POINT = np.eye(4), np.full(6, 0.1), np.full(3, 0.1)
@@ -151,6 +159,19 @@ def cases(folder):
     moduli = {"moduli": np.array([1e5, 2e5])}
     moving = poses | {"twist_a": TWIST, "twist_b": -TWIST} | moduli | {"law": np.array([0.1, 0.2])}
     by_mass = {"density": Positive(2.0), "by_mass": 1.0, "by_center": POINT, "by_inertia": np.eye(3)}
+    hinge = {"axis": POINT, "origin": EYE, "position": 0.1, "velocity": 0.1, "armature": NotNegative(0.1)}
+    hinge |= {"damping": NotNegative(0.1), "friction": NotNegative(0.1), "slip_tolerance": Positive(1e-3)}
+    hinge |= {"servo_stiffness": NotNegative(1.0), "servo_damping": NotNegative(1.0), "target_position": 0.1}
+    hinge |= {"target_velocity": 0.1, "torque": 0.1, "torque_limit": NotNegative(1.0)}
+    socket = {"origin": EYE, "rotation": np.eye(3), "angular_velocity": POINT, "armature": NotNegative(0.1)}
+    arm = jointed()
+    implicit = he.Batch(he.Plan(1e-3, 2, he.Integrator.IMPLICIT_EULER))
+    of_joints = {"by_poses": np.zeros((1, 3, 2, 4, 4)), "by_twists": np.zeros((1, 3, 2, 6))}
+    of_joints |= {"by_joint_positions": np.zeros((1, 3, 1)), "by_joint_velocities": np.zeros((1, 3, 1))}
+    of_joints |= {"by_ball_joint_rotations": np.zeros((1, 3, 1, 3, 3)), "by_ball_joint_velocities": np.zeros((1, 3, 1, 3))}
+    of_jacobian = {"poses": np.ones((2, 1, 4, 4, 3)), "twists": np.ones((2, 1, 6, 3))}
+    of_jacobian |= {"joint_positions": np.ones((2, 1, 3)), "joint_velocities": np.ones((2, 1, 3))}
+    of_jacobian |= {"ball_joint_rotations": np.ones((2, 1, 3, 3, 3)), "ball_joint_velocities": np.ones((2, 1, 3, 3))}
     covectors = {"by_poses": np.zeros((3, 2, 4, 4)), "by_twists": np.zeros((3, 2, 6))}
     many = {name: array[None] for name, array in covectors.items()}
     shown = {"pressure_limit": Positive(1e3), "height": 300}
@@ -165,6 +186,12 @@ def cases(folder):
 
     def spring(points, second, rest_length, stiffness, damping):
         return he.Spring(("ball", "floor"), (points, second), rest_length, stiffness, damping)
+
+    def state_of(joints, velocity, rotation, spin, **it):
+        return he.State(joints=[(joints, velocity), (rotation, spin)], **it)
+
+    def with_joints(positions, velocities, rotation, spin):
+        return arm.state_with_joints({"hinge": positions, "socket": rotation}, {"hinge": velocities, "socket": spin})
 
     def mesh(unit):
         import meshio
@@ -237,6 +264,14 @@ def cases(folder):
         "LinearizedShape.rates": (linearized.rates, {"velocities": CORNERS}),
         "Surface": (lambda **it: he.Surface(**whole, **it), arrays),
         "Surface.show": (surface.show, shown),
+        "Stops": (
+            he.Stops,
+            {"range": np.array([-1.0, 1.0]), "stiffness": NotNegative(1.0), "dissipation": NotNegative(0.1)},
+        ),
+        "Joint.revolute": (lambda **it: he.Joint.revolute("hinge", **it), hinge),
+        "Joint.prismatic": (lambda **it: he.Joint.prismatic("slide", **it), hinge),
+        "Joint.ball": (lambda **it: he.Joint.ball("socket", **it), socket),
+        "Joint.fixed": (lambda **it: he.Joint.fixed("weld", **it), {"origin": EYE}),
         "Body.dynamic": (
             lambda **it: he.Body.dynamic("ball", ball, skin, **it),
             {"mass": Positive(1.0), "center_of_mass": POINT, "inertia": np.eye(3)}
@@ -291,7 +326,15 @@ def cases(folder):
             he.Accuracy,
             {"values": Positive(1e-3), "slopes": Positive(2e-3), "resting_speed": Positive(0.1)},
         ),
-        "State": (he.State, {"time": 0.5, "poses": EYE[None], "twists": TWIST[None]}),
+        "State": (
+            state_of,
+            {"time": 0.5, "poses": EYE[None], "twists": TWIST[None]}
+            | {"joints": 0.1, "velocity": 0.1, "rotation": np.eye(3), "spin": POINT},
+        ),
+        "World.state_with_joints": (
+            with_joints,
+            {"positions": 0.1, "velocities": 0.1, "rotation": np.eye(3), "spin": POINT},
+        ),
         "Trajectory.show": (trajectory.show, shown | {"frames": 2}),
         "Batch.rollouts_perturbed": (
             lambda **it: raised(batch.rollouts_perturbed(world, gravity, **it)),
@@ -302,9 +345,10 @@ def cases(folder):
             {"samples": np.zeros((2, 3))},
         ),
         "Batch.vjps": (lambda **it: raised(batch.vjps([world], gravity, **it)), many),
+        "Batch.vjps (of joints)": (lambda **it: raised(implicit.vjps([arm], gravity, **it)), of_joints),
         "Parameter.control": (lambda **it: he.Parameter.control("ball", **it), {"interval": 0}),
         "Parameter.controls": (lambda **it: he.Parameter.controls(["ball"], **it), {"intervals": 1}),
-        "TrajectoryJacobian": (he.TrajectoryJacobian, {"poses": np.ones((2, 1, 4, 4, 3)), "twists": np.ones((2, 1, 6, 3))}),
+        "TrajectoryJacobian": (he.TrajectoryJacobian, of_jacobian),
         "Kink": (
             lambda **it: he.Kink("flush faces", ["ball", "floor"], **it),
             {"steps": 2, "first_step": 1, "last_step": 4},

@@ -70,6 +70,17 @@ def throws(count):
     return np.random.default_rng(3).normal(size=(count, 4)) * [0.5, 0.5, 0.2, 0.0] + [0.0, 0.0, 0.0, 0.1]
 
 
+def test_rollouts_with_joints_have_the_results_of_the_local_batch(Batch):
+    hinge = he.Joint.revolute("hinge", [0.0, 1.0, 0.0], origin=he.pose([0.0, 0.0, 0.5], [0.5, 0.0, 0.0]), position=0.3)
+    arm = he.Body.dynamic("arm", he.Shape.icosphere(0.1, 1), he.Material(1e5), 1.0, joint=hinge)
+    world, by = he.World([arm], gravity=-9.81), [he.Parameter.joint("hinge", "initial_velocity")]
+    plan, samples = he.Plan(5e-3, 4, he.Integrator.SDIRK3), np.array([[0.1], [0.2], [0.3]])
+    here, there = (kind(plan).jacobians_perturbed(world, by, samples) for kind in (he.Batch, Batch))
+    for (expected, derivatives), (trajectory, jacobian) in zip(here, there, strict=True):
+        assert np.array_equal(trajectory.joint_positions, expected.joint_positions)
+        assert np.array_equal(jacobian.joint_positions, derivatives.joint_positions)
+
+
 def test_every_method_has_the_results_of_the_local_batch(Batch, bounce):
     world, plan = bounce
     samples = throws(7)

@@ -129,6 +129,15 @@ impl Body<f64> {
         Ok(self)
     }
 
+    /// Removes the joint. A dynamic body is then free.
+    #[must_use]
+    pub fn without_joint(mut self) -> Self {
+        if let Motion::Dynamic { joint, .. } = &mut self.motion {
+            **joint = Joint::free();
+        }
+        self
+    }
+
     /// Sets the initial velocity of the center of mass (m/s, world axes) of a dynamic body.
     #[must_use]
     pub fn with_velocity(mut self, velocity: Vector3<f64>) -> Self {

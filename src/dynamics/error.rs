@@ -86,12 +86,14 @@ pub enum WorldError {
     /// Two joints have the same name.
     #[error("two joints have the name {0:?}: names of joints must be unique")]
     DuplicateJoint(String),
-    /// No revolute or prismatic joint has this name.
-    #[error("no revolute or prismatic joint is named {name:?}: the names are {known:?}")]
+    /// No joint of the required kind has this name.
+    #[error("no {kind} is named {name:?}: the names are {known:?}")]
     UnknownJoint {
+        /// "ball joint", "revolute or prismatic joint", or "joint".
+        kind: &'static str,
         /// Requested name.
         name: String,
-        /// Names of all revolute and prismatic joints.
+        /// Names of all joints of this kind.
         known: Vec<String>,
     },
     /// A joint mimics a joint that does not exist or is neither revolute nor prismatic, or it mimics itself through other joints.
@@ -288,6 +290,11 @@ pub enum WorldError {
         /// Number of bodies in the first state.
         expected: usize,
     },
+    /// The states of a trajectory have different joints.
+    #[error(
+        "the joints of state {0} of a trajectory differ in number or kind from those of the state before it"
+    )]
+    TrajectoryJoints(usize),
     /// The states of a trajectory are not in the order of time.
     #[error("state {state} of a trajectory is at {time} s, but the one before it at {previous} s")]
     StateOrder {

@@ -76,7 +76,7 @@ pub struct Mimic {
 
 /// Forces of a revolute or prismatic joint, and its armature. The units are written for a revolute joint. For a prismatic joint, replace
 /// rad by m, N m by N, and kg m² by kg.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct JointLaw<T = f64> {
@@ -95,7 +95,7 @@ pub struct JointLaw<T = f64> {
 }
 
 /// Actuator of a joint: a torque plus a proportional–derivative servo.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct Actuator<T = f64> {
@@ -130,7 +130,7 @@ pub struct Stops {
 }
 
 /// State of a joint that is neither free nor fixed.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum JointState<T = f64> {
     /// Revolute or prismatic joint.
@@ -387,8 +387,13 @@ impl Joint {
         self
     }
 
-    /// Checks that all numbers are in range.
-    pub(super) fn check(&self) -> Result<(), WorldError> {
+    /// Checks that all numbers are in range. A world checks its joints too.
+    ///
+    /// # Errors
+    /// - If a number is out of range.
+    /// - If the initial state does not fit the kind of the joint.
+    /// - If a ball joint has a force.
+    pub fn check(&self) -> Result<(), WorldError> {
         self.law.check(&self.name)?;
         if let Some(mimic) = &self.mimic {
             if !self.kind.is_scalar() {

@@ -276,7 +276,7 @@ impl<T: Scalar> Kinetics<T> {
     /// If the number of forces is not the [number of velocities](Self::velocity_count), or a joint moves no inertia.
     pub fn forward_dynamics(&self, forces: &DVector<T>) -> Result<DVector<T>, WorldError> {
         self.check_size("generalized forces", forces)?;
-        Ok(self.mass_factors()?.velocities(&(forces - self.bias())))
+        Ok(self.mass_factors()?.velocities(forces - self.bias()))
     }
 
     fn mass_factors(&self) -> Result<MassFactors<T>, WorldError> {
@@ -362,7 +362,7 @@ impl Kinetics {
         let factors = self.mass_factors()?;
         let solved = |mut matrix: DMatrix<f64>| {
             for mut column in matrix.column_iter_mut() {
-                let solution = factors.velocities(&column.clone_owned());
+                let solution = factors.velocities(column.clone_owned());
                 column.copy_from(&solution);
             }
             matrix

@@ -19,6 +19,13 @@ impl Mechanism {
         }
     }
 
+    /// Adds a body, for example a tool that a joint connects to the mechanism.
+    #[must_use]
+    pub fn with_body(mut self, body: Body) -> Self {
+        self.bodies.push(body);
+        self
+    }
+
     /// Bodies, parents before children.
     #[must_use]
     pub fn bodies(&self) -> &[Body] {
@@ -96,6 +103,7 @@ impl Mechanism {
             return Ok(self);
         }
         Err(WorldError::UnknownJoint {
+            kind: "joint",
             name: name.to_owned(),
             known: self.joints().map(|joint| joint.name().to_owned()).collect(),
         })

@@ -109,7 +109,7 @@ pub(crate) use model::Model;
 pub use motion::KinematicPath;
 pub(crate) use motion::Motion;
 pub use plan::Plan;
-pub use reverse::{Kink, KinkSummary, StateGradient};
+pub use reverse::{BodyStateGradient, JointStateGradient, Kink, KinkSummary, StateGradient};
 pub(crate) use reverse::{ModelGradient, ReverseSweep, Tape};
 pub(crate) use rigid_motion::turn_between;
 pub use rollout::Rollout;

@@ -1,5 +1,6 @@
 use super::articulation::Articulation;
 use super::body::require_index_of;
+use super::joint::JointKind;
 use super::motion::state_on;
 use super::multibody::{Kinematics, Link, LinkMimic, Multibody, Parent};
 use super::validate::check_finite;
@@ -167,11 +168,11 @@ impl<T: Scalar> Model<T> {
         mimics.filter_map(|(body, mimic)| Some((body, mimic.as_ref()?.leader)))
     }
 
-    /// Index of the body on a revolute or prismatic joint, and index of the state of the joint.
-    pub(crate) fn scalar_joint(&self, name: &str) -> Result<(usize, usize), WorldError> {
+    /// Index of the body on a ball joint, or on a revolute or prismatic joint, and index of the state of the joint.
+    pub(crate) fn joint(&self, name: &str, is_ball: bool) -> Result<(usize, usize), WorldError> {
         let joint = |body: &'_ Body<T>| {
             let joint = body.joint_with_state()?;
-            joint.initial.position().map(|_| joint.name.clone())
+            ((joint.kind == JointKind::Ball) == is_ball).then(|| joint.name.clone())
         };
         let names: Vec<Option<String>> = self.bodies.iter().map(joint).collect();
         let body = names
@@ -180,6 +181,11 @@ impl<T: Scalar> Model<T> {
         match body.and_then(|body| Some((body, self.articulation.state_indices[body]?))) {
             Some(indices) => Ok(indices),
             None => Err(WorldError::UnknownJoint {
+                kind: if is_ball {
+                    "ball joint"
+                } else {
+                    "revolute or prismatic joint"
+                },
                 name: name.to_owned(),
                 known: names.into_iter().flatten().collect(),
             }),

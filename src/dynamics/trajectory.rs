@@ -32,7 +32,7 @@ impl<T: Scalar> Trajectory<T> {
     ///
     /// # Errors
     /// - If there is no state.
-    /// - If the states have different numbers of bodies.
+    /// - If the states have different numbers of bodies or of joints, or joints of different kinds.
     /// - If a state is earlier than the state before it.
     pub fn new(states: Vec<State<T>>) -> Result<Self, WorldError> {
         let first = states.first().ok_or(WorldError::NoState)?;
@@ -45,6 +45,13 @@ impl<T: Scalar> Trajectory<T> {
                     found,
                     expected,
                 });
+            }
+            let kinds = |state: &State<T>| -> Vec<bool> {
+                let joints = state.joints.iter();
+                joints.map(|joint| joint.position().is_some()).collect()
+            };
+            if kinds(&pair[1]) != kinds(&pair[0]) {
+                return Err(WorldError::TrajectoryJoints(state));
             }
             let [previous, time] = [pair[0].time, pair[1].time];
             if time < previous {

@@ -162,16 +162,18 @@ pub enum GradientError {
     NotUniform(String),
     /// The derivatives with respect to recorded states do not match the states.
     #[error(
-        "expected derivatives with respect to {states} recorded states of {bodies} bodies each, but got derivatives with respect to {}",
+        "expected derivatives with respect to {states} recorded states of {bodies} bodies and {joints} joints each, but got derivatives with respect to {}",
         count_text(found)
     )]
     CovectorCount {
-        /// Number of bodies with derivatives, for each state with derivatives.
-        found: Vec<usize>,
+        /// Numbers of bodies and of joints with derivatives, for each state with derivatives.
+        found: Vec<[usize; 2]>,
         /// Number of recorded states.
         states: usize,
         /// Number of bodies.
         bodies: usize,
+        /// Number of joints that are neither free nor fixed.
+        joints: usize,
     },
     /// The world has no control of the body, or the control has fewer intervals.
     #[error("interval {interval} of the control of body {body:?} does not exist: {}", interval_text(*intervals))]
@@ -268,14 +270,19 @@ fn interval_text(intervals: usize) -> String {
     }
 }
 
-/// Describes the number of states, the number of bodies in the first state, and the first different number of bodies.
-fn count_text(body_counts: &[usize]) -> String {
-    let state_count = body_counts.len();
-    let Some((&first, rest)) = body_counts.split_first() else {
+/// Describes the number of states, the numbers of bodies and joints in the first state, and the first different numbers.
+fn count_text(counts: &[[usize; 2]]) -> String {
+    let state_count = counts.len();
+    let Some((&first, rest)) = counts.split_first() else {
         return "no state".into();
     };
-    match rest.iter().find(|&&bodies| bodies != first) {
-        None => format!("{state_count} states of {first}"),
-        Some(different) => format!("{state_count} states, of {first} and of {different}"),
+    let text = |[bodies, joints]: [usize; 2]| format!("{bodies} bodies and {joints} joints");
+    match rest.iter().find(|&&different| different != first) {
+        None => format!("{state_count} states of {}", text(first)),
+        Some(&different) => format!(
+            "{state_count} states, of {} and of {}",
+            text(first),
+            text(different)
+        ),
     }
 }

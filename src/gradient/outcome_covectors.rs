@@ -4,7 +4,8 @@ use super::GradientError;
 use super::dual_widths::{DifferentiableOutcome, NARROW, OutcomeIn, WIDE};
 use super::error::{check_outcome, loss_of};
 use crate::dynamics::{
-    BodyState, Model, ReverseSweep, STATE_DIM, State, StateGradient, Trajectory,
+    BodyState, BodyStateGradient, JointStateGradient, Model, ReverseSweep, STATE_DIM, State,
+    StateGradient, Trajectory,
 };
 use crate::scalar::{DenseDual, Scalar, SplitMix64};
 use crate::spatial::Twist;
@@ -21,8 +22,9 @@ struct StateRef {
     part: usize,
 }
 
-/// Derivatives of a scalar with respect to recorded states of bodies, in the order of time.
-pub(super) struct RecordedCovectors(Vec<(StateRef, StateGradient)>);
+/// Derivatives of a scalar with respect to recorded states of bodies and joints, in the order of time. The derivatives with respect to a
+/// joint are in `turn` and `spin`.
+pub(super) struct RecordedCovectors(Vec<(StateRef, BodyStateGradient)>);
 
 impl RecordedCovectors {
     /// Creates the derivatives of a scalar that depends on no state.
@@ -30,34 +32,38 @@ impl RecordedCovectors {
         Self(Vec::new())
     }
 
-    /// Creates the derivatives from one [`StateGradient`] for each body in each recorded state.
+    /// Creates the derivatives from one [`StateGradient`] for each recorded state.
     ///
     /// # Errors
     /// [`GradientError::CovectorCount`] if a count does not match.
     pub fn new(
-        by_states: Vec<Vec<StateGradient>>,
+        by_states: &[StateGradient],
         trajectory: &Trajectory,
     ) -> Result<Self, GradientError> {
-        let counts = by_states.iter().map(Vec::len);
-        let expected = trajectory.states().iter().map(|state| state.bodies.len());
-        if !counts.eq(expected) {
+        let found: Vec<[usize; 2]> = by_states
+            .iter()
+            .map(|by_state| [by_state.bodies.len(), by_state.joints.len()])
+            .collect();
+        let states = trajectory.states();
+        let expected = states
+            .iter()
+            .map(|state| [state.bodies.len(), state.joints.len()]);
+        if !found.iter().copied().eq(expected) {
             return Err(GradientError::CovectorCount {
-                found: by_states.iter().map(Vec::len).collect(),
-                states: trajectory.states().len(),
+                found,
+                states: states.len(),
                 bodies: trajectory.last().bodies.len(),
+                joints: trajectory.last().joints.len(),
             });
         }
-        let of_state = |(record, bodies): (usize, Vec<StateGradient>)| {
-            let bodies = bodies.into_iter().enumerate();
-            bodies.map(move |(part, by_state)| (StateRef { record, part }, by_state))
+        let of_state = |(record, by_state): (usize, &StateGradient)| {
+            let joints = by_state.joints.iter().map(JointStateGradient::as_body);
+            let parts = by_state.bodies.iter().copied().chain(joints).enumerate();
+            let of_part = |(part, by_part)| (StateRef { record, part }, by_part);
+            parts.map(of_part).collect::<Vec<_>>()
         };
-        Ok(Self(
-            by_states
-                .into_iter()
-                .enumerate()
-                .flat_map(of_state)
-                .collect(),
-        ))
+        let covectors = by_states.iter().enumerate().flat_map(of_state);
+        Ok(Self(covectors.collect()))
     }
 
     /// Removes the derivatives with respect to the recorded state `record` and later states, and adds them to the reverse sweep.
@@ -118,7 +124,7 @@ impl LossDependence<'_> {
     fn add_from_trajectory(
         &self,
         states: &[StateRef],
-        covectors: &mut Vec<(StateRef, StateGradient)>,
+        covectors: &mut Vec<(StateRef, BodyStateGradient)>,
     ) {
         if states.len() <= BODIES_PER_PASS {
             let slopes = self.slopes::<WIDE>(self.loss, states.iter().copied().enumerate(), seeds);
@@ -147,7 +153,7 @@ impl LossDependence<'_> {
     fn add_from_share(
         &self,
         states: &[StateRef],
-        covectors: &mut Vec<(StateRef, StateGradient)>,
+        covectors: &mut Vec<(StateRef, BodyStateGradient)>,
     ) -> Option<()> {
         let loss: &dyn OutcomeIn<DenseDual<WIDE>> = self.loss;
         for states in states.chunks(BODIES_PER_PASS) {
@@ -187,12 +193,12 @@ fn seeds(index: usize) -> SVector<DenseDual<WIDE>, STATE_DIM> {
 fn push_nonzero(
     states: &[StateRef],
     slopes: &[f64; WIDE],
-    covectors: &mut Vec<(StateRef, StateGradient)>,
+    covectors: &mut Vec<(StateRef, BodyStateGradient)>,
 ) {
     for (index, &state_ref) in states.iter().enumerate() {
         let by_state = SVector::<f64, STATE_DIM>::from_fn(|i, _| slopes[STATE_DIM * index + i]);
         if by_state.iter().any(|&slope| slope != 0.0) {
-            covectors.push((state_ref, StateGradient::from_vector(&by_state)));
+            covectors.push((state_ref, BodyStateGradient::from_vector(&by_state)));
         }
     }
 }

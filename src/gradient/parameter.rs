@@ -39,12 +39,11 @@ pub enum Parameter {
     /// Named parameter of forces: 1 number. See
     /// [`World::with_force_parameter`](crate::dynamics::World::with_force_parameter).
     ForceParameter(Arc<str>),
-    /// Quantity of the named revolute or prismatic joint: 1 number.
+    /// Quantity of the named joint: 1 number, or 3 numbers for a ball joint.
     Joint(Arc<str>, JointQuantity),
 }
 
-/// Quantity of a revolute or prismatic joint that can be a parameter. Units are those of a revolute joint; a prismatic joint has m for rad
-/// and N for N m.
+/// Quantity of a joint that can be a parameter. Units are those of a revolute joint; a prismatic joint has m for rad and N for N m.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
@@ -73,14 +72,34 @@ pub enum JointQuantity {
     ScheduledTorque(usize),
     /// Scheduled target position (rad), counted from 0: see [`Joint::with_targets`](crate::dynamics::Joint::with_targets).
     ScheduledTarget(usize),
+    /// Initial orientation of a ball joint: 3 numbers, a rotation vector (rad) in the axes of the joint frame.
+    InitialOrientation,
+    /// Initial angular velocity (rad/s) of a ball joint, in the axes of the joint frame: 3 numbers.
+    InitialAngularVelocity,
 }
 
 impl JointQuantity {
+    /// Number of scalar values: 3 for a ball joint, and 1 for other joints.
+    #[must_use]
+    pub fn dimension(self) -> usize {
+        if self.is_of_ball() { 3 } else { 1 }
+    }
+
+    /// Whether the quantity belongs to a ball joint.
+    pub(super) fn is_of_ball(self) -> bool {
+        matches!(
+            self,
+            Self::InitialOrientation | Self::InitialAngularVelocity
+        )
+    }
+
     /// Index in the numbers of a joint law, or `None` for the initial state and for schedules.
     pub(super) fn law_index(self) -> Option<usize> {
         match self {
             Self::InitialPosition
             | Self::InitialVelocity
+            | Self::InitialOrientation
+            | Self::InitialAngularVelocity
             | Self::ScheduledTorque(_)
             | Self::ScheduledTarget(_) => None,
             Self::Torque => Some(0),
@@ -110,6 +129,8 @@ impl fmt::Display for JointQuantity {
             Self::Armature => "armature",
             Self::ScheduledTorque(index) => return write!(formatter, "scheduled torque {index}"),
             Self::ScheduledTarget(index) => return write!(formatter, "scheduled target {index}"),
+            Self::InitialOrientation => "initial orientation",
+            Self::InitialAngularVelocity => "initial angular velocity",
         })
     }
 }
@@ -170,7 +191,7 @@ impl Parameter {
         Self::ForceParameter(name.into())
     }
 
-    /// Quantity of a revolute or prismatic joint: [`Self::Joint`].
+    /// Quantity of a joint: [`Self::Joint`].
     #[must_use]
     pub fn joint(joint: impl Into<Arc<str>>, quantity: JointQuantity) -> Self {
         Self::Joint(joint.into(), quantity)
@@ -197,8 +218,8 @@ impl Parameter {
             | Self::Dissipation(_)
             | Self::Friction(_)
             | Self::Mass(_)
-            | Self::ForceParameter(_)
-            | Self::Joint(..) => 1,
+            | Self::ForceParameter(_) => 1,
+            Self::Joint(_, quantity) => quantity.dimension(),
             Self::Control(..) => 6,
         }
     }

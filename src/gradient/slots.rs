@@ -5,8 +5,8 @@ use crate::dynamics::{
     Body, Joint, JointState, Model, ModelGradient, Motion, Schedule, turn_between,
 };
 use crate::scalar::{Scalar, lift_vector};
-use crate::spatial::{Pose, Twist};
-use nalgebra::Vector3;
+use crate::spatial::{Pose, Twist, rotation_from_vector, turned_by};
+use nalgebra::{Matrix3, Vector3};
 
 /// Location of the numbers of one parameter in a model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -163,7 +163,7 @@ impl Slot {
                 return Self::of_control(body, *interval, model);
             }
             Parameter::Joint(name, quantity) => {
-                let (body, state_index) = model.scalar_joint(name)?;
+                let (body, state_index) = model.joint(name, quantity.is_of_ball())?;
                 check_schedule(model.bodies[body].joint(), *quantity)?;
                 return Ok(Self::Joint(body, state_index, *quantity));
             }
@@ -206,14 +206,15 @@ impl Slot {
     fn dimension(&self) -> usize {
         match self {
             Self::Gravity => 3,
-            Self::ForceParameter(_) | Self::Joint(..) => 1,
+            Self::ForceParameter(_) => 1,
+            Self::Joint(.., quantity) => quantity.dimension(),
             Self::Control(..) => 6,
             Self::Body(_, quantity) => quantity.dimension(),
         }
     }
 
     /// Numbers of the parameter in a model. The list is empty for a position or an orientation,
-    /// because [`Self::pose`] handles these parameters.
+    /// because [`Self::pose`] and [`Self::ball_rotation`] handle these parameters.
     fn numbers<'a, T: Scalar>(&self, model: &'a mut Model<T>) -> Vec<&'a mut T> {
         match *self {
             Self::Gravity => model.gravity.iter_mut().collect(),
@@ -242,13 +243,31 @@ impl Slot {
         }
     }
 
+    /// Initial rotation of a ball joint, if the parameter is the rotation.
+    fn ball_rotation<'a, T>(&self, model: &'a mut Model<T>) -> Option<&'a mut Matrix3<T>> {
+        let Self::Joint(body, _, JointQuantity::InitialOrientation) = *self else {
+            return None;
+        };
+        match &mut model.bodies[body].motion {
+            Motion::Dynamic { joint, .. } => match &mut joint.initial {
+                JointState::Ball { rotation, .. } => Some(rotation),
+                JointState::Scalar { .. } => None,
+            },
+            Motion::Fixed | Motion::Kinematic(_) => None,
+        }
+    }
+
     fn values(&self, model: &mut Model) -> Vec<f64> {
+        let rotation_vector = |pose: &Pose| {
+            let turn = turn_between(&Pose::identity(), pose);
+            turn.iter().copied().collect()
+        };
+        if let Some(rotation) = self.ball_rotation(model) {
+            return rotation_vector(&Pose::from_parts(*rotation, Vector3::zeros()));
+        }
         match self.pose(model) {
             Some((pose, Quantity::Position)) => pose.translation().iter().copied().collect(),
-            Some((pose, _)) => {
-                let rotation_vector = turn_between(&Pose::identity(), pose);
-                rotation_vector.iter().copied().collect()
-            }
+            Some((pose, _)) => rotation_vector(pose),
             None => self
                 .numbers(model)
                 .into_iter()
@@ -295,6 +314,10 @@ impl Slot {
             *pose = pose.moved_by(&Twist { angular, linear });
             return;
         }
+        if let Some(rotation) = self.ball_rotation(model) {
+            *rotation = turned_by(rotation, &Vector3::from_column_slice(changes));
+            return;
+        }
         for (number, change) in self.numbers(model).into_iter().zip(changes) {
             *number += *change;
         }
@@ -307,6 +330,10 @@ impl Slot {
                 Quantity::Orientation => Pose::from_rotation_vector(&value, *pose.translation()),
                 _ => pose.with_translation(value),
             };
+            return;
+        }
+        if let Some(rotation) = self.ball_rotation(model) {
+            *rotation = rotation_from_vector(&Vector3::from_column_slice(values));
             return;
         }
         for (number, value) in self.numbers(model).into_iter().zip(values) {
@@ -323,14 +350,18 @@ impl Slot {
             }
             Self::Joint(body, state_index, quantity) => {
                 let (initial, by_body) = (&gradient.joints[state_index], &gradient.bodies[body]);
-                let number = match (quantity, quantity.law_index()) {
-                    (_, Some(index)) => by_body.joint_law[index],
-                    (JointQuantity::ScheduledTorque(index), _) => by_body.torques[index],
-                    (JointQuantity::ScheduledTarget(index), _) => by_body.targets[index],
-                    (JointQuantity::InitialVelocity, _) => initial.velocity.x,
-                    _ => initial.position.x,
+                if let Some(index) = quantity.law_index() {
+                    return vec![by_body.joint_law[index]];
+                }
+                let by_state = match quantity {
+                    JointQuantity::ScheduledTorque(index) => return vec![by_body.torques[index]],
+                    JointQuantity::ScheduledTarget(index) => return vec![by_body.targets[index]],
+                    JointQuantity::InitialVelocity | JointQuantity::InitialAngularVelocity => {
+                        &initial.velocity
+                    }
+                    _ => &initial.position,
                 };
-                vec![number]
+                by_state.as_slice()[..quantity.dimension()].to_vec()
             }
             Self::Body(body, quantity) => {
                 let by_body = &gradient.bodies[body];
@@ -367,7 +398,7 @@ fn check_schedule(joint: Option<&Joint>, quantity: JointQuantity) -> Result<(), 
     })
 }
 
-/// Number of a revolute or prismatic joint.
+/// Numbers of a joint. The list is empty for the orientation of a ball joint.
 fn joint_numbers<T>(joint: &mut Joint<T>, quantity: JointQuantity) -> Vec<&mut T> {
     if let Some(index) = quantity.law_index() {
         return joint
@@ -391,6 +422,12 @@ fn joint_numbers<T>(joint: &mut Joint<T>, quantity: JointQuantity) -> Vec<&mut T
     match (&mut joint.initial, quantity) {
         (JointState::Scalar { velocity, .. }, JointQuantity::InitialVelocity) => vec![velocity],
         (JointState::Scalar { position, .. }, _) => vec![position],
+        (
+            JointState::Ball {
+                angular_velocity, ..
+            },
+            JointQuantity::InitialAngularVelocity,
+        ) => angular_velocity.iter_mut().collect(),
         _ => Vec::new(),
     }
 }

@@ -36,9 +36,10 @@ impl Experiment {
     /// let experiment = Experiment::new(&world, &Plan::new(1e-3, 500)?.recording_ends());
     /// let vjp = experiment.vjp(&[Parameter::initial_velocity("ball")])?;
     /// // Half the square of the last position.
-    /// let shift = *vjp.trajectory().last().bodies[0].position();
-    /// let last = StateGradient { shift, ..StateGradient::zero() };
-    /// let by_velocity = vjp.pull_back(vec![vec![StateGradient::zero()], vec![last]])?;
+    /// let last = vjp.trajectory().last();
+    /// let mut by_states = vec![StateGradient::zero(last); 2];
+    /// by_states[1].bodies[0].shift = *last.bodies[0].position();
+    /// let by_velocity = vjp.pull_back(&by_states)?;
     /// assert_eq!(by_velocity.norm(), 0.0); // the ball stays at the origin
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
@@ -73,18 +74,15 @@ impl VectorJacobianProduct {
         Self { experiment, ..self }
     }
 
-    /// Derivatives of a scalar with respect to the parameters, from its derivatives with respect to all bodies in all recorded states,
-    /// in the order of [`Self::trajectory`]. Derivatives with respect to kinematic bodies are ignored.
+    /// Derivatives of a scalar with respect to the parameters, from its derivatives with respect to all bodies and joints in all
+    /// recorded states, in the order of [`Self::trajectory`]. Derivatives with respect to kinematic bodies are ignored.
     ///
     /// # Errors
-    /// - [`GradientError::CovectorCount`] if there is not one [`StateGradient`] for each body in each recorded state.
+    /// - [`GradientError::CovectorCount`] if there is not one gradient for each body and each joint of each recorded state.
     /// - [`GradientError::BackwardNotFinite`] if one of the given derivatives, or a derivative
     ///   during the sweep, is not finite.
     /// - [`RolloutError::Stopped`](crate::dynamics::RolloutError::Stopped) if the cancel flag is true.
-    pub fn pull_back(
-        self,
-        by_states: Vec<Vec<StateGradient>>,
-    ) -> Result<DVector<f64>, GradientError> {
+    pub fn pull_back(self, by_states: &[StateGradient]) -> Result<DVector<f64>, GradientError> {
         let by_states = RecordedCovectors::new(by_states, &self.trajectory)?;
         let (world, tape) = (self.world, self.tape);
         let gradient = contained(|| self.experiment.sweep(&*world, tape, by_states, false))?;

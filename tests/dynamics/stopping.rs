@@ -59,11 +59,12 @@ fn a_flag_that_is_set_after_the_rollout_stops_the_sweep_back() {
     let experiment = experiment.with_cancel_flag(Arc::clone(&flag));
     let vjp = experiment.vjp(&[Parameter::Gravity]).unwrap();
     flag.store(true, Ordering::Relaxed);
-    let by_states = vec![vec![StateGradient::zero()]; vjp.trajectory().states().len()];
-    let result = vjp.clone().pull_back(by_states.clone());
+    let states = vjp.trajectory().states().iter();
+    let by_states: Vec<_> = states.map(StateGradient::zero).collect();
+    let result = vjp.clone().pull_back(&by_states);
     assert_eq!(result, Err(GradientError::Rollout(RolloutError::Stopped)));
     let with_own_flag = vjp.with_cancel_flag(Arc::default());
-    assert!(with_own_flag.pull_back(by_states).is_ok());
+    assert!(with_own_flag.pull_back(&by_states).is_ok());
 }
 
 #[test]
@@ -184,8 +185,9 @@ fn a_flag_stops_steps_that_the_sweep_back_repeats() {
         .with_cancel_flag(calls.flag.clone());
     let vjp = experiment.vjp(&[Parameter::Gravity]).unwrap();
     calls.is_armed.store(true, Ordering::Relaxed);
-    let by_states = vec![vec![StateGradient::zero(); 2]; vjp.trajectory().states().len()];
-    let result = vjp.pull_back(by_states);
+    let states = vjp.trajectory().states().iter();
+    let by_states: Vec<_> = states.map(StateGradient::zero).collect();
+    let result = vjp.pull_back(&by_states);
     assert_eq!(result, Err(GradientError::Rollout(RolloutError::Stopped)));
     assert!(calls.count() <= CALLS_OF_A_STEP, "{}", calls.count());
 }

@@ -1,14 +1,15 @@
 //! Derivatives of jointed bodies in contact: forward mode, reverse mode and differences.
 
-use crate::reverse::{Mixed, compare};
+use crate::reverse::{Mixed, SAME, compare};
 use crate::support::worlds::{at, falling, fixed, icosphere, rigid_floor, rubbing, turned};
 use hydroelastic::dynamics::{
-    Body, Integrator, Joint, Mass, Plan, State, Stops, Trajectory, World,
+    Body, Integrator, Joint, JointState, JointStateGradient, Mass, Plan, State, StateGradient,
+    Stops, Trajectory, World,
 };
 use hydroelastic::gradient::{Experiment, JointQuantity, Outcome, Parameter};
 use hydroelastic::scalar::Scalar;
 use hydroelastic::spatial::MassProperties;
-use nalgebra::{Matrix3, Vector3, vector};
+use nalgebra::{DVector, Matrix3, Vector3, vector};
 
 /// Relative error of differences of rollouts.
 const DIFFERENCES: f64 = 1e-6;
@@ -180,6 +181,8 @@ fn both_modes_agree_for_a_pendulum_on_a_fixed_post() {
         Parameter::modulus("tip"),
         Parameter::joint("hinge", JointQuantity::InitialPosition),
         Parameter::joint("hinge", JointQuantity::InitialVelocity),
+        Parameter::joint("socket", JointQuantity::InitialOrientation),
+        Parameter::joint("socket", JointQuantity::InitialAngularVelocity),
     ];
     for integrator in [Integrator::Sdirk3, Integrator::ImplicitEuler] {
         let plan = Plan::new(5e-3, 20).unwrap().with_integrator(integrator);
@@ -196,4 +199,152 @@ fn derivatives_of_an_arm_are_those_of_differences() {
         .difference_check(&parameters(), &Joints)
         .unwrap();
     assert!(check.best() < DIFFERENCES);
+}
+
+/// A gripper with coupled fingers on a fixed palm, which squeezes and lifts a free ball.
+fn gripper() -> World {
+    let finger = |name: &str, joint: Joint| {
+        let properties = MassProperties::solid_ball(0.1, 0.03);
+        let pad = icosphere(0.03, 1);
+        let body = Body::dynamic(
+            name,
+            pad,
+            rubbing(1e5, 0.5, 0.8),
+            Mass::Properties(properties),
+        );
+        body.unwrap().with_joint(joint).unwrap()
+    };
+    let palm = fixed("palm", icosphere(0.02, 0), rubbing(1e5, 0.5, 0.5));
+    let left = Joint::prismatic("left", Vector3::x_axis())
+        .with_parent("palm")
+        .with_origin(at(-0.1, 0.0, -0.1))
+        .with_position(0.028)
+        .with_damping(1.0)
+        .with_torque(8.0);
+    let right = Joint::prismatic("right", Vector3::x_axis())
+        .with_parent("palm")
+        .with_origin(at(0.1, 0.0, -0.1))
+        .with_mimic("left", -1.0, 0.0)
+        .with_damping(2.0);
+    let properties = MassProperties::solid_ball(0.2, 0.04);
+    let ball = Body::dynamic(
+        "ball",
+        icosphere(0.04, 1),
+        rubbing(1e5, 0.5, 0.8),
+        Mass::Properties(properties),
+    );
+    falling(vec![
+        palm.with_pose(at(0.0, 0.0, 0.5)),
+        finger("left finger", left),
+        finger("right finger", right),
+        ball.unwrap()
+            .with_pose(turned([0.3, 0.2, 0.1], [0.0, 0.002, 0.4])),
+    ])
+}
+
+#[test]
+fn both_modes_and_differences_agree_for_coupled_fingers() {
+    let parameters = [
+        Parameter::Gravity,
+        Parameter::friction("ball"),
+        Parameter::mass("right finger"),
+        Parameter::initial_position("palm"),
+        Parameter::joint("left", JointQuantity::InitialPosition),
+        Parameter::joint("left", JointQuantity::InitialVelocity),
+        Parameter::joint("left", JointQuantity::Torque),
+        Parameter::joint("left", JointQuantity::Damping),
+    ];
+    for integrator in [Integrator::Sdirk3, Integrator::ImplicitEuler] {
+        let plan = Plan::new(5e-3, 20).unwrap().with_integrator(integrator);
+        compare(&gripper(), &plan, &parameters, &Mixed { every: 7 });
+    }
+    let plan = Plan::new(2e-3, 10).unwrap();
+    let plan = plan.with_integrator(Integrator::ImplicitEuler);
+    let check = Experiment::new(gripper(), &plan).difference_check(&parameters, &Joints);
+    assert!(check.unwrap().best() < DIFFERENCES);
+}
+
+/// All numbers of the joints in the last state: positions and velocities, or the entries of a rotation and angular velocities.
+struct JointNumbers;
+
+impl Outcome for JointNumbers {
+    fn of<T: Scalar>(&self, trajectory: &Trajectory<T>) -> Vec<T> {
+        let joints = trajectory.last().joints.iter();
+        joints
+            .flat_map(|joint| match joint {
+                JointState::Scalar { position, velocity } => vec![*position, *velocity],
+                JointState::Ball {
+                    rotation,
+                    angular_velocity,
+                } => rotation.iter().chain(angular_velocity).copied().collect(),
+                _ => Vec::new(),
+            })
+            .collect()
+    }
+}
+
+#[test]
+fn derivatives_by_a_ball_joint_are_those_of_differences() {
+    let plan = Plan::new(2e-3, 10)
+        .unwrap()
+        .with_integrator(Integrator::ImplicitEuler);
+    let parameters = [
+        Parameter::joint("socket", JointQuantity::InitialOrientation),
+        Parameter::joint("socket", JointQuantity::InitialAngularVelocity),
+    ];
+    let check = Experiment::new(pendulum(), &plan)
+        .difference_check(&parameters, &JointNumbers)
+        .unwrap();
+    assert!(check.best() < DIFFERENCES, "{check}");
+}
+
+#[test]
+fn values_of_a_ball_joint_are_set_and_read() {
+    let parameters = [
+        Parameter::joint("socket", JointQuantity::InitialOrientation),
+        Parameter::joint("socket", JointQuantity::InitialAngularVelocity),
+    ];
+    let values = [0.1, -0.2, 0.3, 1.0, 2.0, 3.0];
+    let world = pendulum().with_values(&parameters, &values).unwrap();
+    let found = world.values(&parameters).unwrap();
+    assert!((found - DVector::from_row_slice(&values)).amax() < 1e-15);
+    let error = world.values(&[Parameter::joint("socket", JointQuantity::Torque)]);
+    let expected = "no revolute or prismatic joint is named \"socket\": the names are [\"hinge\"]";
+    assert_eq!(error.unwrap_err().to_string(), expected);
+}
+
+#[test]
+fn a_pull_back_from_joint_states_is_a_product_with_the_jacobian() {
+    let parameters = [
+        Parameter::Gravity,
+        Parameter::mass("tip"),
+        Parameter::joint("hinge", JointQuantity::InitialVelocity),
+        Parameter::joint("hinge", JointQuantity::Damping),
+        Parameter::joint("socket", JointQuantity::InitialOrientation),
+        Parameter::joint("socket", JointQuantity::InitialAngularVelocity),
+    ];
+    for integrator in [Integrator::Sdirk3, Integrator::ImplicitEuler] {
+        let plan = Plan::new(5e-3, 20).unwrap().with_integrator(integrator);
+        let experiment = Experiment::new(pendulum(), &plan);
+        let vjp = experiment.vjp(&parameters).unwrap();
+        let states = vjp.trajectory().states();
+        let mut by_states: Vec<_> = states.iter().map(StateGradient::zero).collect();
+        let by_numbers = DVector::from_fn(14, |i, _| ((i + 1) as f64 * 0.7).sin());
+        let [JointState::Ball { rotation, .. }, _] = vjp.trajectory().last().joints[..] else {
+            panic!("the first joint is a ball joint");
+        };
+        by_states[20].joints = vec![
+            JointStateGradient::from_entries(
+                &rotation,
+                &Matrix3::from_column_slice(&by_numbers.as_slice()[..9]),
+                by_numbers.fixed_rows::<3>(9).into_owned(),
+            ),
+            JointStateGradient::scalar(by_numbers[12], by_numbers[13]),
+        ];
+        let jacobian = experiment.jacobian(&parameters, &JointNumbers).unwrap();
+        let expected = jacobian.jacobian.tr_mul(&by_numbers);
+        let actual = vjp.pull_back(&by_states).unwrap();
+        let error = (&actual - &expected).amax();
+        assert!(error <= SAME * expected.amax(), "{error:e} {expected}");
+    }
 }

@@ -5,8 +5,9 @@ use crate::support::worlds::{
 };
 use hydroelastic::contact::{HalfSpace, Shape};
 use hydroelastic::dynamics::{
-    Batch, Body, BodyState, Control, Drag, Force, ForceContext, Mass, Material, Plan, Spring,
-    State, StateGradient, Thruster, Trajectory, World, WrenchAccumulator,
+    Batch, Body, BodyState, BodyStateGradient, Control, Drag, Force, ForceContext,
+    JointStateGradient, Mass, Material, Plan, Spring, State, StateGradient, Thruster, Trajectory,
+    World, WrenchAccumulator,
 };
 use hydroelastic::gradient::{
     Experiment, GradientError, Integrand, Mode, Outcome, Parameter, TimeIntegral,
@@ -331,23 +332,22 @@ fn round_bodies() -> [(World, Vec<Parameter>); 2] {
 }
 
 /// Returns the derivatives of [`Mixed`] with respect to the states, in closed form.
-fn by_states(mixed: Mixed, trajectory: &Trajectory) -> Vec<Vec<StateGradient>> {
+fn by_states(mixed: Mixed, trajectory: &Trajectory) -> Vec<StateGradient> {
     let states = trajectory.states();
-    let bodies = states[0].bodies.len();
-    let mut covectors = vec![vec![StateGradient::zero(); bodies]; states.len()];
+    let mut covectors: Vec<_> = states.iter().map(StateGradient::zero).collect();
     let looked_at = covectors.iter_mut().zip(states).rev().step_by(mixed.every);
     for (index, (covectors_of_state, state)) in looked_at.enumerate() {
         let by = |(number, value): (usize, f64)| {
             (value + 1.0) * ((number + 1) as f64 * 0.7 + index as f64).sin()
         };
         let by_numbers: Vec<f64> = numbers(state).into_iter().enumerate().map(by).collect();
-        let bodies = covectors_of_state.iter_mut().zip(&state.bodies);
+        let bodies = covectors_of_state.bodies.iter_mut().zip(&state.bodies);
         for ((covector, body), by) in bodies.zip(by_numbers.chunks(18)) {
             let by_twist = Twist {
                 linear: Vector3::from_column_slice(&by[12..15]),
                 angular: Vector3::from_column_slice(&by[15..18]),
             };
-            *covector = StateGradient::from_entries(
+            *covector = BodyStateGradient::from_entries(
                 body.pose.rotation(),
                 &Matrix3::from_column_slice(&by[3..12]),
                 Vector3::from_column_slice(&by[..3]),
@@ -368,10 +368,10 @@ fn derivatives_by_states_that_are_given_are_those_of_the_outcome() {
         let (_, expected) = experiment.gradient(&parameters, &mixed).unwrap();
         let vjp = experiment.vjp(&parameters).unwrap();
         let cotangents = by_states(mixed, vjp.trajectory());
-        let actual = vjp.clone().pull_back(cotangents.clone()).unwrap();
+        let actual = vjp.clone().pull_back(&cotangents).unwrap();
         assert!((&actual - &expected).amax() <= SAME * expected.amax());
         // A second product of the same rollout has the same bits.
-        assert_eq!(vjp.pull_back(cotangents), Ok(actual));
+        assert_eq!(vjp.pull_back(&cotangents), Ok(actual));
     }
 }
 
@@ -385,14 +385,14 @@ fn worlds_of_a_batch_have_the_bits_of_each() {
     let gradients = Batch::new(&plan).map(&items, |job, &(index, world)| {
         let vjp = job.experiment(world).vjp(&parameters)?;
         let cotangents = by_states(mixed(index), vjp.trajectory());
-        vjp.pull_back(cotangents)
+        vjp.pull_back(&cotangents)
     });
     assert_eq!(gradients.len(), 2);
     for (index, (world, actual)) in worlds.iter().zip(gradients).enumerate() {
         let experiment = Experiment::new(world, &plan);
         let vjp = experiment.vjp(&parameters).unwrap();
         let cotangents = by_states(mixed(index), vjp.trajectory());
-        let expected = vjp.pull_back(cotangents);
+        let expected = vjp.pull_back(&cotangents);
         assert_eq!(actual.unwrap(), expected.unwrap());
     }
 }
@@ -401,28 +401,32 @@ fn worlds_of_a_batch_have_the_bits_of_each() {
 fn derivatives_by_states_that_do_not_fit_are_refused() {
     let (world, plan) = (world([0.5, 0.4]), plan().recording_every(150));
     let experiment = Experiment::new(&world, &plan);
-    let refusal = |by_states| {
+    let refusal = |by_states: &[StateGradient]| {
         let vjp = experiment.vjp(&[Parameter::Gravity]).unwrap();
         vjp.pull_back(by_states).unwrap_err()
     };
-    let zero = StateGradient::zero();
-    let expected = "expected derivatives with respect to 3 recorded states of 5 bodies each, but got derivatives with respect to ";
+    let zero = |bodies, joints| StateGradient {
+        bodies: vec![BodyStateGradient::zero(); bodies],
+        joints: vec![JointStateGradient::zero(); joints],
+    };
+    let expected = "expected derivatives with respect to 3 recorded states of 5 bodies and 0 joints each, but got derivatives with respect to ";
     for (by_states, message) in [
         (vec![], "no state"),
-        (vec![vec![zero; 5]; 2], "2 states of 5"),
+        (vec![zero(5, 0); 2], "2 states of 5 bodies and 0 joints"),
         (
-            vec![vec![zero; 5], vec![zero; 4], vec![zero; 5]],
-            "3 states, of 5 and of 4",
+            vec![zero(5, 0), zero(4, 0), zero(5, 0)],
+            "3 states, of 5 bodies and 0 joints and of 4 bodies and 0 joints",
         ),
+        (vec![zero(5, 1); 3], "3 states of 5 bodies and 1 joints"),
     ] {
         assert_eq!(
-            refusal(by_states).to_string(),
+            refusal(&by_states).to_string(),
             format!("{expected}{message}")
         );
     }
-    let mut lost = vec![vec![zero; 5]; 3];
-    lost[1][0].spin.x = f64::NAN;
-    let error = refusal(lost);
+    let mut lost = vec![zero(5, 0); 3];
+    lost[1].bodies[0].spin.x = f64::NAN;
+    let error = refusal(&lost);
     assert!(
         matches!(&error, GradientError::BackwardNotFinite { step: 151, body } if body == "a"),
         "{error}"

@@ -24,6 +24,16 @@ POSE = 16
 TWIST = 6
 WRENCHES = 12
 
+# Arrays of a state: attributes of State, Trajectory and TrajectoryJacobian.
+ARRAYS = (
+    "poses",
+    "twists",
+    "joint_positions",
+    "joint_velocities",
+    "ball_joint_rotations",
+    "ball_joint_velocities",
+)
+
 
 class Function:
     """Function of rows, (m, numbers), with its Jacobian. The module describes the columns.
@@ -124,10 +134,10 @@ class Wrench(Function):
 
 
 class Rollout(Function):
-    """Recorded states of a world: all poses, then all twists.
+    """Recorded states of a world: the numbers of each array in ``ARRAYS``, for all states.
 
-    A row has the changes of parameters. With an initial state, a row has its n poses and n twists, the changes, and the
-    number of steps before the start.
+    A row has the changes of parameters. With an initial state, a row has the poses of the n bodies, the rotations of
+    the ball joints as poses, the other arrays of the state, the changes, and the number of steps before the start.
     """
 
     def __init__(
@@ -136,19 +146,27 @@ class Rollout(Function):
         if only_last:
             plan = _recording(plan, max(plan.steps, 1))
         self.name = "rollout"
-        self.bodies = len(world.names)
         self.only_last = only_last
         self.width = sum(parameter.dimension for parameter in parameters)
         self.states = 1 if only_last else recorded_count(plan)
-        self.poses = self.bodies if from_state else 0
-        self.numbers = (self.bodies * (POSE + TWIST) + 1 if from_state else 0) + self.width
-        self.outputs = self.states * self.bodies * (POSE + TWIST)
+        # Shapes of the arrays of one state.
+        start = world.initial_state
+        self.shapes = [getattr(start, name).shape for name in ARRAYS]
+        self.sizes = [self.states * math.prod(shape) for shape in self.shapes]
+        self.outputs = sum(self.sizes)
+        bodies, balls = self.shapes[0][0], self.shapes[4][0]
+        self.poses = bodies + balls if from_state else 0
+        # Lengths of the parts of the initial state in a row: poses and rotations, then the other arrays.
+        others = [math.prod(self.shapes[which]) for which in (1, 2, 3, 5)]
+        self.parts = [POSE * bodies, POSE * balls, *others] if from_state else []
+        self.numbers = sum(self.parts) + self.width + (1 if from_state else 0)
         self._world, self._plan, self._parameters = world, plan, list(parameters)
         self._from_state = from_state
-        self._dynamic = [index for index, body in enumerate(world.bodies) if body.mass is not None]
+        self._initial = _initial_parameters(world) if from_state else []
+        self._by = [parameter for parameter, _ in self._initial] + self._parameters
         # This raises an error if a parameter does not belong to the world.
         world.perturbed(self._parameters, np.zeros(self.width))
-        self.sweeps_back = world._sweeps_back(plan, self._initial_parameters() + self._parameters)
+        self.sweeps_back = world._sweeps_back(plan, self._by)
 
     def values(self, rows: Floats) -> tuple[Floats, Errors]:
         values, errors = np.full((len(rows), self.outputs), np.nan), Errors()
@@ -164,10 +182,8 @@ class Rollout(Function):
     def values_and_jacobians(self, rows: Floats) -> tuple[Floats, Floats, Errors]:
         values = np.full((len(rows), self.outputs), np.nan)
         jacobians, errors = np.full((*values.shape, self.columns), np.nan), Errors()
-        by = self._initial_parameters() + self._parameters
-
         worlds = _each(self._started, rows, errors)
-        results = Batch(self._plan).jacobians(list(worlds.values()), by)
+        results = Batch(self._plan).jacobians(list(worlds.values()), self._by)
         for index, result in zip(worlds, results):
             if isinstance(result, tuple):
                 values[index] = self._value(result[0])
@@ -177,9 +193,8 @@ class Rollout(Function):
         return values, jacobians, errors
 
     def pullbacks(self, rows: Floats, cotangents: Floats) -> tuple[Floats, Errors]:
-        by = self._initial_parameters() + self._parameters
         count = cotangents.shape[1]
-        if not self._world._sweeps_back(self._plan, by, count):
+        if not self._world._sweeps_back(self._plan, self._by, count):
             return super().pullbacks(rows, cotangents)
         gradients, errors = np.full((*cotangents.shape[:2], self.columns), np.nan), Errors()
         worlds = _each(self._started, rows, errors)
@@ -188,8 +203,17 @@ class Rollout(Function):
         # Index of the row, and index of the cotangent.
         indices = [(row, cotangent) for row in worlds for cotangent in range(count)]
         of_pairs = np.array([cotangents[pair] for pair in indices]).reshape(-1, self.outputs)
-        by_poses, by_twists = self._by_states(of_pairs)
-        results = Batch(self._plan).vjps([worlds[row] for row, _ in indices], by, by_poses, by_twists)
+        by_poses, by_twists, *by_joints = self._by_states(of_pairs)
+        results = Batch(self._plan).vjps(
+            [worlds[row] for row, _ in indices],
+            self._by,
+            by_poses,
+            by_twists,
+            by_joint_positions=by_joints[0],
+            by_joint_velocities=by_joints[1],
+            by_ball_joint_rotations=by_joints[2],
+            by_ball_joint_velocities=by_joints[3],
+        )
         for pair, result in zip(indices, results):
             if isinstance(result, HydroelasticError):
                 errors[pair[0]] = result
@@ -197,60 +221,87 @@ class Rollout(Function):
                 gradients[pair] = self._columns_of(result[None])[0]
         return gradients, errors
 
-    def _by_states(self, cotangents: Floats) -> tuple[Floats, Floats]:
-        """Returns the cotangents of all recorded poses and twists. They are zero for states that are not among the
+    def _by_states(self, cotangents: Floats) -> list[Floats]:
+        """Returns the cotangents of the arrays of all recorded states. They are zero for states that are not among the
         outputs."""
         count, recorded = len(cotangents), recorded_count(self._plan)
-        by_poses = np.zeros((count, recorded, self.bodies, 4, 4))
-        by_twists = np.zeros((count, recorded, self.bodies, TWIST))
-        entries = self.states * self.bodies * POSE
-        by_poses[:, -self.states :] = cotangents[:, :entries].reshape(count, self.states, self.bodies, 4, 4)
-        by_twists[:, -self.states :] = cotangents[:, entries:].reshape(count, self.states, self.bodies, TWIST)
-        return by_poses, by_twists
+        arrays = []
+        for part, shape in zip(self.split(cotangents), self.shapes):
+            array = np.zeros((count, recorded, *shape))
+            array[:, -self.states :] = part.reshape(count, self.states, *shape)
+            arrays.append(array)
+        return arrays
+
+    def split(self, outputs: Any) -> list[Any]:
+        """Splits the last axis of outputs into the parts of the arrays."""
+        ends = np.cumsum(self.sizes)
+        return [outputs[..., end - size : end] for end, size in zip(ends.tolist(), self.sizes)]
 
     def _started(self, row: Floats) -> World:
         """Returns the world with the initial state and the changes of a row."""
         world, changes = self._world, row
         if self._from_state:
-            entries, twists = self.bodies * POSE, self.bodies * TWIST
-            poses = row[:entries].reshape(self.bodies, 4, 4)
-            twists_of_bodies = row[entries : entries + twists].reshape(self.bodies, TWIST)
-            if row[-1] < 0.0:
-                raise HydroelasticError(f"start_step must be at least 0, but is {row[-1]:.0f}")
-            time = self._world.initial_state.time + row[-1] * self._plan.time_step
-            world = world.replace(start=State(time, poses, twists_of_bodies))
-            changes = row[entries + twists : -1]
+            *parts, changes, steps = np.split(row, np.cumsum([*self.parts, self.width]))
+            if steps[0] < 0.0:
+                raise HydroelasticError(f"start_step must be at least 0, but is {steps[0]:.0f}")
+            poses, rotations, twists, positions, velocities, spins = parts
+            scalars = iter(zip(positions, velocities))
+            balls = iter(zip(rotations.reshape(-1, 4, 4)[:, :3, :3], spins.reshape(-1, 3)))
+            kinds = [joint.kind for joint in world.joints if joint.kind != "fixed"]
+            joints = [next(balls if kind == "ball" else scalars) for kind in kinds]
+            time = world.initial_state.time + steps[0] * self._plan.time_step
+            world = world.replace(start=State(time, poses.reshape(-1, 4, 4), twists.reshape(-1, TWIST), joints))
         return world.perturbed(self._parameters, changes)
-
-    def _initial_parameters(self) -> list[Parameter]:
-        """Returns the parameters of the initial states of all dynamic bodies: poses, then twists, angular parts first.
-        """
-        if not self._from_state:
-            return []
-        names = [self._world.names[index] for index in self._dynamic]
-        poses = [kind(name) for name in names for kind in (Parameter.initial_orientation, Parameter.initial_position)]
-        return poses + [kind(name) for name in names for kind in (Parameter.initial_angular_velocity, Parameter.initial_velocity)]
 
     def _value(self, trajectory: Trajectory) -> Floats:
         states = slice(-self.states, None)
-        return np.concatenate([trajectory.poses[states].ravel(), trajectory.twists[states].ravel()])
+        return np.concatenate([getattr(trajectory, name)[states].ravel() for name in ARRAYS])
 
     def _rows_of(self, jacobian: TrajectoryJacobian) -> Floats:
         states = slice(-self.states, None)
-        width = jacobian.poses.shape[-1]
-        return np.concatenate([array[states].reshape(-1, width) for array in (jacobian.poses, jacobian.twists)])
+        arrays = [getattr(jacobian, name)[states] for name in ARRAYS]
+        return np.concatenate([array.reshape(math.prod(array.shape[:-1]), array.shape[-1]) for array in arrays])
 
     def _columns_of(self, derivatives: Floats) -> Floats:
-        """Expands derivatives with respect to the initial states of dynamic bodies and parameters to all columns."""
+        """Expands derivatives with respect to the initial state and parameters to all columns."""
         if not self._from_state:
             return derivatives
-        # Fixed and kinematic bodies ignore their part of the initial state, and the time has no derivative.
-        columns, dynamic = np.zeros((len(derivatives), self.columns)), len(self._dynamic) * TWIST
-        moved = (TWIST * np.array(self._dynamic, dtype=int)[:, None] + np.arange(TWIST)).ravel()
-        columns[:, moved] = derivatives[:, :dynamic]
-        columns[:, self.bodies * TWIST + moved] = derivatives[:, dynamic : 2 * dynamic]
-        columns[:, 2 * self.bodies * TWIST : -1] = derivatives[:, 2 * dynamic :]
+        # Only free bodies use their part of the initial state, and the time has no derivative.
+        columns = np.zeros((len(derivatives), self.columns))
+        parameters = np.arange(self.columns - 1 - self.width, self.columns - 1)
+        columns[:, np.concatenate([*(indices for _, indices in self._initial), parameters])] = derivatives
         return columns
+
+
+def _initial_parameters(world: World) -> list[tuple[Parameter, NDArray[np.int_]]]:
+    """Returns the parameters of the initial state of a world, with their columns.
+
+    The columns are twists of the poses of bodies and ball joints, then the other numbers of a row. Bodies that are not
+    free have no parameters.
+    """
+    names, joints, balls = world.names, world.joint_names, world.ball_joint_names
+    twists = TWIST * (len(names) + len(balls))
+    positions = twists + TWIST * len(names)
+    velocities = positions + len(joints)
+    spins = velocities + len(joints)
+    found: list[tuple[Parameter, NDArray[np.int_]]] = []
+
+    def add(parameter: Parameter, first: int) -> None:
+        found.append((parameter, first + np.arange(parameter.dimension)))
+
+    for index, body in enumerate(world.bodies):
+        if body.mass is not None and body.joint is None:
+            add(Parameter.initial_orientation(body.name), TWIST * index)
+            add(Parameter.initial_position(body.name), TWIST * index + 3)
+            add(Parameter.initial_angular_velocity(body.name), twists + TWIST * index)
+            add(Parameter.initial_velocity(body.name), twists + TWIST * index + 3)
+    for index, name in enumerate(joints):
+        add(Parameter.joint(name, "initial_position"), positions + index)
+        add(Parameter.joint(name, "initial_velocity"), velocities + index)
+    for index, name in enumerate(balls):
+        add(Parameter.joint(name, "initial_orientation"), TWIST * (len(names) + index))
+        add(Parameter.joint(name, "initial_angular_velocity"), spins + 3 * index)
+    return found
 
 
 class Arrays(Protocol):
@@ -262,6 +313,9 @@ class Arrays(Protocol):
 
     def count(self, value: Any) -> Any:
         """Converts an integer or an array of integers to float64."""
+
+    def poses(self, rotations: Any) -> Any:
+        """Converts rotations, (..., 3, 3), to poses, (..., 4, 4)."""
 
     def evaluated(self, function: Function, ranks: Sequence[int], parts: Sequence[Any]) -> Any:
         """Evaluates a function whose numbers are the concatenated parts. The rank is the number of axes of a part
@@ -312,8 +366,9 @@ def parameters_and_changes(
 ) -> tuple[list[Parameter], list[Any]]:
     """Returns parameters, and the parts of their changes.
 
-    A mapping has values: ``{body: {quantity: value}}``, ``{"gravity": value}`` and ``{force parameter: value}``. The change of a
-    value is the difference from the value of the world.
+    A mapping has values: ``{body: {quantity: value}}``, ``{"joints": {joint: {quantity: value}}}``,
+    ``{"gravity": value}`` and ``{force parameter: value}``. The change of a value is the difference from the value of
+    the world.
     """
     if not isinstance(parameters, Mapping):
         by = list(parameters)
@@ -334,7 +389,12 @@ def parameters_and_changes(
 def _leaves(world: World, values: Mapping[str, Any]) -> Iterator[tuple[str, Any, int, Any]]:
     """Yields the names, parameters, sizes and values of nested values, in the order of sorted keys, as JAX orders them."""
     for name, value in sorted(values.items()):
-        if isinstance(value, Mapping):
+        if name == "joints":
+            for joint, quantities in sorted(value.items()):
+                for quantity, number in sorted(quantities.items()):
+                    parameter = Parameter.joint(joint, quantity)
+                    yield joint, parameter, parameter.dimension if parameter.dimension > 1 else 0, number
+        elif isinstance(value, Mapping):
             world.index_of(name)
             for quantity, number in sorted(value.items()):
                 if quantity not in QUANTITIES:
@@ -352,27 +412,43 @@ def states(
     arrays: Arrays,
     function: Rollout,
     changes: Sequence[Any],
-    start: tuple[Any, Any] | None,
+    start: Sequence[Any] | None,
     start_step: Any,
-) -> tuple[Any, Any]:
-    """Computes the poses and twists of a rollout. The recorded states are the first axis, unless the function returns
-    only the last state."""
-    count = function.bodies
+) -> list[Any]:
+    """Computes the arrays of the states of a rollout. The recorded states are the first axis, unless the function
+    returns only the last state. Arrays of joints are None if the world has no such joints."""
     if start is None:
         if not (isinstance(start_step, int) and start_step == 0):
             raise HydroelasticError("start_step needs start: without one, the rollout starts at the initial time of the world")
         outputs = arrays.evaluated(function, [1] * len(changes), changes)
     else:
-        poses, twists = start
-        parts = [arrays.floats(poses, "poses", (count, 4, 4)), arrays.floats(twists, "twists", (count, 6))]
-        ranks = [3, 2, *[1] * len(changes), 1]
-        outputs = arrays.evaluated(function, ranks, [*parts, *changes, arrays.count(start_step)[..., None]])
+        ranks, parts = _start_parts(arrays, function, start)
+        ranks, parts = [*ranks, *[1] * len(changes), 1], [*parts, *changes, arrays.count(start_step)[..., None]]
+        outputs = arrays.evaluated(function, ranks, parts)
     lead, recorded = outputs.shape[:-1], () if function.only_last else (function.states,)
-    entries = function.states * count * POSE
-    return (
-        outputs[..., :entries].reshape(*lead, *recorded, count, 4, 4),
-        outputs[..., entries:].reshape(*lead, *recorded, count, TWIST),
-    )
+    parts = [part.reshape(*lead, *recorded, *shape) for part, shape in zip(function.split(outputs), function.shapes)]
+    return [part if which < 2 or shape[0] else None for which, (part, shape) in enumerate(zip(parts, function.shapes))]
+
+
+def _start_parts(arrays: Arrays, function: Rollout, start: Sequence[Any]) -> tuple[list[int], list[Any]]:
+    """Returns the ranks and the parts of a row that has an initial state."""
+    read = []
+    for name, value, shape in zip(ARRAYS, start, function.shapes):
+        if value is None and shape[0]:
+            raise HydroelasticError(f"start needs {name}, because the world has joints")
+        read.append(arrays.floats(np.zeros(shape) if value is None else value, name, shape))
+    poses, twists, positions, velocities, rotations, spins = read
+    ranks, parts = [3, 2, 1, 1], [poses, twists, positions, velocities]
+    if function.shapes[4][0]:
+        ranks, parts = [3, 3, 2, 1, 1, 2], [poses, arrays.poses(rotations), twists, positions, velocities, spins]
+    return ranks, parts
+
+
+def initial_arrays(world: World) -> list[Floats | None]:
+    """Returns the arrays of the initial state of a world. Arrays of joints are None if the world has no such joints."""
+    start = world.initial_state
+    found = [getattr(start, name) for name in ARRAYS]
+    return [array if which < 2 or len(array) else None for which, array in enumerate(found)]
 
 
 def paired(numbers: Floats, vectors: Floats) -> tuple[Floats, Floats, Callable[[Floats], Floats]]:

@@ -17,9 +17,10 @@ def documented(array: str) -> Callable[[_T], _T]:
 
 
 _DOCSTRINGS = {
-    "State": """State of the n bodies of a world at one time. The bodies have the order of ``World.names``.
+    "State": """State of the n bodies, the m revolute and prismatic joints and the b ball joints of a world at one time.
 
-If a function returns k recorded states, both attributes have an additional first axis of length k.
+Bodies have the order of ``World.names``. Joints have the order of ``World.joint_names`` and ``World.ball_joint_names``.
+If a function returns k recorded states, all attributes have an additional first axis of length k.
 
 Attributes
 ----------
@@ -27,6 +28,14 @@ poses : (n, 4, 4) ARRAY of float64
     Poses of the body frames in the world.
 twists : (n, 6) ARRAY of float64
     Angular velocity (rad/s), then velocity of the center of mass (m/s), in world axes.
+joint_positions : (m,) ARRAY of float64 or None
+    Positions (rad or m). None if m = 0.
+joint_velocities : (m,) ARRAY of float64 or None
+    Velocities (rad/s or m/s). None if m = 0.
+ball_joint_rotations : (b, 3, 3) ARRAY of float64 or None
+    Rotations from the body frame to the joint frame. None if b = 0.
+ball_joint_velocities : (b, 3) ARRAY of float64 or None
+    Angular velocities (rad/s) in the axes of the joint frame. None if b = 0.
 """,
     "pose": """Creates the pose of a frame as a 4×4 homogeneous matrix.
 
@@ -118,7 +127,8 @@ State
     "rollout": """Runs a rollout and returns the recorded states, as a function of its initial state and of changes of parameters.
 
 Gradients with respect to more than 12 numbers (more than 96 numbers if steps are implicit) use reverse mode, whose
-time does not depend on p. With ``start``, each dynamic body adds 12 numbers. Otherwise, and in forward mode, the
+time does not depend on p. With ``start``, each free body adds 12 numbers, each revolute or prismatic joint 2, and each
+ball joint 6. Otherwise, and in forward mode, the
 Jacobian is computed, whose time grows with the number of numbers.
 
 Parameters
@@ -130,13 +140,14 @@ plan : Plan
 parameters : sequence of Parameter, or mapping
     Parameters to change, with p components in total. A mapping has new values instead, without ``changes``: for each body
     a mapping of "position", "velocity", "angular_velocity" (3,), "modulus", "dissipation", "friction" and "mass";
-    "gravity" (3,); and the names of force parameters.
+    "gravity" (3,); the names of force parameters; and "joints", a mapping from names of joints to mappings from the
+    quantities of ``Parameter.joint`` to values.
 changes : (p,) array_like, optional
     Changes that are added to the parameters, as in ``World.perturbed``. Default: zeros.
 start : State, optional
     Initial state. Default: the initial state of the world, which has no derivative except with respect to
     parameters. The default is faster if there are few parameters. Fixed and kinematic bodies keep their state of
-    the world, so their part of ``start`` has no effect.
+    the world, and bodies on joints follow their joints, so their part of ``start`` has no effect.
 start_step : int or array of int
     Number of time steps between the initial time of the world and the start. It needs ``start``, and matters for
     worlds with controls and paths. An integer has no derivatives.
@@ -144,7 +155,7 @@ start_step : int or array of int
 Returns
 -------
 State
-    k recorded states: poses (k, n, 4, 4), twists (k, n, 6).
+    k recorded states: poses (k, n, 4, 4), twists (k, n, 6), and the arrays of joints.
 
 Raises
 ------
@@ -166,7 +177,7 @@ world, plan, parameters, changes, start, start_step
 Returns
 -------
 State
-    Last state: poses (n, 4, 4), twists (n, 6).
+    Last state: poses (n, 4, 4), twists (n, 6), and the arrays of joints.
 
 Raises
 ------
@@ -189,7 +200,7 @@ state : State
 Returns
 -------
 State
-    State after the step: poses (n, 4, 4), twists (n, 6).
+    State after the step: poses (n, 4, 4), twists (n, 6), and the arrays of joints.
 
 Raises
 ------

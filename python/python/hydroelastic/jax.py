@@ -76,6 +76,10 @@ _documented = documented("jax.Array")
 class State(NamedTuple):
     poses: Array
     twists: Array
+    joint_positions: Array | None = None
+    joint_velocities: Array | None = None
+    ball_joint_rotations: Array | None = None
+    ball_joint_velocities: Array | None = None
 
 
 @_documented
@@ -110,8 +114,8 @@ def wrench(
 @_documented
 def initial_state(world: World) -> State:
     _check_precision()
-    state = world.initial_state
-    return State(jnp.asarray(state.poses), jnp.asarray(state.twists))
+    arrays: list[Any] = [None if array is None else jnp.asarray(array) for array in _autodiff.initial_arrays(world)]
+    return State(*arrays)
 
 
 @_documented
@@ -165,8 +169,7 @@ def _states(
 ) -> State:
     by, parts = _autodiff.parameters_and_changes(_Arrays(), world, parameters, changes)
     function = _autodiff.Rollout(world, plan, by, from_state=start is not None, only_last=only_last)
-    initial = None if start is None else (start.poses, start.twists)
-    return State(*_autodiff.states(_Arrays(), function, parts, initial, start_step))
+    return State(*_autodiff.states(_Arrays(), function, parts, start, start_step))
 
 
 class _Arrays:
@@ -177,6 +180,9 @@ class _Arrays:
 
     def count(self, value: _Array | int) -> Array:
         return _count(value)
+
+    def poses(self, rotations: Array) -> Array:
+        return _homogeneous(rotations, jnp.zeros(3))
 
     def evaluated(self, function: _autodiff.Function, ranks: Sequence[int], parts: Sequence[Array]) -> Array:
         return _evaluated(function, ranks, parts)

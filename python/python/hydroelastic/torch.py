@@ -64,6 +64,10 @@ _documented = documented("torch.Tensor")
 class State(NamedTuple):
     poses: Tensor
     twists: Tensor
+    joint_positions: Tensor | None = None
+    joint_velocities: Tensor | None = None
+    ball_joint_rotations: Tensor | None = None
+    ball_joint_velocities: Tensor | None = None
 
 
 @_documented
@@ -98,8 +102,8 @@ def wrench(
 
 @_documented
 def initial_state(world: World) -> State:
-    state = world.initial_state
-    return State(torch.from_numpy(state.poses), torch.from_numpy(state.twists))
+    arrays: list[Any] = [None if array is None else torch.from_numpy(array) for array in _autodiff.initial_arrays(world)]
+    return State(*arrays)
 
 
 @_documented
@@ -153,8 +157,7 @@ def _states(
 ) -> State:
     by, parts = _autodiff.parameters_and_changes(_Arrays(), world, parameters, changes)
     function = _autodiff.Rollout(world, plan, by, from_state=start is not None, only_last=only_last)
-    initial = None if start is None else (start.poses, start.twists)
-    return State(*_autodiff.states(_Arrays(), function, parts, initial, start_step))
+    return State(*_autodiff.states(_Arrays(), function, parts, start, start_step))
 
 
 class _Arrays:
@@ -165,6 +168,9 @@ class _Arrays:
 
     def count(self, value: Tensor | int) -> Tensor:
         return _count(value)
+
+    def poses(self, rotations: Tensor) -> Tensor:
+        return _homogeneous(rotations, torch.zeros(3, dtype=torch.float64))
 
     def evaluated(self, function: _autodiff.Function, ranks: Sequence[int], parts: Sequence[Tensor]) -> Tensor:
         return _evaluated(function, ranks, parts)

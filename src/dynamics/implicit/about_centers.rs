@@ -107,11 +107,18 @@ impl<'s> PairGeometry<'s> {
 
     /// Shifts the columns to motions of the centers of mass, and the rows to torques about them.
     fn moved_to_centers(&self, slopes: &PairMatrix) -> PairMatrix {
-        let mut shift = PairMatrix::identity();
+        let mut moved = *slopes;
         for (body, arm) in self.arms.iter().enumerate() {
-            add_block(&mut shift, [6 * body + 3, 6 * body], skew(arm));
+            let (mut torques, forces) =
+                moved.rows_range_pair_mut(6 * body..6 * body + 3, 6 * body + 3..6 * body + 6);
+            torques.gemm(1.0, &skew(arm).transpose(), &forces, 1.0);
         }
-        shift.transpose() * slopes * shift
+        for (body, arm) in self.arms.iter().enumerate() {
+            let (mut turns, shifts) =
+                moved.columns_range_pair_mut(6 * body..6 * body + 3, 6 * body + 3..6 * body + 6);
+            turns.gemm(1.0, &shifts, &skew(arm), 1.0);
+        }
+        moved
     }
 }
 

@@ -1,7 +1,7 @@
 //! Real pass of a step: advances an island in as many substeps as its errors require.
 
 use super::evaluation::Evaluation;
-use super::island_solver::{IslandSolver, SolvedStep};
+use super::island_solver::{IslandSolver, Progress, SolvedStep};
 use super::island_step::{StepError, Substep};
 
 use super::stage::StageStart;
@@ -51,10 +51,8 @@ impl IslandSolver<'_> {
         let multibody = &self.step.multibody;
         let SolvedStep { progress, work, .. } = &mut self.solved;
         work.evaluations += usize::from(!evaluation.contacts.is_empty());
-        let forces = multibody.generalized_forces(&progress.kinematics, &evaluation.wrenches);
-        let coordinates = &progress.kinematics.coordinates;
-        let joint_forces = multibody.joint_forces(coordinates, self.step.start);
-        progress.forces = Some(forces + joint_forces);
+        let Progress { kinematics, forces } = progress;
+        *forces = Some(multibody.generalized_forces(kinematics, &evaluation.wrenches));
         Ok(())
     }
 

@@ -102,9 +102,8 @@ impl ErrorEstimator<'_> {
     /// if that is larger. `None` if a stage is singular.
     fn errors_of_values(&self, bodies: &ChangedBodies) -> Option<Vec<f64>> {
         let last = self.solved.last()?;
-        let count = bodies.multibody.links.len();
         let start = self.start_with_difference(last, bodies);
-        let still = RatesInTime::zero(last.end.states.len() - count, count);
+        let still = RatesInTime::zero(last.equations.multibody);
         let end = last.response(bodies, &start, &still)?;
         let links = bodies.multibody.links.iter().zip(bodies.changes(&end));
         let errors = links.map(|(link, change)| {

@@ -1,7 +1,7 @@
 //! Equations of a stage near a solution: contacts, forces and their derivatives, in `f64`.
 
 use super::about_centers::{PairVector, block, joined, part};
-use super::frozen_contact_model::{FrozenContactModel, PairWrenches};
+use super::frozen_contact_model::{FrozenContactModel, NearbyWrenches, PairWrenches};
 use super::island_step::StepError;
 use super::matrix::BlockMatrix;
 use super::stage::StageEquations;
@@ -16,7 +16,8 @@ use nalgebra::{DMatrix, DVector, Matrix6, Vector6};
 /// Contacts and forces at given velocities, with a local model of both.
 pub(super) struct Evaluation {
     pub end: Kinematics,
-    pub contacts: Vec<FrozenContactModel>,
+    /// Boxed, because a model is too large to be moved often.
+    pub contacts: Vec<Box<FrozenContactModel>>,
     /// Sum of the wrenches of contacts and forces on each dynamic body.
     pub wrenches: Vec<Vector6<f64>>,
     /// Forces other than contact on each dynamic body. Empty if the world has no forces.
@@ -24,6 +25,14 @@ pub(super) struct Evaluation {
     pub force_jacobians: Vec<ForceJacobian>,
     /// Whether the derivatives of the contacts are exact.
     pub is_exact: bool,
+}
+
+/// State near an evaluated state, with the contact polygons of the evaluated state.
+pub(super) struct NearbyState {
+    pub end: Kinematics,
+    contacts: Vec<NearbyWrenches>,
+    wrenches: Vec<Vector6<f64>>,
+    pub residual: DVector<f64>,
 }
 
 /// Matrix of a stage at its solution, and the wrenches of contacts and forces on the dynamic bodies.
@@ -51,22 +60,22 @@ impl StageEquations<'_> {
         let mut models = Vec::new();
         mapped_into(&mut models, pairs, |&(i, j)| {
             let pair = context.pair(island, [i, j], states)?;
-            FrozenContactModel::of(&pair, [i, j], is_exact)
+            FrozenContactModel::of(&pair, [i, j], is_exact).map(Box::new)
         });
         let contacts: Vec<_> = models.into_iter().flatten().collect();
         let (mut forces, mut force_jacobians) =
             (vec![Vector6::zeros(); island.dynamic.len()], Vec::new());
         if !context.forces.is_empty() {
-            let wrenches: Vec<_> = contacts.iter().map(FrozenContactModel::evaluated).collect();
+            let wrenches: Vec<_> = contacts.iter().map(|model| model.evaluated()).collect();
             forces = self.forces(self.start.time, states, &wrenches);
             force_jacobians = self.force_jacobians(states, &wrenches);
         }
         let contact_wrenches = contacts
             .iter()
-            .map(|contact| (contact.bodies, &contact.wrenches));
+            .map(|contact| (contact.bodies, contact.wrenches));
         Evaluation {
             wrenches: with_contacts(forces.clone(), contact_wrenches),
-            is_exact: is_exact || !contacts.iter().any(FrozenContactModel::is_dissipative),
+            is_exact: is_exact || !contacts.iter().any(|model| model.is_dissipative()),
             end,
             contacts,
             forces,
@@ -79,13 +88,9 @@ impl StageEquations<'_> {
         self.residual(&evaluation.end, &evaluation.wrenches)
     }
 
-    /// Residual and its matrix near an evaluated state, with the contact polygons of that state.
-    pub fn residual_near(
-        &self,
-        evaluation: &Evaluation,
-        velocities: &DVector<f64>,
-    ) -> (DVector<f64>, BlockMatrix) {
-        let end = self.end(velocities.clone());
+    /// State at velocities near an evaluated state, with the contact polygons of the evaluated state.
+    pub fn near(&self, evaluation: &Evaluation, velocities: DVector<f64>) -> NearbyState {
+        let end = self.end(velocities);
         let count = self.step.island.dynamic.len();
         let changes = |participant: usize| {
             let [from, to] =
@@ -97,7 +102,7 @@ impl StageEquations<'_> {
             ]
         };
         let changes: Vec<_> = (0..count).map(changes).collect();
-        let near = |contact: &FrozenContactModel| {
+        let near = |contact: &Box<FrozenContactModel>| {
             let of = |kind: usize| {
                 joined(
                     contact
@@ -108,19 +113,39 @@ impl StageEquations<'_> {
             contact.near(&of(0), &of(1))
         };
         let mut contacts = Vec::new();
-        mapped_into(&mut contacts, &evaluation.contacts, near);
+        mapped_into(&mut contacts, &evaluation.contacts, |contact| near(contact));
         let mut forces = evaluation.forces.clone();
         for slopes in &evaluation.force_jacobians {
             let [displacement, velocities] = &changes[slopes.column];
             forces[slopes.row] +=
                 slopes.by_displacement * displacement + slopes.by_velocities * velocities;
         }
-        let contact_wrenches = contacts
+        let contact_wrenches = evaluation
+            .contacts
             .iter()
-            .map(|contact| (contact.bodies, &contact.wrenches));
+            .zip(&contacts)
+            .map(|(model, near)| (model.bodies, near.wrenches));
         let wrenches = with_contacts(forces, contact_wrenches);
-        let matrix = self.matrix(&end, &wrenches, &contacts, &evaluation.force_jacobians);
-        (self.residual(&end, &wrenches), matrix)
+        NearbyState {
+            residual: self.residual(&end, &wrenches),
+            end,
+            contacts,
+            wrenches,
+        }
+    }
+
+    /// Derivatives of the residual with respect to the velocities, in a state near an evaluated state.
+    pub fn matrix_near(&self, evaluation: &Evaluation, state: &NearbyState) -> BlockMatrix {
+        let contacts = evaluation.contacts.iter().zip(&state.contacts);
+        let contacts: Vec<_> = contacts
+            .map(|(model, near)| model.linearized(near))
+            .collect();
+        self.matrix(
+            &state.end,
+            &state.wrenches,
+            &contacts,
+            &evaluation.force_jacobians,
+        )
     }
 
     /// Derivatives of the residual with respect to the velocities, from the wrenches of contacts and forces on the dynamic bodies.
@@ -133,7 +158,7 @@ impl StageEquations<'_> {
     ) -> BlockMatrix {
         let (multibody, duration) = (self.multibody, self.start.duration);
         let directions = multibody.stage_directions(end, duration);
-        let mut matrix = BlockMatrix::zeros(&multibody.trees);
+        let mut matrix = BlockMatrix::zeros(multibody);
         let by_velocity = self.slopes_along(&directions, (end, wrenches), [duration, 1.0]);
         for (tree, slopes) in by_velocity.iter().enumerate() {
             let mut block = matrix.block(tree, tree);
@@ -214,7 +239,7 @@ impl StageEquations<'_> {
         end: &Kinematics,
         wrenches: &[Vector6<f64>],
     ) -> Vec<DMatrix<f64>> {
-        let directions = self.multibody.position_directions(end, self.start.duration);
+        let directions = end.position_directions(self.start.duration);
         self.slopes_along(&directions, (end, wrenches), [1.0, 0.0])
     }
 
@@ -228,17 +253,11 @@ impl StageEquations<'_> {
     ) -> Vec<DMatrix<f64>> {
         let (multibody, duration) = (self.multibody, self.start.duration);
         let mut slopes = multibody.momentum_slopes(end, directions);
-        let total = self.total_wrenches(wrenches);
+        let total: Vec<_> = self.total_wrenches(wrenches).collect();
         multibody.add_force_slopes(&mut slopes, (end, directions), &total, -duration);
-        let [by_position, by_velocity] =
-            multibody.joint_force_slopes(&end.coordinates, self.start.time);
-        let [position, velocity] = joint_changes;
-        let changes = by_position * position + by_velocity * velocity;
-        for (columns, slopes) in multibody.trees.iter().zip(&mut slopes) {
-            for (i, column) in columns.clone().enumerate() {
-                slopes[(i, i)] -= changes[column] * duration;
-            }
-        }
+        let (coordinates, time) = (&end.coordinates, self.start.time);
+        let changes = (joint_changes, -duration);
+        multibody.add_joint_force_slopes(&mut slopes, (coordinates, time), changes);
         slopes
     }
 
@@ -252,7 +271,7 @@ impl StageEquations<'_> {
         };
         let contacts = contacts
             .iter()
-            .map(|contact| (contact.bodies, &contact.wrenches));
+            .map(|contact| (contact.bodies, contact.wrenches));
         with_contacts(forces, contacts)
     }
 
@@ -282,14 +301,14 @@ impl StageEquations<'_> {
 }
 
 /// Adds the wrenches of contacts to the forces on each dynamic body. Each contact has two participants.
-pub(super) fn with_contacts<'c>(
+pub(super) fn with_contacts(
     mut forces: Vec<Vector6<f64>>,
-    contacts: impl Iterator<Item = ([usize; 2], &'c PairVector)>,
+    contacts: impl Iterator<Item = ([usize; 2], PairVector)>,
 ) -> Vec<Vector6<f64>> {
     for (bodies, wrenches) in contacts {
         for (side, &body) in bodies.iter().enumerate() {
             if let Some(sum) = forces.get_mut(body) {
-                *sum += part(wrenches, side);
+                *sum += part(&wrenches, side);
             }
         }
     }

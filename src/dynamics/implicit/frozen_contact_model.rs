@@ -30,6 +30,12 @@ pub(super) struct PairWrenches {
     pub by_velocities: PairMatrix,
 }
 
+/// Wrenches of a contact near the evaluated state.
+pub(super) struct NearbyWrenches {
+    pub wrenches: PairVector,
+    added: AddedByLaw,
+}
+
 impl PairWrenches {
     /// Wrenches with all exact first derivatives.
     pub fn of(geometry: &PairGeometry, bodies: [usize; 2], contact: &LinearizedContact) -> Self {
@@ -76,35 +82,39 @@ impl FrozenContactModel {
         self.contact.is_dissipative()
     }
 
-    /// Wrenches in the evaluated state.
+    /// Wrenches in the evaluated state, with their derivatives.
     pub fn evaluated(&self) -> PairWrenches {
-        self.with(self.wrenches, &self.contact.added)
+        self.linearized(&NearbyWrenches {
+            wrenches: self.wrenches,
+            added: self.contact.added,
+        })
     }
 
     /// Wrenches after displacements of the bodies and changes of their velocities.
-    pub fn near(&self, displacements: &PairVector, velocities: &PairVector) -> PairWrenches {
-        let linear =
+    pub fn near(&self, displacements: &PairVector, velocities: &PairVector) -> NearbyWrenches {
+        let mut wrenches =
             self.wrenches + self.by_displacements * displacements + self.by_velocities * velocities;
-        if !self.contact.is_dissipative() {
-            return self.with(linear, &self.contact.added);
+        let mut added = self.contact.added;
+        if self.contact.is_dissipative() {
+            let [by_velocities, by_displacements] = &self.velocity_maps;
+            let motion = -(by_velocities * displacements);
+            let velocity =
+                self.velocity + by_velocities * velocities + by_displacements * displacements;
+            added = self.contact.added(&motion, &velocity);
+            // The transposed map converts the added wrench on A into wrenches on both bodies that do the same work.
+            wrenches += by_velocities.tr_mul(&(added.wrench - self.contact.added.wrench));
         }
-        let [by_velocities, by_displacements] = &self.velocity_maps;
-        let motion = -(by_velocities * displacements);
-        let velocity =
-            self.velocity + by_velocities * velocities + by_displacements * displacements;
-        let added = self.contact.added(&motion, &velocity);
-        // The transposed map converts the added wrench on A into wrenches on both bodies that do the same work.
-        let more = by_velocities.tr_mul(&(added.wrench - self.contact.added.wrench));
-        self.with(linear + more, &added)
+        NearbyWrenches { wrenches, added }
     }
 
-    /// Adds the derivatives of the contact law.
-    fn with(&self, wrenches: PairVector, added: &AddedByLaw) -> PairWrenches {
+    /// Wrenches with their derivatives, including the derivatives of the contact law.
+    pub fn linearized(&self, near: &NearbyWrenches) -> PairWrenches {
+        let NearbyWrenches { wrenches, added } = near;
         let [by_velocities, by_displacements] = &self.velocity_maps;
         let moved = added.by_twist * by_displacements - added.by_motion * by_velocities;
         PairWrenches {
             bodies: self.bodies,
-            wrenches,
+            wrenches: *wrenches,
             by_displacements: self.by_displacements + by_velocities.tr_mul(&moved),
             by_velocities: self.by_velocities
                 + by_velocities.tr_mul(&(added.by_twist * by_velocities)),

@@ -45,6 +45,13 @@ pub(in crate::dynamics) struct LastStep {
     allowed: Vec<f64>,
 }
 
+/// Island with its solved step.
+struct SolvedIsland {
+    island: Island,
+    multibody: Multibody,
+    step: SolvedStep,
+}
+
 /// Settings of one time step.
 pub(in crate::dynamics) struct StepSettings {
     pub scheme: &'static Scheme,
@@ -109,37 +116,43 @@ impl ImplicitIntegratorState {
         if carries_derivatives::<T>() {
             let mut moved = state.clone();
             let applied = world.model().applied_wrenches(span);
-            for (island, solved) in &solved {
-                let step = IslandStep::new(&context, island, step.scheme, state.time);
+            for solved in &solved {
+                let step = IslandStep::new(&context, &solved.island, step.scheme, state.time);
                 let pass = DualPass::new(world, &step, &applied);
-                for substep in &solved.substeps {
+                for substep in &solved.step.substeps {
                     pass.advance(substep, &mut moved)?;
                 }
             }
             *state = moved;
         } else {
             let mut moved = start.clone();
-            for (island, solved) in &solved {
-                let multibody = self.model.multibody(island.participants(), span);
-                multibody.store(&solved.progress.kinematics, &mut moved);
+            for SolvedIsland {
+                multibody, step, ..
+            } in &solved
+            {
+                multibody.store(&step.progress.kinematics, &mut moved);
             }
             *state = moved.lifted();
         }
-        self.keep(solved, span);
+        self.keep(solved);
         state.time = step.end;
         world.model().set_prescribed_states(state);
         Ok(())
     }
 
-    fn keep(&mut self, solved: Vec<(Island, SolvedStep)>, span: TimeSpan) {
+    fn keep(&mut self, solved: Vec<SolvedIsland>) {
         let count = self.model.bodies.len();
         self.report = StepReport {
             errors: vec![BodyErrors::default(); count],
             ..StepReport::default()
         };
         self.island_records.clear();
-        for (island, step) in solved {
-            let multibody = self.model.multibody(island.participants(), span);
+        for SolvedIsland {
+            island,
+            multibody,
+            step,
+        } in solved
+        {
             for (link, errors) in multibody.links.iter().zip(&step.errors) {
                 let columns = link.columns.clone();
                 self.last.forces[link.body] = step.progress.forces.as_ref().map(|forces| {
@@ -170,18 +183,15 @@ impl ImplicitIntegratorState {
         context: &StepContext,
         start: f64,
         step: &StepSettings,
-    ) -> Result<Vec<(Island, SolvedStep)>, StepError> {
+    ) -> Result<Vec<SolvedIsland>, StepError> {
         let mut boxes = context.predicted_bounds(start, step.duration);
-        let mut solved: Vec<(Island, SolvedStep)> = Vec::new();
+        let mut solved: Vec<SolvedIsland> = Vec::new();
         loop {
             let islands = context.islands(&boxes);
-            let mut next_solved: Vec<(Island, SolvedStep)> = Vec::new();
+            let mut next_solved: Vec<SolvedIsland> = Vec::new();
             let mut pending: Vec<Island> = Vec::new();
             for island in islands {
-                match solved
-                    .iter()
-                    .position(|(solved_island, _)| *solved_island == island)
-                {
+                match solved.iter().position(|solved| solved.island == island) {
                     Some(index) => next_solved.push(solved.swap_remove(index)),
                     None => pending.push(island),
                 }
@@ -192,18 +202,23 @@ impl ImplicitIntegratorState {
                 let control = ErrorControl::new(context, island, step.accuracy);
                 let last = self.last.of(&island_step.multibody);
                 let solver = IslandSolver::new(&island_step, step.tolerance, control, last);
-                solver.solve(step.duration)
+                let solved = solver.solve(step.duration)?;
+                Ok((island_step.multibody, solved))
             });
             let is_done = pending.is_empty();
             for (island, result) in pending.into_iter().zip(results) {
-                let result = result?;
-                for (participant, swept) in result.swept.iter().enumerate() {
+                let (multibody, step) = result?;
+                for (participant, swept) in step.swept.iter().enumerate() {
                     let body = island.body(participant);
                     boxes[body] = boxes[body].union(swept);
                 }
-                next_solved.push((island, result));
+                next_solved.push(SolvedIsland {
+                    island,
+                    multibody,
+                    step,
+                });
             }
-            next_solved.sort_by_key(|(island, _)| island.dynamic[0]);
+            next_solved.sort_by_key(|solved| solved.island.dynamic[0]);
             solved = next_solved;
             if is_done {
                 return Ok(solved);

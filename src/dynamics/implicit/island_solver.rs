@@ -26,7 +26,8 @@ pub(super) struct SolvedStep {
 #[derive(Debug, Clone)]
 pub(super) struct Progress {
     pub kinematics: Kinematics,
-    /// Generalized forces of contacts, forces and joints in the last stage, without gravity and controls. `None` before the first stage.
+    /// Generalized forces of contacts and forces in the last stage. `None` before the first stage. Gravity, controls and joint forces may
+    /// change between steps, so they are not included.
     pub forces: Option<DVector<f64>>,
 }
 

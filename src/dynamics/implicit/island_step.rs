@@ -8,19 +8,25 @@ use crate::dynamics::model::Model;
 use crate::dynamics::multibody::{BodyColumn, MassFactors, Multibody};
 use crate::scalar::Scalar;
 use nalgebra::{DVector, Vector6};
+use std::sync::OnceLock;
 
 /// Bodies, method and start time of the step of an island.
 pub(in crate::dynamics) struct IslandStep<'a> {
     pub context: &'a StepContext<'a>,
     pub island: &'a Island,
     pub multibody: Multibody,
-    /// Motions of the dynamic bodies per unit of the generalized velocities, at the start of the step.
-    axes: Vec<Vec<BodyColumn>>,
-    /// Mass matrices at the start of the step.
-    masses: MassFactors,
     pub scheme: &'a Scheme,
     /// Time at the start of the step (s).
     pub start: f64,
+    /// Only the real pass needs the norm.
+    norm: OnceLock<VelocityNorm>,
+}
+
+/// Norm of generalized velocities and impulses, at the start of a step.
+struct VelocityNorm {
+    /// Motions of the dynamic bodies per unit of the generalized velocities.
+    axes: Vec<Vec<BodyColumn>>,
+    masses: MassFactors,
 }
 
 /// Part of a time step, with the velocities that solve its stages.
@@ -62,31 +68,36 @@ impl<'a> IslandStep<'a> {
         scheme: &'a Scheme,
         start: f64,
     ) -> Self {
-        let multibody = context.model.multibody(island.participants(), context.span);
-        let neighbors: Vec<_> = island
-            .neighbors
-            .iter()
-            .map(|&body| context.start.bodies[body])
-            .collect();
-        let kinematics = multibody.kinematics(multibody.coordinates(context.start), &neighbors);
-        let directions = multibody.velocity_directions(&kinematics);
-        let links = 0..multibody.links.len();
         Self {
             context,
             island,
-            axes: links
-                .map(|link| multibody.body_columns(&kinematics, &directions, link))
-                .collect(),
-            masses: multibody.mass_factors(&kinematics),
-            multibody,
+            multibody: context.model.multibody(island.participants(), context.span),
             scheme,
             start,
+            norm: OnceLock::new(),
         }
+    }
+
+    fn norm(&self) -> &VelocityNorm {
+        self.norm.get_or_init(|| {
+            let (context, multibody) = (self.context, &self.multibody);
+            let neighbors = self.island.neighbors.iter();
+            let neighbors: Vec<_> = neighbors.map(|&body| context.start.bodies[body]).collect();
+            let kinematics = multibody.kinematics(multibody.coordinates(context.start), &neighbors);
+            let directions = kinematics.velocity_directions();
+            let links = 0..multibody.links.len();
+            VelocityNorm {
+                axes: links
+                    .map(|link| multibody.body_columns(&kinematics, &directions, link))
+                    .collect(),
+                masses: multibody.mass_factors(&kinematics),
+            }
+        })
     }
 
     /// Speed (m/s) of each dynamic body, from generalized velocities.
     pub fn speeds(&self, velocities: &DVector<f64>) -> impl Iterator<Item = f64> {
-        let links = self.multibody.links.iter().zip(&self.axes);
+        let links = self.multibody.links.iter().zip(&self.norm().axes);
         links.map(|(link, columns)| {
             let columns = columns
                 .iter()
@@ -96,11 +107,12 @@ impl<'a> IslandStep<'a> {
     }
 
     /// Largest speed (m/s) that generalized impulses give to a body.
-    pub fn largest_speed_of(&self, impulses: &DVector<f64>) -> f64 {
-        let speeds = self
-            .speeds(&self.masses.velocities(impulses))
-            .collect::<Vec<_>>();
-        speeds.into_iter().fold(0.0, f64::max)
+    pub fn largest_speed_of(&self, impulses: DVector<f64>) -> f64 {
+        if impulses.iter().all(|impulse| *impulse == 0.0) {
+            return 0.0;
+        }
+        let velocities = self.norm().masses.velocities(impulses);
+        self.speeds(&velocities).fold(0.0, f64::max)
     }
 }
 

@@ -39,11 +39,11 @@ impl Linearization {
             let changes = contact.bodies.map(|body| &changes[body]);
             let displacements = joined(changes.map(|change| Some(change.displacement)));
             let velocities = joined(changes.map(|change| Some(change.velocities)));
-            contact.by_displacements * displacements + contact.by_velocities * velocities
+            let wrenches =
+                contact.by_displacements * displacements + contact.by_velocities * velocities;
+            (contact.bodies, wrenches)
         };
-        let wrenches: Vec<_> = self.contacts.iter().map(of_contact).collect();
-        let bodies = self.contacts.iter().map(|contact| contact.bodies);
-        with_contacts(forces, bodies.zip(&wrenches))
+        with_contacts(forces, self.contacts.iter().map(of_contact))
     }
 }
 

@@ -2,6 +2,7 @@
 
 #[cfg(feature = "sparse")]
 use super::sparse::{SparseFactors, SparseMatrix};
+use crate::dynamics::multibody::{Coupling, Multibody};
 use nalgebra::{DMatrix, DMatrixViewMut, DVector, Dyn, LU};
 use std::ops::Range;
 
@@ -19,7 +20,14 @@ const SPARSE_FROM: usize = 96;
 
 /// Square matrix of blocks: one row and one column of blocks for each tree.
 #[derive(Debug)]
-pub(super) enum BlockMatrix {
+pub(super) struct BlockMatrix {
+    blocks: Blocks,
+    /// Dependences between columns.
+    couplings: Vec<Coupling>,
+}
+
+#[derive(Debug)]
+enum Blocks {
     Dense {
         /// Columns of each tree.
         trees: Vec<Range<usize>>,
@@ -29,16 +37,78 @@ pub(super) enum BlockMatrix {
     Sparse(SparseMatrix),
 }
 
-/// Factors of a matrix. A singular matrix may have none.
-pub(super) enum Factors {
+/// Factors of a matrix. A singular matrix may have none. Solutions have the dependences between columns.
+pub(super) struct Factors {
+    lu: LuFactors,
+    couplings: Vec<Coupling>,
+}
+
+enum LuFactors {
     Dense(LU<f64, Dyn, Dyn>),
     #[cfg(feature = "sparse")]
     Sparse(Option<Box<SparseFactors>>),
 }
 
 impl BlockMatrix {
+    /// Zero matrix.
+    pub fn zeros<T>(multibody: &Multibody<T>) -> Self {
+        Self {
+            blocks: Blocks::zeros(&multibody.trees),
+            couplings: multibody.couplings(),
+        }
+    }
+
+    /// Block of the rows of one tree and the columns of another.
+    pub fn block(&mut self, row: usize, column: usize) -> DMatrixViewMut<'_, f64> {
+        match &mut self.blocks {
+            Blocks::Dense { trees, matrix } => {
+                let [rows, columns] = [&trees[row], &trees[column]];
+                matrix.view_mut((rows.start, columns.start), (rows.len(), columns.len()))
+            }
+            #[cfg(feature = "sparse")]
+            Blocks::Sparse(matrix) => matrix.block(row, column),
+        }
+    }
+
+    pub fn transposed(self) -> Self {
+        let blocks = match self.blocks {
+            Blocks::Dense { trees, matrix } => Blocks::Dense {
+                trees,
+                matrix: matrix.transpose(),
+            },
+            #[cfg(feature = "sparse")]
+            Blocks::Sparse(matrix) => Blocks::Sparse(matrix.transposed()),
+        };
+        Self { blocks, ..self }
+    }
+
+    /// Factorizes the matrix. The cache provides the symbolic factors of a known pattern, and stores new ones.
+    pub fn factorized(self, symbolic_cache: &SymbolicCache) -> Factors {
+        #[cfg(not(feature = "sparse"))]
+        let _ = symbolic_cache;
+        let couplings = self.couplings;
+        let lu = match self.blocks {
+            Blocks::Dense { mut matrix, .. } => {
+                for coupling in &couplings {
+                    coupling.fold(&mut matrix);
+                }
+                LuFactors::Dense(matrix.lu())
+            }
+            #[cfg(feature = "sparse")]
+            Blocks::Sparse(mut matrix) => {
+                for coupling in &couplings {
+                    matrix.fold(coupling);
+                }
+                LuFactors::Sparse(matrix.factorized(symbolic_cache).map(Box::new))
+            }
+        };
+        Factors { lu, couplings }
+    }
+}
+
+impl Blocks {
     /// Zero matrix for trees with these columns.
-    pub fn zeros(trees: &[Range<usize>]) -> Self {
+    fn zeros(trees: &[Range<usize>]) -> Self {
         let size = trees.last().map_or(0, |columns| columns.end);
         #[cfg(feature = "sparse")]
         if size >= SPARSE_FROM {
@@ -49,59 +119,34 @@ impl BlockMatrix {
             matrix: DMatrix::zeros(size, size),
         }
     }
-
-    /// Block of the rows of one tree and the columns of another.
-    pub fn block(&mut self, row: usize, column: usize) -> DMatrixViewMut<'_, f64> {
-        match self {
-            Self::Dense { trees, matrix } => {
-                let [rows, columns] = [&trees[row], &trees[column]];
-                matrix.view_mut((rows.start, columns.start), (rows.len(), columns.len()))
-            }
-            #[cfg(feature = "sparse")]
-            Self::Sparse(matrix) => matrix.block(row, column),
-        }
-    }
-
-    pub fn transposed(self) -> Self {
-        match self {
-            Self::Dense { trees, matrix } => Self::Dense {
-                trees,
-                matrix: matrix.transpose(),
-            },
-            #[cfg(feature = "sparse")]
-            Self::Sparse(matrix) => Self::Sparse(matrix.transposed()),
-        }
-    }
-
-    /// Factorizes the matrix. The cache provides the symbolic factors of a known pattern, and stores new ones.
-    pub fn factorized(self, symbolic_cache: &SymbolicCache) -> Factors {
-        #[cfg(not(feature = "sparse"))]
-        let _ = symbolic_cache;
-        match self {
-            Self::Dense { matrix, .. } => Factors::Dense(matrix.lu()),
-            #[cfg(feature = "sparse")]
-            Self::Sparse(matrix) => {
-                Factors::Sparse(matrix.factorized(symbolic_cache).map(Box::new))
-            }
-        }
-    }
 }
 
 impl Factors {
     /// Solution, or `None` if the matrix is singular.
-    pub fn solve(&self, right: &DVector<f64>) -> Option<DVector<f64>> {
-        match self {
-            Self::Dense(lu) => lu.solve(right),
-            #[cfg(feature = "sparse")]
-            Self::Sparse(factors) => factors.as_ref().map(|factors| factors.solve(right)),
+    pub fn solve(&self, mut right: DVector<f64>) -> Option<DVector<f64>> {
+        for coupling in &self.couplings {
+            coupling.fold_vector(right.as_mut_slice());
         }
+        let mut solution = match &self.lu {
+            LuFactors::Dense(lu) => lu.solve_mut(&mut right).then_some(right),
+            #[cfg(feature = "sparse")]
+            LuFactors::Sparse(factors) => factors.as_ref().map(|factors| factors.solve(&right)),
+        }?;
+        for coupling in &self.couplings {
+            coupling.unfold_vector(solution.as_mut_slice());
+        }
+        Some(solution)
     }
 
     pub fn inverse(&self) -> Option<DMatrix<f64>> {
-        match self {
-            Self::Dense(lu) => lu.try_inverse(),
+        let mut inverse = match &self.lu {
+            LuFactors::Dense(lu) => lu.try_inverse(),
             #[cfg(feature = "sparse")]
-            Self::Sparse(factors) => factors.as_ref().map(|factors| factors.inverse()),
+            LuFactors::Sparse(factors) => factors.as_ref().map(|factors| factors.inverse()),
+        }?;
+        for coupling in &self.couplings {
+            coupling.unfold(&mut inverse);
         }
+        Some(inverse)
     }
 }

@@ -3,7 +3,7 @@
 
 use super::damping::{DampedStep, SimplifiedCorrection};
 use super::evaluation::Evaluation;
-use super::frozen_contact_model::{FrozenContactModel, PairWrenches};
+use super::frozen_contact_model::PairWrenches;
 use super::linearization::Linearization;
 use super::matrix::Factors;
 use super::report::Work;
@@ -86,11 +86,12 @@ impl StageEquations<'_> {
         let queries_before = work.looks;
         let mut iterate = self.iterate_at(guess.clone(), false, work)?;
         let mut is_exact = false;
+        let momentum_speed = self.step.largest_speed_of(self.start.momenta.clone());
         let mut scale = f64::INFINITY;
         let mut rate = f64::INFINITY;
         while work.looks - queries_before < MOST_EVALUATIONS {
             // The smallest scale so far, because diverging velocities must not loosen the tolerance.
-            scale = scale.min(self.scale(&iterate.evaluation));
+            scale = scale.min(self.scale(&iterate.evaluation, momentum_speed));
             let absolute_tolerance = tolerance * scale + self.rounding();
             let at = iterate.evaluation.end.velocities();
             if iterate.size <= absolute_tolerance {
@@ -157,7 +158,7 @@ impl StageEquations<'_> {
         let contacts: Vec<_> = evaluation
             .contacts
             .iter()
-            .map(FrozenContactModel::evaluated)
+            .map(|model| model.evaluated())
             .collect();
         let matrix = self.matrix(
             &evaluation.end,
@@ -166,7 +167,7 @@ impl StageEquations<'_> {
             &evaluation.force_jacobians,
         );
         let factors = matrix.factorized(self.step.context.symbolic_cache);
-        let step = factors.solve(&-self.residual_in(&evaluation));
+        let step = factors.solve(-self.residual_in(&evaluation));
         let size = step.as_ref().map_or(f64::INFINITY, |step| self.speed(step));
         match step {
             Some(step) if size.is_finite() => Ok(NewtonIterate {
@@ -193,17 +194,17 @@ impl StageEquations<'_> {
         let mut new_factors = None;
         for _ in 0..MOST_ITERATIONS {
             let factors = new_factors.as_ref().unwrap_or(&iterate.factors);
-            let (matrix, residual, simplified) = loop {
+            let (state, simplified) = loop {
                 let ahead = &velocities + &damped.step * damped.fraction;
-                let (residual, matrix) = self.residual_near(&iterate.evaluation, &ahead);
-                let Some(step) = factors.solve(&-&residual) else {
+                let state = self.near(&iterate.evaluation, ahead);
+                let Some(step) = factors.solve(-&state.residual) else {
                     return velocities;
                 };
                 let size = speed(&step);
                 let simplified = SimplifiedCorrection { step, size };
                 if damped.is_accepted(&simplified) {
-                    velocities = ahead;
-                    break (matrix, residual, simplified);
+                    velocities.copy_from(state.end.velocities());
+                    break (state, simplified);
                 }
                 if !damped.shorten(&simplified, speed) {
                     return velocities;
@@ -215,8 +216,9 @@ impl StageEquations<'_> {
                 break;
             }
             work.iterations += 1;
+            let matrix = self.matrix_near(&iterate.evaluation, &state);
             let factors = matrix.factorized(self.step.context.symbolic_cache);
-            let Some(step) = factors.solve(&-residual) else {
+            let Some(step) = factors.solve(-&state.residual) else {
                 break;
             };
             damped = damped.followed_by(&simplified, step, speed);
@@ -226,22 +228,19 @@ impl StageEquations<'_> {
     }
 
     /// Sum of the largest speeds (m/s) that momenta, applied wrenches, other wrenches and joint forces give to a body in the stage, or the
-    /// largest speed of a neighbor.
-    fn scale(&self, evaluation: &Evaluation) -> f64 {
+    /// largest speed of a neighbor. `momentum_speed` is the largest speed that the momenta give to a body.
+    fn scale(&self, evaluation: &Evaluation, momentum_speed: f64) -> f64 {
         let duration = self.start.duration;
         let (multibody, end) = (self.multibody, &evaluation.end);
-        let applied: Vec<_> = (0..evaluation.wrenches.len())
-            .map(|index| self.applied_wrench(index))
-            .collect();
-        let forces = [&applied, &evaluation.wrenches]
-            .map(|wrenches| multibody.generalized_forces(end, wrenches));
-        let joint_forces = multibody.joint_forces(&end.coordinates, self.start.time);
-        let impulses = forces
-            .iter()
-            .chain([&joint_forces])
-            .map(|forces| forces * duration);
-        let speeds = impulses.map(|impulse| self.step.largest_speed_of(&impulse));
-        let bodies = self.step.largest_speed_of(&self.start.momenta) + speeds.sum::<f64>();
+        let applied = (0..evaluation.wrenches.len()).map(|index| self.applied_wrench(index));
+        let forces = [
+            multibody.generalized_forces(end, applied),
+            multibody.generalized_forces(end, &evaluation.wrenches),
+            multibody.joint_forces(&end.coordinates, self.start.time),
+        ];
+        let impulses = forces.into_iter().map(|forces| forces * duration);
+        let speeds = impulses.map(|impulse| self.step.largest_speed_of(impulse));
+        let bodies = momentum_speed + speeds.sum::<f64>();
         let neighbors = self.neighbors.iter().map(|state| state.twist.linear.norm());
         neighbors.fold(bodies, f64::max)
     }

@@ -34,6 +34,8 @@ pub(super) struct RatesInTime {
     pub neighbors: Vec<BodyChange>,
     /// Forces other than contact on the dynamic bodies, per second.
     pub forces: Vec<Vector6<f64>>,
+    /// Joint forces, per second.
+    pub joint_forces: DVector<f64>,
 }
 
 /// Half the step of central differences in time, as a fraction of the duration of a stage.
@@ -48,15 +50,16 @@ pub(super) struct BodyChange {
 }
 
 impl RatesInTime {
-    /// Zero rates for a number of neighbors and a number of dynamic bodies.
-    pub fn zero(neighbors: usize, dynamic: usize) -> Self {
+    /// Zero rates.
+    pub fn zero(multibody: &Multibody) -> Self {
         let zero = BodyChange {
             displacement: Vector6::zeros(),
             velocities: Vector6::zeros(),
         };
         Self {
-            neighbors: vec![zero; neighbors],
-            forces: vec![Vector6::zeros(); dynamic],
+            neighbors: vec![zero; multibody.neighbors.len()],
+            forces: vec![Vector6::zeros(); multibody.links.len()],
+            joint_forces: DVector::zeros(multibody.width()),
         }
     }
 }
@@ -119,7 +122,7 @@ impl ChangedBodies {
             .map(|number| number.eps[0]);
         step.multibody
             .mass_factors(kinematics)
-            .velocities(&(momentum_rates - transported))
+            .velocities(momentum_rates - transported)
     }
 
     /// Kinematics with the derivatives along the motion, from the rates of the generalized velocities.

@@ -132,7 +132,7 @@ impl ReplayedStage<'_> {
         }
         let ExactMatrix { matrix, wrenches } = self.equations.exact_matrix(&self.end, contacts);
         let factors = matrix.transposed().factorized(context.symbolic_cache);
-        let adjoint = factors.solve(by_velocities);
+        let adjoint = factors.solve(by_velocities.clone());
         let adjoint = adjoint.ok_or_else(|| self.equations.singular())?;
         let slopes = self.equations.position_slopes(&self.end, &wrenches);
         let by_position = -self
@@ -142,7 +142,7 @@ impl ReplayedStage<'_> {
         Ok(StageAdjoint {
             adjoint,
             by_position,
-            wrenches: self.equations.total_wrenches(&wrenches),
+            wrenches: self.equations.total_wrenches(&wrenches).collect(),
         })
     }
 }

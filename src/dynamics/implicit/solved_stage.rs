@@ -6,7 +6,7 @@ use super::stage::{StageEquations, StageStart};
 use crate::dynamics::multibody::Kinematics;
 use crate::dynamics::rigid_motion::six;
 use crate::spatial::Twist;
-use nalgebra::{Vector3, Vector6};
+use nalgebra::Vector3;
 
 /// Stage with its solution.
 pub(super) struct SolvedStage<'a> {
@@ -60,9 +60,10 @@ impl SolvedStage<'_> {
             })
         });
         let residual = equations.residual(&end, &wrenches.collect::<Vec<_>>());
+        let impulses = &in_time.joint_forces * start.duration;
         let correction = linearization
             .factors
-            .solve(&residual.map(|number| -number.eps[0]))?;
+            .solve(impulses - residual.map(|number| number.eps[0]))?;
         for (number, change) in velocities.iter_mut().zip(&correction) {
             number.eps[0] = *change;
         }
@@ -75,22 +76,31 @@ impl SolvedStage<'_> {
         let (context, count) = (step.context, step.multibody.links.len());
         let short = SHORT * start.duration;
         let [early, late] = [-short, short].map(|shift| {
+            let coordinates = &self.end.coordinates;
+            self.equations
+                .multibody
+                .joint_forces(coordinates, start.time + shift)
+        });
+        let rates = RatesInTime {
+            neighbors: step.neighbor_rates(start.time, start.duration),
+            joint_forces: (late - early) / (2.0 * short),
+            ..RatesInTime::zero(self.equations.multibody)
+        };
+        if context.forces.is_empty() {
+            return rates;
+        }
+        let [early, late] = [-short, short].map(|shift| {
             let time = start.time + shift;
             let mut states = self.end.states.clone();
             states[count..].copy_from_slice(&context.neighbors_at(step.island, time));
-            if context.forces.is_empty() {
-                vec![Vector6::zeros(); count]
-            } else {
-                self.equations
-                    .forces(time, &states, &self.root.linearization.contacts)
-            }
+            let contacts = &self.root.linearization.contacts;
+            self.equations.forces(time, &states, contacts)
         });
         let forces = early.iter().zip(&late);
+        let forces = forces.map(|(early, late)| (late - early) / (2.0 * short));
         RatesInTime {
-            neighbors: step.neighbor_rates(start.time, start.duration),
-            forces: forces
-                .map(|(early, late)| (late - early) / (2.0 * short))
-                .collect(),
+            forces: forces.collect(),
+            ..rates
         }
     }
 

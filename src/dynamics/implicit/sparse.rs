@@ -1,6 +1,7 @@
 //! Sparse matrices of Newton's method: the only user of faer. The LU factorization separates the symbolic part, which depends only on the
 //! positions of the blocks, from the numeric part. It runs on one thread, so that the number of threads changes no bit.
 
+use crate::dynamics::multibody::Coupling;
 use faer::Mat;
 use faer::linalg::solvers::Solve;
 use faer::sparse::linalg::solvers::{Lu, SymbolicLu};
@@ -59,6 +60,20 @@ impl SparseMatrix {
         Self {
             trees: self.trees,
             blocks: turned.collect(),
+        }
+    }
+
+    /// Computes EᵀAE with the E of a dependence between columns, which are in the same tree.
+    pub fn fold(&mut self, coupling: &Coupling) {
+        let within = self.trees.iter().map(|columns| coupling.within(columns));
+        let within: Vec<_> = within.collect();
+        for (&(column, row), block) in &mut self.blocks {
+            match (within[row], within[column]) {
+                (Some(coupling), Some(_)) => coupling.fold(block),
+                (Some(coupling), None) => coupling.fold_rows(block),
+                (None, Some(coupling)) => coupling.fold_columns(block),
+                (None, None) => {}
+            }
         }
     }
 

@@ -78,20 +78,20 @@ impl<T: Scalar> StageEquations<'_, T> {
     pub fn residual(&self, end: &Kinematics<T>, wrenches: &[Vector6<T>]) -> DVector<T> {
         let duration = self.start.duration;
         let wrenches = self.total_wrenches(wrenches);
-        let forces = self.multibody.generalized_forces(end, &wrenches)
-            + self
-                .multibody
-                .joint_forces(&end.coordinates, self.start.time);
-        let impulses = forces.map(|force| force * duration);
-        self.multibody.projected_momenta(end, duration) - &self.start.momenta - impulses
+        let mut forces = self.multibody.generalized_forces(end, wrenches);
+        self.multibody
+            .add_joint_forces(&end.coordinates, self.start.time, &mut forces);
+        let mut residual = self.multibody.projected_momenta(end, duration) - &self.start.momenta;
+        for (number, force) in residual.iter_mut().zip(&forces) {
+            *number -= *force * duration;
+        }
+        residual
     }
 
     /// Wrenches on the dynamic bodies, including gravity and controls.
-    pub fn total_wrenches(&self, wrenches: &[Vector6<T>]) -> Vec<Vector6<T>> {
+    pub fn total_wrenches(&self, wrenches: &[Vector6<T>]) -> impl Iterator<Item = Vector6<T>> {
         let wrenches = wrenches.iter().enumerate();
-        wrenches
-            .map(|(index, wrench)| self.applied_wrench(index) + wrench)
-            .collect()
+        wrenches.map(|(index, wrench)| self.applied_wrench(index) + wrench)
     }
 
     /// Gravity and controls on a dynamic body.

@@ -103,6 +103,9 @@ impl IslandSolver<'_> {
                 root,
             });
         }
+        if let Some(last) = solved.last() {
+            trial.progress.kinematics.clone_from(&last.end);
+        }
         trial.energy.kinetic = self.kinetic(&trial.progress) - self.kinetic(before);
         if let (Some(estimate), Some(start_rates)) = (estimate, &start_rates) {
             trial.include_speeds_of(&solved);
@@ -140,9 +143,11 @@ impl IslandSolver<'_> {
             .dynamic
             .iter()
             .map(|&body| step.context.applied[body]);
-        let applied: Vec<_> = applied.collect();
-        let mut rates = step.multibody.generalized_forces(kinematics, &applied)
+        let mut rates = step.multibody.generalized_forces(kinematics, applied)
             + kinematics.momentum_transport();
+        let coordinates = &kinematics.coordinates;
+        step.multibody
+            .add_joint_forces(coordinates, step.start + offset, &mut rates);
         if let Some(forces) = forces {
             rates += forces;
         }
@@ -205,7 +210,7 @@ impl IslandSolver<'_> {
         })
     }
 
-    /// Adds the energy of a stage with a weight (s), and moves the bodies to its end.
+    /// Adds the energy of a stage with a weight (s), and sets the forces to the forces at its end.
     fn add_stage(
         equations: &StageEquations,
         (rates, weight): (&StageRates, f64),
@@ -214,14 +219,12 @@ impl IslandSolver<'_> {
     ) {
         let multibody = equations.multibody;
         let applied = (0..multibody.links.len()).map(|index| equations.applied_wrench(index));
-        let applied = multibody.generalized_forces(end, &applied.collect::<Vec<_>>());
+        let applied = multibody.generalized_forces(end, applied);
         let forces = &rates.momenta - end.momentum_transport() - &applied;
         trial.energy.given += weight * applied.dot(&rates.velocities);
         trial.energy.acting += weight * forces.dot(&rates.velocities);
-        trial.progress = Progress {
-            kinematics: end.clone(),
-            forces: Some(forces),
-        };
+        let time = equations.start.time;
+        trial.progress.forces = Some(forces - multibody.joint_forces(&end.coordinates, time));
     }
 
     /// Kinetic energy (J).

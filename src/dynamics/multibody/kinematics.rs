@@ -68,8 +68,7 @@ impl<T: Scalar> Multibody<T> {
         let mut placed = PlacedLinks {
             states: Vec::with_capacity(self.links.len() + neighbors.len()),
             frames: Vec::with_capacity(self.links.len()),
-            // Columns are in the order of trees, which need not be the order of links.
-            columns: vec![Column::zero(); self.width()],
+            columns: Vec::with_capacity(self.width()),
             velocities: &coordinates.velocities,
             neighbors,
         };
@@ -79,9 +78,14 @@ impl<T: Scalar> Multibody<T> {
         let PlacedLinks {
             mut states,
             frames,
-            columns,
+            mut columns,
             ..
         } = placed;
+        // Columns are in the order of trees, which need not be the order of links.
+        let tree = |column: &Column<T>| self.links[column.link].tree;
+        if !columns.is_sorted_by_key(tree) {
+            columns.sort_by_key(tree);
+        }
         let momenta = self.links.iter().zip(&frames).zip(&states);
         let momenta = momenta.map(|((link, frame), state)| {
             about_reference(&link.inertia.momentum(state), &frame.center_of_mass)
@@ -211,22 +215,10 @@ impl<T: Scalar> JointFrame<T> {
     }
 }
 
-impl<T: Scalar> Column<T> {
-    fn zero() -> Self {
-        Self {
-            link: 0,
-            is_outer: false,
-            axis: zero6(),
-            axis_rate: zero6(),
-            velocity: zero6(),
-        }
-    }
-}
-
 /// Adds the columns of a joint. A joint is a chain of elementary joints. The axes of an elementary joint are constant in the frame before
 /// the elementary joint.
 struct ElementaryJoints<'k, T> {
-    columns: &'k mut [Column<T>],
+    columns: &'k mut Vec<Column<T>>,
     link: usize,
     velocities: &'k DVector<T>,
     /// Spatial velocity of the frame behind the last elementary joint.
@@ -245,48 +237,58 @@ impl<T: Scalar> ElementaryJoints<'_, T> {
         match (&link.kind, position) {
             (JointKind::Revolute(axis), JointPosition::Scalar(angle)) => {
                 let direction = frame.rotated_constant(axis);
-                self.add(
-                    first,
-                    &[rotation_axis(&direction, frame.translation())],
-                    false,
-                );
+                self.add(first, &[rotation_axis(&direction, frame.translation())]);
                 let turn = rotation_from_vector(&axis.map(|component| *angle * component));
                 Pose::from_parts(frame.rotation() * turn, *frame.translation())
             }
             (JointKind::Prismatic(axis), JointPosition::Scalar(shift)) => {
                 let direction = frame.rotated_constant(axis);
-                self.add(first, &[translation_axis(&direction)], false);
+                self.add(first, &[translation_axis(&direction)]);
                 let shift = direction.map(|component| component * *shift);
                 frame.with_translation(frame.translation() + shift)
             }
             (JointKind::Ball, JointPosition::Rotation(turn)) => {
-                self.add(first, &rotation_axes(frame), false);
+                self.add(first, &rotation_axes(frame));
                 Pose::from_parts(frame.rotation() * turn, *frame.translation())
             }
             (_, JointPosition::Pose(pose)) => {
                 let axis = |k: usize| translation_axis(&frame.rotation().column(k).into_owned());
-                self.add(first + 3, &[0, 1, 2].map(axis), true);
-                self.add(first, &rotation_axes(frame), false);
+                let (rotations, translations) = (rotation_axes(frame), [0, 1, 2].map(axis));
+                let translation = self.velocity_behind(first + 3, &translations);
+                self.add(first, &rotations);
+                self.columns.extend(translations.map(|axis| Column {
+                    link: self.link,
+                    is_outer: true,
+                    axis,
+                    // The world is at rest.
+                    axis_rate: zero6(),
+                    velocity: translation,
+                }));
                 pose.with_translation(pose.translation() - lift_vector(reference))
             }
             _ => *frame,
         }
     }
 
-    fn add(&mut self, first: usize, axes: &[Vector6<T>], is_outer: bool) {
+    /// Adds the columns of an elementary joint. The index of the first column is `first`.
+    fn add(&mut self, first: usize, axes: &[Vector6<T>]) {
         let before = self.velocity;
+        let velocity = self.velocity_behind(first, axes);
+        self.columns.extend(axes.iter().map(|axis| Column {
+            link: self.link,
+            is_outer: false,
+            axis: *axis,
+            axis_rate: cross_motion(&before, axis),
+            velocity,
+        }));
+    }
+
+    /// Adds the velocity of an elementary joint, and returns the spatial velocity of the frame behind the joint.
+    fn velocity_behind(&mut self, first: usize, axes: &[Vector6<T>]) -> Vector6<T> {
         for (axis, velocity) in axes.iter().zip(&self.velocities.as_slice()[first..]) {
             self.velocity += axis.map(|component| component * *velocity);
         }
-        for (axis, column) in axes.iter().zip(&mut self.columns[first..]) {
-            *column = Column {
-                link: self.link,
-                is_outer,
-                axis: *axis,
-                axis_rate: cross_motion(&before, axis),
-                velocity: self.velocity,
-            };
-        }
+        self.velocity
     }
 }
 

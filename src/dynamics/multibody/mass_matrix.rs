@@ -31,8 +31,8 @@ struct TreeFactors<T> {
 
 impl<T: Scalar> MassFactors<T> {
     /// Changes of the generalized velocities by generalized impulses. The changes are NaN for a tree with a motion without inertia.
-    pub fn velocities(&self, impulses: &DVector<T>) -> DVector<T> {
-        let mut velocities = impulses.clone();
+    pub fn velocities(&self, impulses: DVector<T>) -> DVector<T> {
+        let mut velocities = impulses;
         for tree in &self.0 {
             tree.solve(&mut velocities.as_mut_slice()[tree.columns.clone()]);
         }

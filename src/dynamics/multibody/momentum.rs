@@ -6,6 +6,7 @@ use super::{Coordinates, Kinematics, Multibody};
 use crate::dynamics::joint::JointPosition;
 use crate::scalar::Scalar;
 use nalgebra::{DVector, Vector6};
+use std::borrow::Borrow;
 
 impl<T: Scalar> Kinematics<T> {
     /// ṠᵀH: the part of dp/dt that does no work.
@@ -37,7 +38,7 @@ impl<T: Scalar> Multibody<T> {
     pub fn generalized_forces(
         &self,
         kinematics: &Kinematics<T>,
-        wrenches: &[Vector6<T>],
+        wrenches: impl IntoIterator<Item = impl Borrow<Vector6<T>>>,
     ) -> DVector<T> {
         let forces = self.subtree_wrenches(kinematics, wrenches);
         let columns = kinematics.columns.iter();
@@ -52,23 +53,34 @@ impl<T: Scalar> Multibody<T> {
     pub(super) fn subtree_wrenches(
         &self,
         kinematics: &Kinematics<T>,
-        wrenches: &[Vector6<T>],
+        wrenches: impl IntoIterator<Item = impl Borrow<Vector6<T>>>,
     ) -> Vec<Vector6<T>> {
         let links = kinematics.frames.iter().zip(wrenches);
-        let about = links.map(|(frame, wrench)| about_reference(wrench, &frame.center_of_mass));
+        let about =
+            links.map(|(frame, wrench)| about_reference(wrench.borrow(), &frame.center_of_mass));
         self.summed_over_subtrees(about.collect(), |sum, wrench| sum + wrench)
     }
 
     /// Forces Q of the joints at a time (s): springs, dampers, friction, stops and actuators.
     pub fn joint_forces(&self, coordinates: &Coordinates<T>, time: f64) -> DVector<T> {
         let mut forces = zeros(self.width());
+        self.add_joint_forces(coordinates, time, &mut forces);
+        forces
+    }
+
+    /// Adds the forces Q of the joints at a time (s) to generalized forces.
+    pub fn add_joint_forces(
+        &self,
+        coordinates: &Coordinates<T>,
+        time: f64,
+        forces: &mut DVector<T>,
+    ) {
         for (link, position) in self.links.iter().zip(&coordinates.positions) {
             if let JointPosition::Scalar(position) = position {
                 let column = link.columns.start;
                 let velocity = coordinates.velocities[column];
-                forces[column] = link.law.force(*position, velocity, time);
+                forces[column] += link.law.force(*position, velocity, time);
             }
         }
-        forces
     }
 }

@@ -35,8 +35,8 @@ use nalgebra::{DMatrix, DVector, Vector3, Vector6};
 pub(in crate::dynamics) struct Directions {
     /// Ξ of each column.
     displacements: Vec<Vector6<f64>>,
-    /// W of each column.
-    velocities: Vec<Vector6<f64>>,
+    /// Factor of S in W: one, or zero at constant velocities.
+    velocity: f64,
     /// τ (s) in A = S − τṠ.
     duration: f64,
 }
@@ -51,51 +51,49 @@ pub(in crate::dynamics) struct BodyColumn {
     pub velocity: Vector6<f64>,
 }
 
+impl Kinematics {
+    /// Directions of positions at constant velocities. `duration` is the duration (s) of the stage, or zero.
+    pub fn position_directions(&self, duration: f64) -> Directions {
+        let axes = self.columns.iter().map(|column| column.axis);
+        Directions {
+            displacements: axes.collect(),
+            velocity: 0.0,
+            duration,
+        }
+    }
+
+    /// Directions of velocities at constant positions.
+    pub fn velocity_directions(&self) -> Directions {
+        Directions {
+            displacements: vec![zero6(); self.columns.len()],
+            velocity: 1.0,
+            duration: 0.0,
+        }
+    }
+}
+
 impl Multibody {
     /// Directions of the velocities at the end of a stage of a duration (s). The velocities also move the positions.
     pub fn stage_directions(&self, kinematics: &Kinematics, duration: f64) -> Directions {
-        let axes: Vec<_> = kinematics
-            .columns
-            .iter()
-            .map(|column| column.axis)
-            .collect();
-        let mut displacements: Vec<_> = axes.iter().map(|axis| axis * duration).collect();
+        let columns = &kinematics.columns;
+        let displacements = columns.iter().map(|column| column.axis * duration);
+        let mut displacements: Vec<_> = displacements.collect();
         for link in &self.links {
             if matches!(link.kind, JointKind::Free | JointKind::Ball) {
                 let first = link.columns.start;
                 let spin = kinematics.velocities().fixed_rows::<3>(first);
                 let turning = left_jacobian(&(spin * duration)) * duration;
                 for (column, factors) in turning.column_iter().enumerate() {
-                    displacements[first + column] = axes[first] * factors[0]
-                        + axes[first + 1] * factors[1]
-                        + axes[first + 2] * factors[2];
+                    displacements[first + column] = columns[first].axis * factors[0]
+                        + columns[first + 1].axis * factors[1]
+                        + columns[first + 2].axis * factors[2];
                 }
             }
         }
         Directions {
             displacements,
-            velocities: axes,
+            velocity: 1.0,
             duration,
-        }
-    }
-
-    /// Directions of positions at constant velocities. `duration` is the duration (s) of the stage, or zero.
-    pub fn position_directions(&self, kinematics: &Kinematics, duration: f64) -> Directions {
-        let axes = kinematics.columns.iter().map(|column| column.axis);
-        Directions {
-            displacements: axes.collect(),
-            velocities: vec![zero6(); self.width()],
-            duration,
-        }
-    }
-
-    /// Directions of velocities at constant positions.
-    pub fn velocity_directions(&self, kinematics: &Kinematics) -> Directions {
-        let axes = kinematics.columns.iter().map(|column| column.axis);
-        Directions {
-            displacements: vec![zero6(); self.width()],
-            velocities: axes.collect(),
-            duration: 0.0,
         }
     }
 
@@ -109,45 +107,43 @@ impl Multibody {
         let composites = self.composite_inertias(kinematics);
         let duration = directions.duration;
         let columns = &kinematics.columns;
-        let projected = columns
-            .iter()
-            .map(|column| column.axis - column.axis_rate * duration);
-        let projected: Vec<_> = projected.collect();
-        let changes = columns
-            .iter()
-            .zip(&directions.displacements)
-            .zip(&directions.velocities);
-        let changes = changes.map(|((column, displacement), velocity)| {
-            velocity + cross_motion(&column.velocity, displacement)
+        // A and B of each column.
+        let vectors = columns.iter().zip(&directions.displacements);
+        let vectors = vectors.map(|(column, displacement)| {
+            let projected = column.axis - column.axis_rate * duration;
+            let carried = cross_motion(&column.velocity, displacement);
+            (projected, column.axis * directions.velocity + carried)
         });
-        let changes: Vec<_> = changes.collect();
+        let vectors: Vec<_> = vectors.collect();
         for (index, link) in self.links.iter().enumerate() {
             let (matrix, first) = (&mut matrices[link.tree], self.trees[link.tree].start);
             let momentum = &kinematics.momenta[index];
             for &column in &link.moving_columns {
-                let momentum_change = composites[index].times(&changes[column]);
-                // Sᵀ(B ×* H) = −(B × S)ᵀH, so the product B ×* H is computed once for each column.
-                let transport = cross_force(&changes[column], momentum) * duration;
-                for row in link.columns.clone() {
-                    if is_above(columns, column, row) {
-                        matrix[(row - first, column - first)] += projected[row]
-                            .dot(&momentum_change)
-                            + columns[row].axis.dot(&transport);
+                let change = &vectors[column].1;
+                let momentum_change = composites[index].times(change);
+                let mut slopes = matrix.column_mut(column - first);
+                let is_own = columns[column].link == index;
+                if !is_own || columns[column].is_outer {
+                    // Sᵀ(B ×* H) = −(B × S)ᵀH, so the product B ×* H is computed once for each column.
+                    let transport = cross_force(change, momentum) * duration;
+                    for row in link.columns.clone() {
+                        if is_above(columns, column, row) {
+                            slopes[row - first] += vectors[row].0.dot(&momentum_change)
+                                + columns[row].axis.dot(&transport);
+                        }
                     }
                 }
-                if columns[column].link != index {
+                if !is_own {
                     continue;
                 }
                 let carried =
                     momentum_change + cross_force(&directions.displacements[column], momentum);
                 for &row in &link.moving_columns {
                     if !is_above(columns, column, row) {
-                        matrix[(row - first, column - first)] += projected[row].dot(&carried);
+                        slopes[row - first] += vectors[row].0.dot(&carried);
                     }
                 }
-                if directions.velocities[column] != Vector6::zeros() {
-                    matrix[(column - first, column - first)] += link.law.armature;
-                }
+                slopes[column - first] += link.law.armature * directions.velocity;
             }
         }
         matrices
@@ -170,36 +166,43 @@ impl Multibody {
             let force = linear(&wrenches[index]);
             for &column in &link.moving_columns {
                 let displacement = &directions.displacements[column];
-                let moved = cross_force(displacement, &forces[index]) * factor;
-                for row in link.columns.clone() {
-                    if is_above(columns, column, row) {
-                        matrix[(row - first, column - first)] -= columns[row].axis.dot(&moved);
+                let mut slopes = matrix.column_mut(column - first);
+                if columns[column].link != index || columns[column].is_outer {
+                    let moved = cross_force(displacement, &forces[index]) * factor;
+                    for row in link.columns.clone() {
+                        if is_above(columns, column, row) {
+                            slopes[row - first] -= columns[row].axis.dot(&moved);
+                        }
                     }
                 }
                 // The wrench moves with the center of mass.
                 let shift = linear(displacement) + angular(displacement).cross(center);
                 let torque = shift.cross(&force) * factor;
                 for &row in &link.moving_columns {
-                    matrix[(row - first, column - first)] +=
-                        angular(&columns[row].axis).dot(&torque);
+                    slopes[row - first] += angular(&columns[row].axis).dot(&torque);
                 }
             }
         }
     }
 
-    /// Derivatives of the joint forces at a time (s) with respect to positions and velocities, for each column.
-    pub fn joint_force_slopes(&self, coordinates: &Coordinates, time: f64) -> [DVector<f64>; 2] {
-        let mut slopes = [DVector::zeros(self.width()), DVector::zeros(self.width())];
+    /// Adds the derivatives of the joint forces at a time (s), times a factor, to one matrix for each tree. In the direction of its column,
+    /// the position and the velocity of a revolute or prismatic joint change by `joint_changes`.
+    pub fn add_joint_force_slopes(
+        &self,
+        matrices: &mut [DMatrix<f64>],
+        (coordinates, time): (&Coordinates, f64),
+        ([position_change, velocity_change], factor): ([f64; 2], f64),
+    ) {
         for (link, position) in self.links.iter().zip(&coordinates.positions) {
             if let JointPosition::Scalar(position) = position {
                 let column = link.columns.start;
                 let velocity = coordinates.velocities[column];
                 let [by_position, by_velocity] = link.law.slopes(*position, velocity, time);
-                slopes[0][column] = by_position;
-                slopes[1][column] = by_velocity;
+                let i = column - self.trees[link.tree].start;
+                matrices[link.tree][(i, i)] +=
+                    (by_position * position_change + by_velocity * velocity_change) * factor;
             }
         }
-        slopes
     }
 
     /// Motions of a link in the directions of all columns that move it.
@@ -215,7 +218,7 @@ impl Multibody {
         let of_column = |column: usize| {
             let displacement = at_center(&directions.displacements[column]);
             let relative = frame.velocity - kinematics.columns[column].velocity;
-            let change = directions.velocities[column]
+            let change = kinematics.columns[column].axis * directions.velocity
                 + cross_motion(&directions.displacements[column], &relative);
             let carried = angular(&frame.velocity).cross(&linear(&displacement));
             BodyColumn {

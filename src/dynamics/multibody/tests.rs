@@ -226,8 +226,8 @@ fn for_all(
             );
             let (directions, tau) = match by {
                 By::StageVelocities => (forest.stage_directions(&kinematics, duration), duration),
-                By::Positions => (forest.position_directions(&kinematics, duration), duration),
-                By::Velocities => (forest.velocity_directions(&kinematics), 0.0),
+                By::Positions => (kinematics.position_directions(duration), duration),
+                By::Velocities => (kinematics.velocity_directions(), 0.0),
             };
             check(random, &forest, (&kinematics, &directions), &dual, tau, by);
         }
@@ -337,13 +337,13 @@ fn the_mass_matrix_is_the_derivative_of_the_momenta_and_its_factors_invert_it() 
     let random = &mut Random(SplitMix64::default());
     for _ in 0..FORESTS {
         let (forest, kinematics) = random_forest(random);
-        let directions = forest.velocity_directions(&kinematics);
+        let directions = forest.velocity_directions();
         let expected = forest.assembled(&forest.momentum_slopes(&kinematics, &directions));
         let mass = forest.assembled(&forest.mass_matrices(&kinematics));
         assert_close(&mass, &expected, "mass matrix");
         let velocities = random.numbers(forest.width());
         let factors = forest.mass_factors(&kinematics);
-        let error = (factors.velocities(&(&mass * &velocities)) - &velocities).amax();
+        let error = (factors.velocities(&mass * &velocities) - &velocities).amax();
         assert!(error < SOLUTION, "{error:e}");
         assert_eq!(forest.joint_without_inertia(&kinematics), None);
     }

@@ -1,6 +1,6 @@
 //! Adjoint of the contacts of a step.
 
-use super::StateGradient;
+use super::BodyStateGradient;
 use super::linearized_pair::{LinearizedPair, WrenchGradient};
 use super::pullback::Pullback;
 use crate::dynamics::{BodyState, Material};
@@ -60,7 +60,7 @@ impl Pullback<'_> {
         let arm = self.model().arm(body, state);
         let [by_pose, by_twist] = [by_pose, by_twist].map(|six| Twist::from_vector(&six));
         let by_state = &mut self.states[body];
-        by_state.add(&StateGradient {
+        by_state.add(&BodyStateGradient {
             turn: by_pose.angular,
             shift: by_pose.linear,
             spin: by_twist.angular - arm.cross(&by_twist.linear),

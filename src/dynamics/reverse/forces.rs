@@ -1,6 +1,6 @@
 //! Adjoint of forces other than contact, by dual numbers with the derivatives with respect to the state of one body.
 
-use super::StateGradient;
+use super::BodyStateGradient;
 use super::linearized_pair::WrenchGradient;
 use super::pullback::{EvaluationPoint, Pullback};
 use super::seeded_forces::SeededForces;
@@ -36,7 +36,7 @@ impl Pullback<'_> {
         for body in point.bodies {
             if coupled.binary_search(body).is_ok() {
                 let by_state = seeded.by_state(*body);
-                self.states[*body].add(&StateGradient::from_vector(&by_state));
+                self.states[*body].add(&BodyStateGradient::from_vector(&by_state));
             }
         }
         let all: Vec<usize> = (0..by_contact.len()).collect();

@@ -1,6 +1,6 @@
 //! Adjoint of a drift.
 
-use super::StateGradient;
+use super::BodyStateGradient;
 use super::gradients::BodyGradient;
 use crate::dynamics::inertia::{PrincipalInertia, scaled};
 use crate::dynamics::{BodyState, Inertia};
@@ -34,10 +34,10 @@ impl Inertia {
     pub(super) fn drifted_back(
         &self,
         before: &BodyState,
-        after: &StateGradient,
+        after: &BodyStateGradient,
         duration: f64,
         gradient: &mut BodyGradient,
-    ) -> StateGradient {
+    ) -> BodyStateGradient {
         let (rotation, spin) = (before.pose.rotation(), &before.twist.angular);
         let (turned, _) = self.principal.turned_freely(rotation, spin, duration);
         let [arm_before, arm_after] =
@@ -52,7 +52,7 @@ impl Inertia {
             inertia,
         } = self.principal.turned_back(before, by_rotation, duration);
         gradient.inertia += inertia;
-        let about_center = StateGradient {
+        let about_center = BodyStateGradient {
             turn,
             spin,
             shift: after.shift,

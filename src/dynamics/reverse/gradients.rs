@@ -1,16 +1,36 @@
 use crate::contact::{Kinks, ShapeGradient};
 use crate::dynamics::joint::NUMBER_COUNT;
 use crate::dynamics::model::Model;
-use crate::dynamics::{Body, Control, Joint, STATE_DIM, Schedule};
+use crate::dynamics::{Body, Control, Joint, STATE_DIM, Schedule, State};
 use crate::spatial::Twist;
 use nalgebra::{Matrix3, SVector, Vector3, Vector6};
 use std::collections::BTreeMap;
 use std::fmt;
 
+/// Gradient of a number with respect to a [`State`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct StateGradient {
+    /// Gradients with respect to the states of the bodies, in the order of [`State::bodies`].
+    pub bodies: Vec<BodyStateGradient>,
+    /// Gradients with respect to the states of the joints, in the order of [`State::joints`].
+    pub joints: Vec<JointStateGradient>,
+}
+
+impl StateGradient {
+    /// Zero gradient with respect to a state.
+    #[must_use]
+    pub fn zero(state: &State) -> Self {
+        Self {
+            bodies: vec![BodyStateGradient::zero(); state.bodies.len()],
+            joints: vec![JointStateGradient::zero(); state.joints.len()],
+        }
+    }
+}
+
 /// Gradient of a number with respect to the state of a body, in local coordinates (see
 /// [`World::difference`](crate::dynamics::World::difference)), along the axes of the world.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct StateGradient {
+pub struct BodyStateGradient {
     /// Gradient with respect to a turn of the body about its origin (unit of the number per rad).
     pub turn: Vector3<f64>,
     /// Gradient with respect to a shift of the origin (unit of the number per m).
@@ -21,7 +41,7 @@ pub struct StateGradient {
     pub velocity: Vector3<f64>,
 }
 
-impl StateGradient {
+impl BodyStateGradient {
     /// Zero gradient, for a number that does not depend on the state.
     #[must_use]
     pub fn zero() -> Self {
@@ -52,9 +72,8 @@ impl StateGradient {
         by_position: Vector3<f64>,
         by_twist: &Twist,
     ) -> Self {
-        let columns = rotation.column_iter().zip(by_rotation.column_iter());
         Self {
-            turn: columns.map(|(axis, by_axis)| axis.cross(&by_axis)).sum(),
+            turn: by_turn(rotation, by_rotation),
             shift: by_position,
             spin: by_twist.angular,
             velocity: by_twist.linear,
@@ -100,16 +119,19 @@ impl StateGradient {
     }
 }
 
-/// Gradient of a number with respect to the state of a joint. A revolute or prismatic joint has the first component only.
+/// Gradient of a number with respect to the state of a joint. A revolute or prismatic joint uses only the first component of each vector.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct JointGradient {
-    /// Gradient with respect to the position (per rad or m), or to a turn in the axes of the joint frame.
+pub struct JointStateGradient {
+    /// Gradient with respect to the position (unit of the number per rad or m), or to a turn of a ball joint in the axes of the joint
+    /// frame.
     pub position: Vector3<f64>,
-    /// Gradient with respect to the velocity.
+    /// Gradient with respect to the velocity (unit of the number per rad/s or m/s).
     pub velocity: Vector3<f64>,
 }
 
-impl JointGradient {
+impl JointStateGradient {
+    /// Zero gradient, for a number that does not depend on the state.
+    #[must_use]
     pub fn zero() -> Self {
         Self {
             position: Vector3::zeros(),
@@ -117,10 +139,49 @@ impl JointGradient {
         }
     }
 
-    pub fn is_finite(&self) -> bool {
+    /// Gradient with respect to the state of a revolute or prismatic joint, from the derivatives with respect to its position and
+    /// velocity.
+    #[must_use]
+    pub fn scalar(by_position: f64, by_velocity: f64) -> Self {
+        Self {
+            position: Vector3::new(by_position, 0.0, 0.0),
+            velocity: Vector3::new(by_velocity, 0.0, 0.0),
+        }
+    }
+
+    /// Gradient with respect to the state of a ball joint, from the derivatives with respect to the entries of its rotation matrix and to
+    /// its angular velocity. `rotation` is the rotation of the joint.
+    #[must_use]
+    pub fn from_entries(
+        rotation: &Matrix3<f64>,
+        by_rotation: &Matrix3<f64>,
+        by_angular_velocity: Vector3<f64>,
+    ) -> Self {
+        Self {
+            position: by_turn(rotation, by_rotation),
+            velocity: by_angular_velocity,
+        }
+    }
+
+    /// The gradient as a gradient with respect to turn and spin.
+    pub(crate) fn as_body(&self) -> BodyStateGradient {
+        BodyStateGradient {
+            turn: self.position,
+            spin: self.velocity,
+            ..BodyStateGradient::zero()
+        }
+    }
+
+    pub(crate) fn is_finite(&self) -> bool {
         let mut numbers = self.position.iter().chain(&self.velocity);
         numbers.all(|number| number.is_finite())
     }
+}
+
+/// Gradient with respect to a turn of a rotation, from the derivatives with respect to the entries of its matrix.
+fn by_turn(rotation: &Matrix3<f64>, by_rotation: &Matrix3<f64>) -> Vector3<f64> {
+    let columns = rotation.column_iter().zip(by_rotation.column_iter());
+    columns.map(|(axis, by_axis)| axis.cross(&by_axis)).sum()
 }
 
 /// Gradient of a number with respect to the initial state and all other inputs of a rollout.
@@ -129,7 +190,7 @@ pub(crate) struct ModelGradient {
     /// Gradient with respect to the numbers of each body.
     pub bodies: Vec<BodyGradient>,
     /// Gradient with respect to the initial state of each joint.
-    pub joints: Vec<JointGradient>,
+    pub joints: Vec<JointStateGradient>,
     /// Gradient with respect to gravity (unit of the number per m/s²).
     pub gravity: Vector3<f64>,
     /// Gradient with respect to the wrench (torque, force) of each interval of each control.
@@ -185,7 +246,7 @@ pub struct KinkSummary {
 /// Gradient of a number with respect to the initial state and the properties of a body.
 #[derive(Debug, Clone)]
 pub(crate) struct BodyGradient {
-    pub initial: StateGradient,
+    pub initial: BodyStateGradient,
     pub modulus: f64,
     pub dissipation: f64,
     pub friction: f64,
@@ -211,7 +272,7 @@ impl BodyGradient {
             schedule.map_or_else(Vec::new, |schedule| vec![0.0; schedule.values().len()])
         };
         Self {
-            initial: StateGradient::zero(),
+            initial: BodyStateGradient::zero(),
             modulus: 0.0,
             dissipation: 0.0,
             friction: 0.0,
@@ -230,7 +291,7 @@ impl ModelGradient {
         let intervals = |control: &Control| vec![Vector6::zeros(); control.wrenches().len()];
         Self {
             bodies: model.bodies.iter().map(BodyGradient::zero).collect(),
-            joints: vec![JointGradient::zero(); model.joint_count()],
+            joints: vec![JointStateGradient::zero(); model.joint_count()],
             gravity: Vector3::zeros(),
             controls: model.controls.iter().map(intervals).collect(),
             force_parameters: vec![0.0; model.force_parameters.len()],

@@ -274,10 +274,14 @@ impl StepBack<'_, '_> {
         kinematics: &Kinematics,
         by_momenta: &DVector<f64>,
     ) -> [DVector<f64>; 2] {
+        // The gradient is zero in the last stage of a substep, because no later stage uses its rates.
+        if by_momenta.iter().all(|gradient| *gradient == 0.0) {
+            return [by_momenta.clone(), by_momenta.clone()];
+        }
         self.add_by_inertia(multibody, kinematics, (by_momenta, 0.0));
         let directions = [
-            multibody.position_directions(kinematics, 0.0),
-            multibody.velocity_directions(kinematics),
+            kinematics.position_directions(0.0),
+            kinematics.velocity_directions(),
         ];
         directions.map(|directions| {
             let slopes = multibody.momentum_slopes(kinematics, &directions);

@@ -35,8 +35,8 @@ use super::integrator::Kind;
 use super::{Body, Plan, RolloutError};
 use crate::contact::ShapeGradient;
 use explicit::ExplicitSteps;
-pub(crate) use gradients::{JointGradient, ModelGradient};
-pub use gradients::{Kink, KinkSummary, StateGradient};
+pub(crate) use gradients::ModelGradient;
+pub use gradients::{BodyStateGradient, JointStateGradient, Kink, KinkSummary, StateGradient};
 use implicit::ImplicitSteps;
 use pullback::Pullback;
 use std::sync::Arc;
@@ -91,7 +91,7 @@ impl<'w> ReverseSweep<'w> {
 
     /// Adds a gradient with respect to the state of a body at the current step of the sweep. The number of bodies plus the index of a joint
     /// stands for the joint: turn and spin are then those of its coordinates.
-    pub fn add(&mut self, body: usize, by_state: &StateGradient) {
+    pub fn add(&mut self, body: usize, by_state: &BodyStateGradient) {
         if let Some(index) = body.checked_sub(self.pullback.states.len()) {
             let joint = &mut self.pullback.joints[index];
             joint.position += by_state.turn;

@@ -1,6 +1,6 @@
 use super::linearized_pair::{LinearizedPair, WrenchGradient};
 use super::seeded_forces::SeededForces;
-use super::{JointGradient, ModelGradient, StateGradient};
+use super::{BodyStateGradient, JointStateGradient, ModelGradient};
 use crate::dynamics::BodyState;
 use crate::dynamics::TimeSpan;
 use crate::dynamics::dyn_world::DynWorld;
@@ -18,9 +18,9 @@ pub(super) struct Pullback<'w> {
     pub world: &'w dyn DynWorld<f64>,
     pub forces: Option<SeededForces>,
     /// Gradient with respect to the state of each body.
-    pub states: Vec<StateGradient>,
+    pub states: Vec<BodyStateGradient>,
     /// Gradient with respect to the state of each joint.
-    pub joints: Vec<JointGradient>,
+    pub joints: Vec<JointStateGradient>,
     pub gradient: ModelGradient,
     /// Number of the step that is reversed, counted from 1.
     pub step: usize,
@@ -52,8 +52,8 @@ impl<'w> Pullback<'w> {
         Self {
             world,
             forces: SeededForces::of(world),
-            states: vec![StateGradient::zero(); model.bodies.len()],
-            joints: vec![JointGradient::zero(); model.joint_count()],
+            states: vec![BodyStateGradient::zero(); model.bodies.len()],
+            joints: vec![JointStateGradient::zero(); model.joint_count()],
             gradient: ModelGradient::zero(model),
             step: 0,
             controlled: controls
@@ -75,7 +75,7 @@ impl<'w> Pullback<'w> {
     pub fn clear_kinematic(&mut self) {
         for (body, by_state) in self.world.model().bodies.iter().zip(&mut self.states) {
             if body.motion.is_kinematic() {
-                *by_state = StateGradient::zero();
+                *by_state = BodyStateGradient::zero();
             }
         }
     }
@@ -146,7 +146,7 @@ impl<'w> Pullback<'w> {
         multibody: &Multibody,
         kinematics: &Kinematics,
     ) -> [DVector<f64>; 2] {
-        let directions = multibody.position_directions(kinematics, 0.0);
+        let directions = kinematics.position_directions(0.0);
         let mut gradients = [
             DVector::zeros(multibody.width()),
             DVector::zeros(multibody.width()),
@@ -173,7 +173,7 @@ impl<'w> Pullback<'w> {
             }
             if let Some(state_index) = link.state_index {
                 let joint = &mut self.joints[state_index];
-                let by_joint = mem::replace(joint, JointGradient::zero());
+                let by_joint = mem::replace(joint, JointStateGradient::zero());
                 for (gradient, by_joint) in gradients
                     .iter_mut()
                     .zip([by_joint.position, by_joint.velocity])
@@ -199,7 +199,7 @@ impl<'w> Pullback<'w> {
             if link.kind == JointKind::Free {
                 let parts = [&by_position, &by_velocity]
                     .map(|gradient| gradient.fixed_rows::<6>(first).into_owned());
-                let about_center = StateGradient::from_parts(parts);
+                let about_center = BodyStateGradient::from_parts(parts);
                 let arm = self.model().arm(link.body, state);
                 self.states[link.body].add(&about_center.about(&-arm));
                 self.add_by_center(link.body, state, &about_center.shift);
@@ -231,7 +231,7 @@ impl<'w> Pullback<'w> {
     /// the center of mass and to the velocities.
     fn take_state_gradient(&mut self, body: usize, state: &BodyState) -> [Vector6<f64>; 2] {
         let arm = self.model().arm(body, state);
-        let by_state = mem::replace(&mut self.states[body], StateGradient::zero());
+        let by_state = mem::replace(&mut self.states[body], BodyStateGradient::zero());
         self.add_by_center(body, state, &-by_state.shift);
         by_state.about(&arm).parts()
     }

@@ -153,7 +153,8 @@ fn a_joint_of_a_mechanism_is_changed_by_name() {
     let error = arm.with_joint("elbow", |joint| joint).unwrap_err();
     let known = vec!["shoulder".to_owned(), "wrist".to_owned()];
     let name = "elbow".to_owned();
-    assert_eq!(error, WorldError::UnknownJoint { name, known });
+    let kind = "joint";
+    assert_eq!(error, WorldError::UnknownJoint { kind, name, known });
 }
 
 #[test]

@@ -1,0 +1,613 @@
+//! Joints between bodies.
+
+use crate::arrays::{Floats, array, finite_row, optional_real, real};
+use crate::errors::value_error;
+use crate::pickle::{Reduced, loaded, reduced};
+use crate::poses::{entries, matrix, rotation, single_pose};
+use hydroelastic::dynamics::{self, Actuator, JointKind, JointLaw, JointState, WorldError};
+use hydroelastic::nalgebra::{Matrix3, Unit, UnitVector3, Vector3};
+use pyo3::prelude::*;
+
+/// Compliant stops at the ends of the range of a joint. The force of a stop at the depth d beyond the range is k·d·max(0, 1 + c·ḋ).
+///
+/// Parameters
+/// ----------
+/// range : (2,) array_like
+///     Smallest and largest position (rad or m).
+/// stiffness : float
+///     Stiffness k (N m/rad or N/m), at least 0.
+/// dissipation : float
+///     Dissipation c (s/rad or s/m), at least 0.
+///
+/// Raises
+/// ------
+/// HydroelasticError
+///     If a number is out of range or not finite.
+#[pyclass(frozen, eq, module = "hydroelastic")]
+#[derive(Clone, Copy, PartialEq)]
+pub struct Stops(dynamics::Stops);
+
+#[pymethods]
+impl Stops {
+    #[new]
+    #[pyo3(signature = (range, stiffness, dissipation=0.0))]
+    fn new(
+        range: &Bound<'_, PyAny>,
+        #[pyo3(from_py_with = real)] stiffness: f64,
+        #[pyo3(from_py_with = real)] dissipation: f64,
+    ) -> PyResult<Self> {
+        let [low, high] = finite_row(range, "range")?;
+        let not_negative = "not negative and finite";
+        for (quantity, value, is_in_range, expected) in [
+            (
+                "largest position",
+                high,
+                high >= low,
+                "at least the smallest position",
+            ),
+            (
+                "stiffness of stops",
+                stiffness,
+                stiffness >= 0.0,
+                not_negative,
+            ),
+            (
+                "dissipation of stops",
+                dissipation,
+                dissipation >= 0.0,
+                not_negative,
+            ),
+        ] {
+            if !(is_in_range && value.is_finite()) {
+                return Err(value_error(WorldError::Setting {
+                    quantity,
+                    value,
+                    expected,
+                }));
+            }
+        }
+        let stops = dynamics::Stops::new([low, high], stiffness, dissipation);
+        Ok(Self(stops))
+    }
+
+    /// Smallest and largest position (rad or m).
+    #[getter]
+    fn range(&self) -> (f64, f64) {
+        self.0.range.into()
+    }
+
+    /// Stiffness (N m/rad or N/m).
+    #[getter]
+    fn stiffness(&self) -> f64 {
+        self.0.stiffness
+    }
+
+    /// Dissipation (s/rad or s/m).
+    #[getter]
+    fn dissipation(&self) -> f64 {
+        self.0.dissipation
+    }
+
+    fn __repr__(&self) -> String {
+        let dynamics::Stops {
+            range: [low, high],
+            stiffness,
+            dissipation,
+            ..
+        } = self.0;
+        format!("Stops(({low:?}, {high:?}), {stiffness:?}, {dissipation:?})")
+    }
+
+    fn __getnewargs__(&self) -> ((f64, f64), f64, f64) {
+        (self.range(), self.stiffness(), self.dissipation())
+    }
+}
+
+/// Joint that connects a dynamic body to its parent: another body, or the world.
+///
+/// The origin of the joint is the pose of the joint frame in the frame of the parent. At position zero, the joint frame coincides with the
+/// body frame. A body without a joint is free. Only implicit steps integrate joints.
+///
+/// Create joints with Joint.revolute, Joint.prismatic, Joint.ball or Joint.fixed, and pass them to Body.dynamic. Units are written for
+/// revolute joints. For prismatic joints, replace rad by m, N m by N, and kg m² by kg.
+#[pyclass(frozen, eq, module = "hydroelastic")]
+#[derive(Clone)]
+pub struct Joint(pub dynamics::Joint);
+
+impl PartialEq for Joint {
+    fn eq(&self, other: &Self) -> bool {
+        let (a, b) = (&self.0, &other.0);
+        (a.name(), a.parent(), a.kind()) == (b.name(), b.parent(), b.kind())
+            && entries(a.origin()) == entries(b.origin())
+            && (a.law(), a.initial_state()) == (b.law(), b.initial_state())
+    }
+}
+
+/// Place of a joint: its parent and the pose of the joint frame.
+struct Place<'a, 'py> {
+    parent: Option<&'a str>,
+    origin: Option<&'a Bound<'py, PyAny>>,
+}
+
+impl Place<'_, '_> {
+    /// Places a joint, and checks its numbers.
+    fn applied(self, mut joint: dynamics::Joint) -> PyResult<Joint> {
+        if let Some(parent) = self.parent {
+            joint = joint.with_parent(parent);
+        }
+        if let Some(origin) = self.origin {
+            joint = joint.with_origin(single_pose(origin, "origin")?);
+        }
+        joint.check().map_err(value_error)?;
+        Ok(Joint(joint))
+    }
+}
+
+/// Numbers of a revolute or prismatic joint.
+struct Numbers {
+    position: f64,
+    velocity: f64,
+    armature: f64,
+    damping: f64,
+    friction: f64,
+    slip_tolerance: f64,
+    stops: Option<Stops>,
+    servo_stiffness: f64,
+    servo_damping: f64,
+    target_position: f64,
+    target_velocity: f64,
+    torque: f64,
+    torque_limit: Option<f64>,
+}
+
+impl Numbers {
+    fn applied(self, joint: dynamics::Joint) -> dynamics::Joint {
+        let mut joint = joint
+            .with_position(self.position)
+            .with_velocity(self.velocity)
+            .with_armature(self.armature)
+            .with_damping(self.damping)
+            .with_friction(self.friction, self.slip_tolerance)
+            .with_servo(self.servo_stiffness, self.servo_damping)
+            .with_target(self.target_position, self.target_velocity)
+            .with_torque(self.torque);
+        if let Some(stops) = self.stops {
+            joint = joint.with_stops(stops.0);
+        }
+        if let Some(limit) = self.torque_limit {
+            joint = joint.with_torque_limit(limit);
+        }
+        joint
+    }
+}
+
+/// Reads the direction of an axis.
+fn axis_of(argument: &Bound<'_, PyAny>) -> PyResult<UnitVector3<f64>> {
+    let axis = Vector3::from(finite_row::<3>(argument, "axis")?);
+    // The division prevents an overflow of the square.
+    Unit::try_new(axis / axis.amax(), 0.0)
+        .ok_or_else(|| value_error("the axis of a joint must not be zero"))
+}
+
+impl Joint {
+    fn law(&self) -> &JointLaw {
+        self.0.law()
+    }
+
+    fn actuator(&self) -> &Actuator {
+        &self.0.law().actuator
+    }
+
+    /// Rotation and angular velocity of a ball joint.
+    fn ball_state(&self) -> Option<(&Matrix3<f64>, &Vector3<f64>)> {
+        match self.0.initial_state()? {
+            JointState::Ball {
+                rotation,
+                angular_velocity,
+            } => Some((rotation, angular_velocity)),
+            _ => None,
+        }
+    }
+}
+
+#[pymethods]
+impl Joint {
+    /// Creates a joint that rotates about an axis.
+    ///
+    /// Parameters
+    /// ----------
+    /// name : str
+    ///     Name, which must be unique in a world.
+    /// axis : (3,) array_like
+    ///     Axis in the joint frame, of any length. It goes through the origin of the frame.
+    /// parent : str, optional
+    ///     Name of the parent body, which must come before the body in the world. Default: the world.
+    /// origin : (4, 4) array_like, optional
+    ///     Pose of the joint frame in the body frame of the parent, or in the world. Default: the identity.
+    /// position, velocity : float
+    ///     Initial angle (rad) and its rate (rad/s).
+    /// armature : float
+    ///     Reflected inertia of the rotor (kg m²).
+    /// damping : float
+    ///     Viscous damping (N m s/rad).
+    /// friction : float
+    ///     Coulomb friction (N m). At the velocity u, it is friction·u/√(u² + s²) with the slip tolerance s.
+    /// slip_tolerance : float
+    ///     Slip tolerance (rad/s) of the friction.
+    /// stops : Stops, optional
+    ///     Stops at the ends of the range. Default: no limits.
+    /// servo_stiffness, servo_damping : float
+    ///     Stiffness (N m/rad) and damping (N m s/rad) of the servo of the actuator.
+    /// target_position, target_velocity : float
+    ///     Target angle (rad) and target velocity (rad/s) of the servo.
+    /// torque : float
+    ///     Torque (N m) of the actuator in addition to the servo.
+    /// torque_limit : float, optional
+    ///     Largest magnitude of the torque (N m) of the actuator. Default: no limit.
+    ///
+    /// Returns
+    /// -------
+    /// Joint
+    ///     Revolute joint.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If the axis is zero, the origin is not rigid, or a number is out of range or not finite.
+    #[staticmethod]
+    #[pyo3(signature = (name, axis, *, parent=None, origin=None, position=0.0, velocity=0.0, armature=0.0, damping=0.0, friction=0.0,
+                        slip_tolerance=1e-3, stops=None, servo_stiffness=0.0, servo_damping=0.0, target_position=0.0,
+                        target_velocity=0.0, torque=0.0, torque_limit=None))]
+    fn revolute(
+        name: &str,
+        axis: &Bound<'_, PyAny>,
+        parent: Option<&str>,
+        origin: Option<&Bound<'_, PyAny>>,
+        #[pyo3(from_py_with = real)] position: f64,
+        #[pyo3(from_py_with = real)] velocity: f64,
+        #[pyo3(from_py_with = real)] armature: f64,
+        #[pyo3(from_py_with = real)] damping: f64,
+        #[pyo3(from_py_with = real)] friction: f64,
+        #[pyo3(from_py_with = real)] slip_tolerance: f64,
+        stops: Option<PyRef<'_, Stops>>,
+        #[pyo3(from_py_with = real)] servo_stiffness: f64,
+        #[pyo3(from_py_with = real)] servo_damping: f64,
+        #[pyo3(from_py_with = real)] target_position: f64,
+        #[pyo3(from_py_with = real)] target_velocity: f64,
+        #[pyo3(from_py_with = real)] torque: f64,
+        #[pyo3(from_py_with = optional_real)] torque_limit: Option<f64>,
+    ) -> PyResult<Self> {
+        let numbers = Numbers {
+            position,
+            velocity,
+            armature,
+            damping,
+            friction,
+            slip_tolerance,
+            stops: stops.map(|stops| *stops),
+            servo_stiffness,
+            servo_damping,
+            target_position,
+            target_velocity,
+            torque,
+            torque_limit,
+        };
+        let joint = dynamics::Joint::revolute(name, axis_of(axis)?);
+        Place { parent, origin }.applied(numbers.applied(joint))
+    }
+
+    /// Creates a joint that slides along an axis.
+    ///
+    /// Parameters
+    /// ----------
+    /// name : str
+    ///     Name, which must be unique in a world.
+    /// axis : (3,) array_like
+    ///     Axis in the joint frame, of any length.
+    /// parent : str, optional
+    ///     Name of the parent body, which must come before the body in the world. Default: the world.
+    /// origin : (4, 4) array_like, optional
+    ///     Pose of the joint frame in the body frame of the parent, or in the world. Default: the identity.
+    /// position, velocity : float
+    ///     Initial displacement (m) and its rate (m/s).
+    /// armature : float
+    ///     Reflected inertia of the drive (kg).
+    /// damping : float
+    ///     Viscous damping (N s/m).
+    /// friction : float
+    ///     Coulomb friction (N). At the velocity u, it is friction·u/√(u² + s²) with the slip tolerance s.
+    /// slip_tolerance : float
+    ///     Slip tolerance (m/s) of the friction.
+    /// stops : Stops, optional
+    ///     Stops at the ends of the range. Default: no limits.
+    /// servo_stiffness, servo_damping : float
+    ///     Stiffness (N/m) and damping (N s/m) of the servo of the actuator.
+    /// target_position, target_velocity : float
+    ///     Target displacement (m) and target velocity (m/s) of the servo.
+    /// torque : float
+    ///     Force (N) of the actuator in addition to the servo.
+    /// torque_limit : float, optional
+    ///     Largest magnitude of the force (N) of the actuator. Default: no limit.
+    ///
+    /// Returns
+    /// -------
+    /// Joint
+    ///     Prismatic joint.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If the axis is zero, the origin is not rigid, or a number is out of range or not finite.
+    #[staticmethod]
+    #[pyo3(signature = (name, axis, *, parent=None, origin=None, position=0.0, velocity=0.0, armature=0.0, damping=0.0, friction=0.0,
+                        slip_tolerance=1e-3, stops=None, servo_stiffness=0.0, servo_damping=0.0, target_position=0.0,
+                        target_velocity=0.0, torque=0.0, torque_limit=None))]
+    fn prismatic(
+        name: &str,
+        axis: &Bound<'_, PyAny>,
+        parent: Option<&str>,
+        origin: Option<&Bound<'_, PyAny>>,
+        #[pyo3(from_py_with = real)] position: f64,
+        #[pyo3(from_py_with = real)] velocity: f64,
+        #[pyo3(from_py_with = real)] armature: f64,
+        #[pyo3(from_py_with = real)] damping: f64,
+        #[pyo3(from_py_with = real)] friction: f64,
+        #[pyo3(from_py_with = real)] slip_tolerance: f64,
+        stops: Option<PyRef<'_, Stops>>,
+        #[pyo3(from_py_with = real)] servo_stiffness: f64,
+        #[pyo3(from_py_with = real)] servo_damping: f64,
+        #[pyo3(from_py_with = real)] target_position: f64,
+        #[pyo3(from_py_with = real)] target_velocity: f64,
+        #[pyo3(from_py_with = real)] torque: f64,
+        #[pyo3(from_py_with = optional_real)] torque_limit: Option<f64>,
+    ) -> PyResult<Self> {
+        let numbers = Numbers {
+            position,
+            velocity,
+            armature,
+            damping,
+            friction,
+            slip_tolerance,
+            stops: stops.map(|stops| *stops),
+            servo_stiffness,
+            servo_damping,
+            target_position,
+            target_velocity,
+            torque,
+            torque_limit,
+        };
+        let joint = dynamics::Joint::prismatic(name, axis_of(axis)?);
+        Place { parent, origin }.applied(numbers.applied(joint))
+    }
+
+    /// Creates a joint that rotates about all axes. It has no damping, friction, stops or actuator.
+    ///
+    /// Parameters
+    /// ----------
+    /// name : str
+    ///     Name, which must be unique in a world.
+    /// parent : str, optional
+    ///     Name of the parent body, which must come before the body in the world. Default: the world.
+    /// origin : (4, 4) array_like, optional
+    ///     Pose of the joint frame in the body frame of the parent, or in the world. Default: the identity.
+    /// rotation : (3, 3) array_like, optional
+    ///     Initial rotation from the body frame to the joint frame. Default: the identity.
+    /// angular_velocity : (3,) array_like, optional
+    ///     Initial angular velocity (rad/s) in the axes of the joint frame. Default: zero.
+    /// armature : float
+    ///     Reflected inertia of the rotors (kg m²).
+    ///
+    /// Returns
+    /// -------
+    /// Joint
+    ///     Ball joint.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If the origin is not rigid, the rotation is not orthonormal, or a number is out of range or not finite.
+    #[staticmethod]
+    #[pyo3(signature = (name, *, parent=None, origin=None, rotation=None, angular_velocity=None, armature=0.0))]
+    fn ball(
+        name: &str,
+        parent: Option<&str>,
+        origin: Option<&Bound<'_, PyAny>>,
+        rotation: Option<&Bound<'_, PyAny>>,
+        angular_velocity: Option<&Bound<'_, PyAny>>,
+        #[pyo3(from_py_with = real)] armature: f64,
+    ) -> PyResult<Self> {
+        let rotation = rotation.map(|argument| self::rotation(argument, "rotation"));
+        let spin = angular_velocity.map(|argument| finite_row::<3>(argument, "angular_velocity"));
+        let initial = JointState::Ball {
+            rotation: rotation.transpose()?.unwrap_or_else(Matrix3::identity),
+            angular_velocity: spin.transpose()?.unwrap_or_default().into(),
+        };
+        let joint = dynamics::Joint::ball(name).with_armature(armature);
+        Place { parent, origin }.applied(joint.with_initial_state(initial))
+    }
+
+    /// Creates a joint without motion, which welds a body to its parent.
+    ///
+    /// Parameters
+    /// ----------
+    /// name : str
+    ///     Name, which must be unique in a world.
+    /// parent : str, optional
+    ///     Name of the parent body, which must come before the body in the world. Default: the world.
+    /// origin : (4, 4) array_like, optional
+    ///     Pose of the body frame in the body frame of the parent, or in the world. Default: the identity.
+    ///
+    /// Returns
+    /// -------
+    /// Joint
+    ///     Fixed joint.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If the origin is not rigid.
+    #[staticmethod]
+    #[pyo3(signature = (name, *, parent=None, origin=None))]
+    fn fixed(
+        name: &str,
+        parent: Option<&str>,
+        origin: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        Place { parent, origin }.applied(dynamics::Joint::fixed(name))
+    }
+
+    /// Name.
+    #[getter]
+    fn name(&self) -> &str {
+        self.0.name()
+    }
+
+    /// Kind: "revolute", "prismatic", "ball" or "fixed".
+    #[getter]
+    pub fn kind(&self) -> &'static str {
+        match self.0.kind() {
+            JointKind::Revolute(_) => "revolute",
+            JointKind::Prismatic(_) => "prismatic",
+            JointKind::Ball => "ball",
+            _ => "fixed",
+        }
+    }
+
+    /// Unit vector of the axis of a revolute or prismatic joint in the joint frame, (3,) float64; None for other joints.
+    #[getter]
+    fn axis<'py>(&self, py: Python<'py>) -> PyResult<Option<Floats<'py>>> {
+        match self.0.kind() {
+            JointKind::Revolute(axis) | JointKind::Prismatic(axis) => {
+                array(py, axis.as_slice().to_vec(), &[3]).map(Some)
+            }
+            _ => Ok(None),
+        }
+    }
+
+    /// Name of the parent body; None for the world.
+    #[getter]
+    fn parent(&self) -> Option<&str> {
+        self.0.parent()
+    }
+
+    /// Pose of the joint frame in the body frame of the parent, or in the world, (4, 4) float64.
+    #[getter]
+    fn origin<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
+        matrix(py, self.0.origin())
+    }
+
+    /// Initial position (rad) of a revolute or prismatic joint; None for other joints.
+    #[getter]
+    fn position(&self) -> Option<f64> {
+        self.0.initial_state()?.position()
+    }
+
+    /// Initial velocity (rad/s) of a revolute or prismatic joint; None for other joints.
+    #[getter]
+    fn velocity(&self) -> Option<f64> {
+        self.0.initial_state()?.velocity()
+    }
+
+    /// Initial rotation of a ball joint from the body frame to the joint frame, (3, 3) float64; None for other joints.
+    #[getter]
+    fn rotation<'py>(&self, py: Python<'py>) -> PyResult<Option<Floats<'py>>> {
+        let rows = |(rotation, _): (&Matrix3<f64>, _)| rotation.transpose().as_slice().to_vec();
+        let numbers = self.ball_state().map(rows);
+        numbers.map(|rows| array(py, rows, &[3, 3])).transpose()
+    }
+
+    /// Initial angular velocity (rad/s) of a ball joint in the axes of the joint frame, (3,) float64; None for other joints.
+    #[getter]
+    fn angular_velocity<'py>(&self, py: Python<'py>) -> PyResult<Option<Floats<'py>>> {
+        let numbers = self.ball_state().map(|(_, spin)| spin.as_slice().to_vec());
+        numbers.map(|spin| array(py, spin, &[3])).transpose()
+    }
+
+    /// Reflected inertia (kg m²) of the rotor.
+    #[getter]
+    fn armature(&self) -> f64 {
+        self.law().armature
+    }
+
+    /// Viscous damping (N m s/rad).
+    #[getter]
+    fn damping(&self) -> f64 {
+        self.law().damping
+    }
+
+    /// Coulomb friction (N m).
+    #[getter]
+    fn friction(&self) -> f64 {
+        self.law().friction
+    }
+
+    /// Slip tolerance (rad/s) of the friction.
+    #[getter]
+    fn slip_tolerance(&self) -> f64 {
+        self.law().slip_tolerance
+    }
+
+    /// Stops; None for a joint without limits.
+    #[getter]
+    fn stops(&self) -> Option<Stops> {
+        self.law().stops.map(Stops)
+    }
+
+    /// Stiffness (N m/rad) of the servo.
+    #[getter]
+    fn servo_stiffness(&self) -> f64 {
+        self.actuator().stiffness
+    }
+
+    /// Damping (N m s/rad) of the servo.
+    #[getter]
+    fn servo_damping(&self) -> f64 {
+        self.actuator().damping
+    }
+
+    /// Target position (rad) of the servo.
+    #[getter]
+    fn target_position(&self) -> f64 {
+        self.actuator().target_position
+    }
+
+    /// Target velocity (rad/s) of the servo.
+    #[getter]
+    fn target_velocity(&self) -> f64 {
+        self.actuator().target_velocity
+    }
+
+    /// Torque (N m) of the actuator in addition to the servo.
+    #[getter]
+    fn torque(&self) -> f64 {
+        self.actuator().torque
+    }
+
+    /// Largest magnitude of the torque (N m) of the actuator; None without a limit.
+    #[getter]
+    fn torque_limit(&self) -> Option<f64> {
+        self.actuator().limit
+    }
+
+    pub fn __repr__(&self) -> String {
+        let axis = match self.0.kind() {
+            JointKind::Revolute(axis) | JointKind::Prismatic(axis) => {
+                format!(", {:?}", axis.as_slice())
+            }
+            _ => String::new(),
+        };
+        let parent = self.parent().map(|parent| format!(", parent={parent:?}"));
+        let (kind, name) = (self.kind(), self.name());
+        format!("Joint.{kind}({name:?}{axis}{})", parent.unwrap_or_default())
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        reduced(py, "_load_joint", &self.0)
+    }
+}
+
+/// Restores a joint from a pickle.
+#[pyfunction]
+pub fn _load_joint(saved: &[u8]) -> PyResult<Joint> {
+    loaded(saved).map(Joint)
+}
