@@ -26,6 +26,10 @@ use std::ops::Range;
 /// with constant generalized velocities. Fixed and kinematic bodies have no columns. The motion of a kinematic parent is taken as steady:
 /// its spatial acceleration is zero, because a path has no accelerations.
 ///
+/// A joint that mimics another joint has columns too. All quantities except the forward dynamics are those of independent joints. The
+/// forward dynamics include the forces that keep the joints coupled, so M⁻¹ is E·(EᵀME)⁻¹·Eᵀ, with the generalized velocities u = E·w of
+/// independent velocities w.
+///
 /// Symbols and algorithms are those of Featherstone 2008, Rigid Body Dynamics Algorithms.
 ///
 /// ```
@@ -80,7 +84,7 @@ pub struct ForwardDynamicsDerivatives {
     pub by_positions: DMatrix<f64>,
     /// With respect to generalized velocities.
     pub by_velocities: DMatrix<f64>,
-    /// With respect to generalized forces: the inverse of the mass matrix.
+    /// With respect to generalized forces: M⁻¹.
     pub by_forces: DMatrix<f64>,
 }
 

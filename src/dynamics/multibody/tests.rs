@@ -337,7 +337,7 @@ fn the_mass_matrix_is_the_derivative_of_the_momenta_and_its_factors_invert_it() 
     let random = &mut Random(SplitMix64::default());
     for _ in 0..FORESTS {
         let (forest, kinematics) = random_forest(random);
-        let directions = forest.velocity_directions();
+        let directions = kinematics.velocity_directions();
         let expected = forest.assembled(&forest.momentum_slopes(&kinematics, &directions));
         let mass = forest.assembled(&forest.mass_matrices(&kinematics));
         assert_close(&mass, &expected, "mass matrix");

@@ -119,7 +119,8 @@ fn the_dynamics_of_all_published_robots_are_those_of_pinocchio() {
         return;
     };
     let (mut agreeing, mut largest) = (0, [0.0_f64; 5]);
-    for (file, reference) in references(&folder.join("dynamics.json")) {
+    let references = references(&folder.join("dynamics.json")).into_iter();
+    for (file, reference) in references.filter(|(_, robot)| !robot.joints.is_empty()) {
         let robot = Robot::read(folder.join(&file)).unwrap();
         let errors = match errors(&robot, &reference) {
             Ok(errors) => errors,
