@@ -31,7 +31,7 @@ pub enum MeshShape {
     Rigid,
     /// Compliant shape by [`shapes::star_shaped`]. The mesh must be star-shaped about its center.
     StarShaped,
-    /// No shape. The file of the mesh is not opened.
+    /// No shape. The mesh file is not read.
     None,
 }
 
