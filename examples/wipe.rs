@@ -179,14 +179,14 @@ fn path(arm: &Mechanism, table: f64) -> Answer<Vec<[f64; 7]>> {
         let mut goal = sponge_in(&world, &middle)?;
         (goal.y, goal.z) = (y, table + SPONGE - DEPTH);
         for _ in 0..20 {
-            let placed = world.clone().with_initial_state(&state)?.initial_state();
-            let pose = placed.bodies[sponge].pose;
+            let posed = world.clone().with_initial_state(&state)?.initial_state();
+            let pose = posed.bodies[sponge].pose;
             let turn = orientation.rotation() * pose.rotation().transpose();
             let turn = Rotation3::from_matrix_unchecked(turn).scaled_axis();
             let shift = goal - pose.translation();
             let error = Vector6::new(turn.x, turn.y, turn.z, shift.x, shift.y, shift.z);
             let jacobian = world
-                .kinetics(&placed)?
+                .kinetics(&posed)?
                 .jacobian(sponge, &Vector3::zeros())?;
             let arm_columns = jacobian.columns(0, 7).into_owned();
             let change = arm_columns.svd(true, true).solve(&error, 1e-9)?;

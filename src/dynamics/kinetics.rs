@@ -103,9 +103,13 @@ impl<T: Scalar> Model<T> {
     /// Terms of the equations of motion at a state that fits the bodies.
     fn kinetics(&self, state: &State<T>) -> Kinetics<T> {
         let (multibody, kinematics) = self.kinematics_at(state);
-        let mut placed = state.clone();
-        multibody.store(&kinematics, &mut placed);
-        let mut bodies: Vec<_> = placed.bodies.into_iter().map(|body| (body, None)).collect();
+        let mut updated = state.clone();
+        multibody.store(&kinematics, &mut updated);
+        let mut bodies: Vec<_> = updated
+            .bodies
+            .into_iter()
+            .map(|body| (body, None))
+            .collect();
         for (index, link) in multibody.links.iter().enumerate() {
             bodies[link.body].1 = Some(index);
         }

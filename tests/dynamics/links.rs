@@ -141,8 +141,8 @@ fn a_body_without_a_shape_touches_nothing() {
     let world = falling(vec![block, link("ghost", bob())]).unwrap();
     let state = world.initial_state();
     assert!(world.contacts(&state).unwrap().is_empty());
-    let none = world.contact_between(&state, "block", "ghost");
-    assert!(matches!(none, Err(WorldError::NoContact(_))));
+    let contact = world.contact_between(&state, "block", "ghost");
+    assert!(matches!(contact, Err(WorldError::NoContact(_))));
     let fallen = last_pose(&world).translation().z;
     assert!((fallen + 9.81 * 0.125).abs() < 1e-9, "{fallen}");
 }

@@ -96,12 +96,12 @@ impl Collision {
     }
 
     fn compliant(&self, field: Result<PressureField, MeshError>) -> Result<BodyShape, UrdfError> {
-        let placed = field.and_then(|field| {
+        let in_link_frame = field.and_then(|field| {
             let (mesh, extents) = (field.mesh(), field.extents().to_vec());
             let mesh = TetMesh::new(self.in_link_frame(mesh.vertices()), mesh.tets().to_vec())?;
             PressureField::new(mesh, extents)
         });
-        let field = placed.map_err(|source| UrdfError::Field {
+        let field = in_link_frame.map_err(|source| UrdfError::Field {
             at: self.at.clone(),
             source,
         })?;
