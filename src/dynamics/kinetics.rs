@@ -22,6 +22,9 @@ use std::ops::Range;
 /// | prismatic | rate of the displacement (m/s) | force (N) |
 /// | fixed | none | none |
 ///
+/// A joint that mimics another one has its own velocity and force here, as if it moved by itself. With u = G·v, the velocities v of the
+/// other joints have the mass matrix Gᵀ·M·G and the forces Gᵀ·τ.
+///
 /// Derivatives with respect to positions have one column for each generalized velocity: a displacement in the direction of this velocity,
 /// with constant generalized velocities. Fixed and kinematic bodies have no columns. The motion of a kinematic parent is taken as steady:
 /// its spatial acceleration is zero, because a path has no accelerations.
