@@ -26,6 +26,7 @@ pub struct Mechanism {
 }
 
 /// Changes of the numbers of a revolute or prismatic joint.
+#[derive(Default)]
 struct Changes {
     position: Option<f64>,
     velocity: Option<f64>,
@@ -93,6 +94,15 @@ impl Mechanism {
     fn connecting(&self) -> impl Iterator<Item = &dynamics::Joint> {
         let bodies = self.bodies.iter();
         bodies.filter_map(|body| connecting_joint(&body.inner))
+    }
+
+    /// Sets the stiffness and the damping of the servo of the named joint.
+    pub fn with_servo(&self, name: &str, [stiffness, damping]: [f64; 2]) -> PyResult<Self> {
+        let changes = Changes {
+            servo: [Some(stiffness), Some(damping)],
+            ..Changes::default()
+        };
+        self.changed(name, |joint| changes.applied(joint))
     }
 
     /// Replaces the named joint by a function of it.

@@ -7,9 +7,11 @@ use crate::joint::Joint;
 use crate::material::Material;
 use crate::mechanism::Mechanism;
 use crate::poses::single_pose;
+use crate::world::{World, gravity};
 use hydroelastic::io::urdf::{
     self, Base, JointOptions, MeshShape, RobotOptions, ShapeOptions, StopLaw,
 };
+use hydroelastic::nalgebra::Vector3;
 use hydroelastic::spatial::Pose;
 use pyo3::prelude::*;
 use std::collections::BTreeMap;
@@ -251,6 +253,89 @@ impl Robot {
                 "no link is named {name:?}: the names are {known:?}"
             ))),
         }
+    }
+}
+
+#[pymethods]
+impl World {
+    /// Creates a world of one robot from a URDF file, and other bodies.
+    ///
+    /// Robot.mechanism has more options. Mechanism.with_joint sets all numbers of a joint.
+    ///
+    /// Parameters
+    /// ----------
+    /// path : path-like
+    ///     File.
+    /// material : Material
+    ///     Material of all collision geometries. Rigid shapes have its friction only.
+    /// base : str or Joint
+    ///     Connection of the root link: "fixed" or "free" in the world, or a joint to a body or the world.
+    /// pose : (4, 4) array_like, optional
+    ///     Pose of a fixed root link, or initial pose of a free one, in the world. Default: the identity.
+    /// packages : dict of str to path-like, optional
+    ///     Folders of packages with meshes, by name. Default: none.
+    /// meshes : str
+    ///     Shapes of meshes: "rigid", "star_shaped" (compliant) or "none".
+    /// servos : dict of str to (float, float), optional
+    ///     Stiffness (N m/rad or N/m) and damping (N m s/rad or N s/m) of servos, by the name of the joint. Default: no servos.
+    /// bodies : list of Body, optional
+    ///     Other bodies. They come before the links in the world. Default: none.
+    /// gravity : (3,) array_like or float, optional
+    ///     Gravity (m/s²) in world axes, or its z component, such as -9.81. Default: no gravity.
+    ///
+    /// Returns
+    /// -------
+    /// World
+    ///     World.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If the file or an option is not valid, or the world has no such joint.
+    #[staticmethod]
+    #[pyo3(signature = (path, material, *, base=None, pose=None, packages=None, meshes="rigid", servos=None, bodies=None, gravity=None),
+           text_signature = "(path, material, *, base='fixed', pose=None, packages=None, meshes='rigid', servos=None, bodies=None, \
+                             gravity=None)")]
+    fn from_urdf<'py>(
+        py: Python<'py>,
+        path: PathBuf,
+        material: &Material,
+        base: Option<&Bound<'_, PyAny>>,
+        pose: Option<&Bound<'_, PyAny>>,
+        packages: Option<BTreeMap<String, PathBuf>>,
+        meshes: &str,
+        servos: Option<BTreeMap<String, (Bound<'py, PyAny>, Bound<'py, PyAny>)>>,
+        bodies: Option<Vec<Bound<'py, Body>>>,
+        #[pyo3(from_py_with = gravity)] gravity: Option<Vector3<f64>>,
+    ) -> PyResult<Self> {
+        let fixed = "fixed".into_pyobject(py)?.into_any();
+        let options = RobotOptions {
+            base: base_of(base.unwrap_or(&fixed), pose)?,
+            shapes: ShapeOptions {
+                packages: packages.unwrap_or_default(),
+                meshes: mesh_shape(meshes)?,
+                ..ShapeOptions::default()
+            },
+            ..RobotOptions::new(material.inner())
+        };
+        let robot = Robot::read(path)?.0;
+        let mut mechanism = converted(&robot.mechanism(&options).map_err(value_error)?);
+        for (joint, (stiffness, damping)) in servos.into_iter().flatten() {
+            mechanism = mechanism.with_servo(&joint, [real(&stiffness)?, real(&damping)?])?;
+        }
+        let mechanisms = vec![Bound::new(py, mechanism)?];
+        let bodies = bodies.unwrap_or_default();
+        Self::new(
+            bodies,
+            Some(mechanisms),
+            gravity,
+            None,
+            None,
+            None,
+            None,
+            None,
+            None,
+        )
     }
 }
 

@@ -106,7 +106,7 @@ impl Settings<'_, '_> {
 }
 
 /// Converts an argument to gravity (m/s²): from a vector, its component along z or None.
-fn gravity(argument: &Bound<'_, PyAny>) -> PyResult<Option<Vector3<f64>>> {
+pub fn gravity(argument: &Bound<'_, PyAny>) -> PyResult<Option<Vector3<f64>>> {
     if argument.is_none() {
         return Ok(None);
     }
@@ -158,7 +158,7 @@ impl World {
 impl World {
     #[new]
     #[pyo3(signature = (bodies, *, mechanisms=None, gravity=None, forces=None, force_parameters=None, controls=None, ignoring=None, slip_tolerance=None, start=None))]
-    fn new(
+    pub fn new(
         bodies: Vec<Bound<'_, Body>>,
         mechanisms: Option<Vec<Bound<'_, Mechanism>>>,
         #[pyo3(from_py_with = gravity)] gravity: Option<Vector3<f64>>,

@@ -253,6 +253,18 @@ def test_mechanisms_are_pickled():
     assert all(np.array_equal(end.poses, ends[0].poses) for end in ends)
 
 
+def test_a_world_of_one_robot(tmp_path):
+    path = tmp_path / "arm.urdf"
+    path.write_text(ARM)
+    floor = he.Body.fixed("floor", he.HalfSpace(), he.Material.rigid())
+    servos = {"shoulder": (500.0, 50.0), "elbow": (100.0, 10.0)}
+    world = he.World.from_urdf(path, SKIN, pose=he.pose([0.0, 0.0, 1.0]), servos=servos, bodies=[floor], gravity=-GRAVITY)
+    assert world.names == ["floor", "base", "upper", "lower"] and world.initial_state.poses[1, 2, 3] == 1.0
+    assert [(joint.servo_stiffness, joint.servo_damping) for joint in world.joints] == list(servos.values())
+    with pytest.raises(he.HydroelasticError, match='no joint is named "wrist"'):
+        he.World.from_urdf(path, SKIN, servos={"wrist": (1.0, 1.0)})
+
+
 def test_a_base_may_be_on_a_joint():
     rail = he.Joint.prismatic("rail", [1, 0, 0], parent="table")
     table = he.Body.fixed("table", None, pose=he.pose([0.0, 0.0, 1.0]))

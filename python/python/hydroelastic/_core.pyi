@@ -647,6 +647,19 @@ class Robot:
 @final
 class World:
     def kinetics(self, state: State | None = None) -> Kinetics: ...
+    @staticmethod
+    def from_urdf(
+        path: _File,
+        material: Material,
+        *,
+        base: str | Joint = 'fixed',
+        pose: _Rows | None = None,
+        packages: Mapping[str, _File] | None = None,
+        meshes: str = 'rigid',
+        servos: Mapping[str, tuple[float, float]] | None = None,
+        bodies: Sequence[Body] | None = None,
+        gravity: _Numbers | float | None = None,
+    ) -> World: ...
     def show(
         self,
         state: State | None = None,
