@@ -36,19 +36,29 @@ pub fn shape(argument: &Bound<'_, PyAny>) -> PyResult<AnyShape> {
     }
 }
 
+/// Converts an argument to a shape, or None.
+pub fn optional_shape(argument: &Bound<'_, PyAny>) -> PyResult<Option<AnyShape>> {
+    if argument.is_none() {
+        return Ok(None);
+    }
+    shape(argument).map(Some)
+}
+
 impl AnyShape {
-    /// Converts the shape of a body of the library.
-    pub fn of(shape: &BodyShape) -> PyResult<Self> {
-        match shape {
-            BodyShape::Compliant(shape) => Ok(Self::Compliant(Shape(Arc::clone(shape)))),
-            BodyShape::Rigid(shape) => Ok(Self::Rigid(RigidShape(Arc::clone(shape)))),
-            BodyShape::HalfSpace(half_space) => {
-                Ok(Self::HalfSpace(HalfSpace(Arc::clone(half_space))))
+    /// Converts the shape of a body of the library. The result is `None` for a body without a shape.
+    pub fn of(shape: &BodyShape) -> PyResult<Option<Self>> {
+        let shape = match shape {
+            BodyShape::Compliant(shape) => Self::Compliant(Shape(Arc::clone(shape))),
+            BodyShape::Rigid(shape) => Self::Rigid(RigidShape(Arc::clone(shape))),
+            BodyShape::HalfSpace(half_space) => Self::HalfSpace(HalfSpace(Arc::clone(half_space))),
+            BodyShape::None => return Ok(None),
+            unknown => {
+                return Err(value_error(format!(
+                    "there is no class for the shape {unknown:?}"
+                )));
             }
-            unknown => Err(value_error(format!(
-                "there is no class for the shape {unknown:?}"
-            ))),
-        }
+        };
+        Ok(Some(shape))
     }
 
     /// Converts to the shape of a body of the library.

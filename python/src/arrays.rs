@@ -103,6 +103,14 @@ pub fn whole(argument: &Bound<'_, PyAny>) -> PyResult<Whole> {
     extracted(argument)
 }
 
+/// Converts an argument to an integer, or None.
+pub fn optional_whole(argument: &Bound<'_, PyAny>) -> PyResult<Option<Whole>> {
+    if argument.is_none() {
+        return Ok(None);
+    }
+    whole(argument).map(Some)
+}
+
 /// Converts an argument to a list of integers.
 pub fn wholes(argument: &Bound<'_, PyAny>) -> PyResult<Vec<Whole>> {
     argument.try_iter()?.map(|item| whole(&item?)).collect()

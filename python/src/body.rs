@@ -8,7 +8,7 @@ use crate::material::Material;
 use crate::path::Path;
 use crate::poses::{matrix, single_pose};
 use crate::world_joints::connecting_joint;
-use hydroelastic::dynamics::{self, Mass, WorldError};
+use hydroelastic::dynamics::{self, BodyShape, Mass, WorldError};
 use hydroelastic::nalgebra::{Matrix3, Vector3};
 use hydroelastic::spatial::MassProperties;
 use pyo3::prelude::*;
@@ -26,31 +26,66 @@ pub struct Body {
 
 /// Reads the mass of a body from the arguments of `Body.dynamic`.
 fn mass_of(
+    has_shape: bool,
     mass: Option<f64>,
     density: Option<f64>,
     center_of_mass: Option<&Bound<'_, PyAny>>,
     inertia: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Mass> {
     match (mass, density, center_of_mass, inertia) {
+        (Some(mass), None, _, _) if !has_shape => link_mass(mass, center_of_mass, inertia),
         (Some(mass), None, None, None) => Ok(Mass::Total(mass)),
         (None, Some(density), None, None) => Ok(Mass::Density(density)),
-        (Some(mass), None, Some(center), Some(inertia)) => {
-            let Numbers { values, shape } = numbers(inertia, "inertia")?;
-            if shape != [3, 3] {
-                return Err(wrong_shape("inertia", "(3, 3)", &shape));
-            }
-            Ok(Mass::Properties(MassProperties {
-                mass,
-                center_of_mass: row::<3>(center, "center_of_mass")?.into(),
-                inertia: Matrix3::from_row_slice(&values),
-            }))
-        }
+        (Some(mass), None, Some(center), Some(inertia)) => Ok(Mass::Properties(MassProperties {
+            mass,
+            center_of_mass: row::<3>(center, "center_of_mass")?.into(),
+            inertia: inertia_of(inertia)?,
+        })),
         (Some(mass), Some(density), ..) => Err(value_error(format!(
             "a dynamic body has a mass or a density, but both were given, mass={mass:?} kg and density={density:?} kg/m³: leave one out"
         ))),
         _ => Err(value_error(
             "a dynamic body needs its mass, or its density, or mass, center_of_mass and inertia together",
         )),
+    }
+}
+
+/// Reads the mass of a body without a shape. Center of mass and inertia are zero by default.
+fn link_mass(
+    mass: f64,
+    center_of_mass: Option<&Bound<'_, PyAny>>,
+    inertia: Option<&Bound<'_, PyAny>>,
+) -> PyResult<Mass> {
+    let center = center_of_mass.map(|center| row::<3>(center, "center_of_mass"));
+    let inertia = inertia.map(inertia_of).transpose()?;
+    Ok(Mass::Link(MassProperties {
+        mass,
+        center_of_mass: center.transpose()?.unwrap_or_default().into(),
+        inertia: inertia.unwrap_or_else(Matrix3::zeros),
+    }))
+}
+
+/// Reads an inertia.
+fn inertia_of(argument: &Bound<'_, PyAny>) -> PyResult<Matrix3<f64>> {
+    let Numbers { values, shape } = numbers(argument, "inertia")?;
+    if shape != [3, 3] {
+        return Err(wrong_shape("inertia", "(3, 3)", &shape));
+    }
+    Ok(Matrix3::from_row_slice(&values))
+}
+
+/// Shape and material of the library. Only a body without a shape may have no material.
+fn surface_of(
+    body: &str,
+    shape: Option<&AnyShape>,
+    material: Option<&Material>,
+) -> PyResult<(BodyShape, dynamics::Material)> {
+    match (shape, material) {
+        (None, _) => Ok((BodyShape::None, dynamics::Material::rigid())),
+        (Some(shape), Some(material)) => Ok((shape.inner(), material.inner())),
+        (Some(_), None) => Err(value_error(format!(
+            "body {body:?} has a shape but no material: pass a Material"
+        ))),
     }
 }
 
@@ -76,16 +111,17 @@ impl Body {
     /// Creates a body that forces move.
     ///
     /// The mass properties follow from one of these: mass alone, which is distributed uniformly; density alone; or mass,
-    /// center_of_mass and inertia together.
+    /// center_of_mass and inertia together. Without a shape, center_of_mass and inertia are zero by default, and the mass may be zero if
+    /// the body is on a joint and each joint moves inertia.
     ///
     /// Parameters
     /// ----------
     /// name : str
     ///     Name, which must be unique in a world.
-    /// shape : Shape or RigidShape
-    ///     Shape in the body frame.
-    /// material : Material
-    ///     Material, with a modulus for a Shape and without a modulus for a RigidShape.
+    /// shape : Shape or RigidShape or None
+    ///     Shape in the body frame. None for a body without a shape, such as a link of a robot.
+    /// material : Material, optional
+    ///     Material, with a modulus for a Shape and without a modulus for a RigidShape. A body without a shape needs no material.
     /// mass : float, optional
     ///     Total mass (kg).
     /// density : float, optional
@@ -114,12 +150,12 @@ impl Body {
     ///     If the mass properties are missing, contradictory or out of range, the material does not fit the shape, the shape is a
     ///     HalfSpace, the pose is not rigid, a number is not finite, or a pose or velocity is given together with a joint.
     #[staticmethod]
-    #[pyo3(signature = (name, shape, material, mass=None, *, density=None, center_of_mass=None, inertia=None, pose=None,
+    #[pyo3(signature = (name, shape, material=None, mass=None, *, density=None, center_of_mass=None, inertia=None, pose=None,
                         velocity=None, angular_velocity=None, joint=None))]
     fn dynamic(
         name: &str,
-        #[pyo3(from_py_with = any_shape::shape)] shape: AnyShape,
-        material: &Material,
+        #[pyo3(from_py_with = any_shape::optional_shape)] shape: Option<AnyShape>,
+        material: Option<PyRef<'_, Material>>,
         #[pyo3(from_py_with = optional_real)] mass: Option<f64>,
         #[pyo3(from_py_with = optional_real)] density: Option<f64>,
         center_of_mass: Option<&Bound<'_, PyAny>>,
@@ -129,10 +165,9 @@ impl Body {
         angular_velocity: Option<&Bound<'_, PyAny>>,
         joint: Option<PyRef<'_, Joint>>,
     ) -> PyResult<Self> {
-        let mass = mass_of(mass, density, center_of_mass, inertia)?;
-        let shape = shape.inner();
-        let mut body =
-            dynamics::Body::dynamic(name, shape, material.inner(), mass).map_err(value_error)?;
+        let mass = mass_of(shape.is_some(), mass, density, center_of_mass, inertia)?;
+        let (shape, material) = surface_of(name, shape.as_ref(), material.as_deref())?;
+        let mut body = dynamics::Body::dynamic(name, shape, material, mass).map_err(value_error)?;
         if let Some(joint) = joint {
             if pose.is_some() || velocity.is_some() || angular_velocity.is_some() {
                 return Err(value_error(format!(
@@ -162,10 +197,10 @@ impl Body {
     /// ----------
     /// name : str
     ///     Name, which must be unique in a world.
-    /// shape : Shape, RigidShape or HalfSpace
-    ///     Shape in the body frame.
-    /// material : Material
-    ///     Material, with a modulus exactly if the shape is not rigid.
+    /// shape : Shape, RigidShape, HalfSpace or None
+    ///     Shape in the body frame. None for a body without a shape.
+    /// material : Material, optional
+    ///     Material, with a modulus exactly if the shape is not rigid. A body without a shape needs no material.
     /// pose : (4, 4) array_like, optional
     ///     Pose of the body frame in the world. Default: the identity.
     ///
@@ -179,15 +214,15 @@ impl Body {
     /// HydroelasticError
     ///     If the material does not fit the shape, or the pose is not rigid.
     #[staticmethod]
-    #[pyo3(signature = (name, shape, material, *, pose=None))]
+    #[pyo3(signature = (name, shape, material=None, *, pose=None))]
     fn fixed(
         name: &str,
-        #[pyo3(from_py_with = any_shape::shape)] shape: AnyShape,
-        material: &Material,
+        #[pyo3(from_py_with = any_shape::optional_shape)] shape: Option<AnyShape>,
+        material: Option<PyRef<'_, Material>>,
         pose: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
-        let shape = shape.inner();
-        let mut body = dynamics::Body::fixed(name, shape, material.inner()).map_err(value_error)?;
+        let (shape, material) = surface_of(name, shape.as_ref(), material.as_deref())?;
+        let mut body = dynamics::Body::fixed(name, shape, material).map_err(value_error)?;
         if let Some(pose) = pose {
             body = body.with_pose(single_pose(pose, "pose")?);
         }
@@ -241,9 +276,9 @@ impl Body {
         self.inner.name()
     }
 
-    /// Shape, which is a Shape, a RigidShape or a HalfSpace.
+    /// Shape, which is a Shape, a RigidShape or a HalfSpace; None for a body without a shape.
     #[getter]
-    fn shape(&self) -> PyResult<AnyShape> {
+    fn shape(&self) -> PyResult<Option<AnyShape>> {
         AnyShape::of(self.inner.shape())
     }
 

@@ -1,10 +1,12 @@
 //! Joints between bodies.
 
-use crate::arrays::{Floats, array, finite_row, optional_real, real};
+use crate::arrays::{Floats, array, finite_row, list, optional_real, real};
 use crate::errors::value_error;
 use crate::pickle::{Reduced, loaded, reduced};
 use crate::poses::{entries, matrix, rotation, single_pose};
-use hydroelastic::dynamics::{self, Actuator, JointKind, JointLaw, JointState, WorldError};
+use hydroelastic::dynamics::{
+    self, Actuator, JointKind, JointLaw, JointState, Schedule, WorldError,
+};
 use hydroelastic::nalgebra::{Matrix3, Unit, UnitVector3, Vector3};
 use pyo3::prelude::*;
 
@@ -26,6 +28,12 @@ use pyo3::prelude::*;
 #[pyclass(frozen, eq, module = "hydroelastic")]
 #[derive(Clone, Copy, PartialEq)]
 pub struct Stops(dynamics::Stops);
+
+impl Stops {
+    pub fn inner(self) -> dynamics::Stops {
+        self.0
+    }
+}
 
 #[pymethods]
 impl Stops {
@@ -120,6 +128,8 @@ impl PartialEq for Joint {
         (a.name(), a.parent(), a.kind()) == (b.name(), b.parent(), b.kind())
             && entries(a.origin()) == entries(b.origin())
             && (a.law(), a.initial_state()) == (b.law(), b.initial_state())
+            && numbers_of(a.torques()) == numbers_of(b.torques())
+            && (numbers_of(a.targets()), a.mimic()) == (numbers_of(b.targets()), b.mimic())
     }
 }
 
@@ -158,6 +168,33 @@ struct Numbers {
     target_velocity: f64,
     torque: f64,
     torque_limit: Option<f64>,
+    torques: Option<Timed>,
+    targets: Option<Timed>,
+    mimic: Option<Leader>,
+}
+
+/// Interval (s) and values of a schedule.
+pub type Timed = (f64, Vec<f64>);
+
+/// Name of a leader, multiplier and offset.
+type Leader = (String, f64, f64);
+
+/// Converts an argument to an interval and the values of a schedule, or None.
+pub fn timed(argument: &Bound<'_, PyAny>) -> PyResult<Option<Timed>> {
+    let pair: Option<(Bound<'_, PyAny>, Bound<'_, PyAny>)> = argument.extract()?;
+    let schedule = |(interval, values): (Bound<'_, PyAny>, Bound<'_, PyAny>)| {
+        Ok((real(&interval)?, list(&values, "values of a schedule")?))
+    };
+    pair.map(schedule).transpose()
+}
+
+/// Converts an argument to a leader, or None.
+fn leader(argument: &Bound<'_, PyAny>) -> PyResult<Option<Leader>> {
+    let parts: Option<(String, Bound<'_, PyAny>, Bound<'_, PyAny>)> = argument.extract()?;
+    let leader = |(name, multiplier, offset): (String, Bound<'_, PyAny>, Bound<'_, PyAny>)| {
+        Ok((name, real(&multiplier)?, real(&offset)?))
+    };
+    parts.map(leader).transpose()
 }
 
 impl Numbers {
@@ -176,6 +213,15 @@ impl Numbers {
         }
         if let Some(limit) = self.torque_limit {
             joint = joint.with_torque_limit(limit);
+        }
+        if let Some((interval, values)) = self.torques {
+            joint = joint.with_torques(interval, values);
+        }
+        if let Some((interval, values)) = self.targets {
+            joint = joint.with_targets(interval, values);
+        }
+        if let Some((leader, multiplier, offset)) = self.mimic {
+            joint = joint.with_mimic(&leader, multiplier, offset);
         }
         joint
     }
@@ -244,6 +290,15 @@ impl Joint {
     ///     Torque (N m) of the actuator in addition to the servo.
     /// torque_limit : float, optional
     ///     Largest magnitude of the torque (N m) of the actuator. Default: no limit.
+    /// torques : (float, (k,) array_like), optional
+    ///     Interval (s), and torques (N m) that the actuator applies in addition, each during one interval from time 0. During a time
+    ///     step, the mean over the step acts. Default: none.
+    /// targets : (float, (k,) array_like), optional
+    ///     Interval (s), and target positions (rad) at the times 0, interval, 2·interval and so on. Between them the target moves at
+    ///     constant velocity, and after the last it rests. They replace target_position and target_velocity. Default: none.
+    /// mimic : (str, float, float), optional
+    ///     Name of a leader joint, multiplier and offset. The position is multiplier · position of the leader + offset. The joint then has
+    ///     no state of its own. Default: the joint moves by itself.
     ///
     /// Returns
     /// -------
@@ -257,7 +312,7 @@ impl Joint {
     #[staticmethod]
     #[pyo3(signature = (name, axis, *, parent=None, origin=None, position=0.0, velocity=0.0, armature=0.0, damping=0.0, friction=0.0,
                         slip_tolerance=1e-3, stops=None, servo_stiffness=0.0, servo_damping=0.0, target_position=0.0,
-                        target_velocity=0.0, torque=0.0, torque_limit=None))]
+                        target_velocity=0.0, torque=0.0, torque_limit=None, torques=None, targets=None, mimic=None))]
     fn revolute(
         name: &str,
         axis: &Bound<'_, PyAny>,
@@ -276,6 +331,9 @@ impl Joint {
         #[pyo3(from_py_with = real)] target_velocity: f64,
         #[pyo3(from_py_with = real)] torque: f64,
         #[pyo3(from_py_with = optional_real)] torque_limit: Option<f64>,
+        #[pyo3(from_py_with = timed)] torques: Option<Timed>,
+        #[pyo3(from_py_with = timed)] targets: Option<Timed>,
+        #[pyo3(from_py_with = leader)] mimic: Option<Leader>,
     ) -> PyResult<Self> {
         let numbers = Numbers {
             position,
@@ -291,6 +349,9 @@ impl Joint {
             target_velocity,
             torque,
             torque_limit,
+            torques,
+            targets,
+            mimic,
         };
         let joint = dynamics::Joint::revolute(name, axis_of(axis)?);
         Place { parent, origin }.applied(numbers.applied(joint))
@@ -328,6 +389,15 @@ impl Joint {
     ///     Force (N) of the actuator in addition to the servo.
     /// torque_limit : float, optional
     ///     Largest magnitude of the force (N) of the actuator. Default: no limit.
+    /// torques : (float, (k,) array_like), optional
+    ///     Interval (s), and forces (N) that the actuator applies in addition, each during one interval from time 0. During a time
+    ///     step, the mean over the step acts. Default: none.
+    /// targets : (float, (k,) array_like), optional
+    ///     Interval (s), and target positions (m) at the times 0, interval, 2·interval and so on. Between them the target moves at
+    ///     constant velocity, and after the last it rests. They replace target_position and target_velocity. Default: none.
+    /// mimic : (str, float, float), optional
+    ///     Name of a leader joint, multiplier and offset. The position is multiplier · position of the leader + offset. The joint then has
+    ///     no state of its own. Default: the joint moves by itself.
     ///
     /// Returns
     /// -------
@@ -341,7 +411,7 @@ impl Joint {
     #[staticmethod]
     #[pyo3(signature = (name, axis, *, parent=None, origin=None, position=0.0, velocity=0.0, armature=0.0, damping=0.0, friction=0.0,
                         slip_tolerance=1e-3, stops=None, servo_stiffness=0.0, servo_damping=0.0, target_position=0.0,
-                        target_velocity=0.0, torque=0.0, torque_limit=None))]
+                        target_velocity=0.0, torque=0.0, torque_limit=None, torques=None, targets=None, mimic=None))]
     fn prismatic(
         name: &str,
         axis: &Bound<'_, PyAny>,
@@ -360,6 +430,9 @@ impl Joint {
         #[pyo3(from_py_with = real)] target_velocity: f64,
         #[pyo3(from_py_with = real)] torque: f64,
         #[pyo3(from_py_with = optional_real)] torque_limit: Option<f64>,
+        #[pyo3(from_py_with = timed)] torques: Option<Timed>,
+        #[pyo3(from_py_with = timed)] targets: Option<Timed>,
+        #[pyo3(from_py_with = leader)] mimic: Option<Leader>,
     ) -> PyResult<Self> {
         let numbers = Numbers {
             position,
@@ -375,6 +448,9 @@ impl Joint {
             target_velocity,
             torque,
             torque_limit,
+            torques,
+            targets,
+            mimic,
         };
         let joint = dynamics::Joint::prismatic(name, axis_of(axis)?);
         Place { parent, origin }.applied(numbers.applied(joint))
@@ -496,13 +572,13 @@ impl Joint {
         matrix(py, self.0.origin())
     }
 
-    /// Initial position (rad) of a revolute or prismatic joint; None for other joints.
+    /// Initial position (rad) of a revolute or prismatic joint; None for other joints and for joints that mimic.
     #[getter]
     fn position(&self) -> Option<f64> {
         self.0.initial_state()?.position()
     }
 
-    /// Initial velocity (rad/s) of a revolute or prismatic joint; None for other joints.
+    /// Initial velocity (rad/s) of a revolute or prismatic joint; None for other joints and for joints that mimic.
     #[getter]
     fn velocity(&self) -> Option<f64> {
         self.0.initial_state()?.velocity()
@@ -589,6 +665,25 @@ impl Joint {
         self.actuator().limit
     }
 
+    /// Interval (s) and values (k,) of the torques (N m) that the actuator applies in addition; None without them.
+    #[getter]
+    fn torques<'py>(&self, py: Python<'py>) -> PyResult<Option<(f64, Floats<'py>)>> {
+        arrays_of(py, self.0.torques())
+    }
+
+    /// Interval (s) and values (k,) of the target positions (rad); None without them.
+    #[getter]
+    fn targets<'py>(&self, py: Python<'py>) -> PyResult<Option<(f64, Floats<'py>)>> {
+        arrays_of(py, self.0.targets())
+    }
+
+    /// Name of the leader, multiplier and offset (rad); None for a joint that mimics no other joint.
+    #[getter]
+    fn mimic(&self) -> Option<(String, f64, f64)> {
+        let mimic = self.0.mimic()?;
+        Some((mimic.joint.clone(), mimic.multiplier, mimic.offset))
+    }
+
     pub fn __repr__(&self) -> String {
         let axis = match self.0.kind() {
             JointKind::Revolute(axis) | JointKind::Prismatic(axis) => {
@@ -597,13 +692,38 @@ impl Joint {
             _ => String::new(),
         };
         let parent = self.parent().map(|parent| format!(", parent={parent:?}"));
+        let mimic = self.mimic().map(|mimic| format!(", mimic={mimic:?}"));
+        let schedule = |name: &str, schedule: Option<&Schedule>| {
+            let text = |(interval, values)| format!(", {name}=({interval:?}, {values:?})");
+            numbers_of(schedule).map(text).unwrap_or_default()
+        };
+        let torques = schedule("torques", self.0.torques());
+        let targets = schedule("targets", self.0.targets());
         let (kind, name) = (self.kind(), self.name());
-        format!("Joint.{kind}({name:?}{axis}{})", parent.unwrap_or_default())
+        let (parent, mimic) = (parent.unwrap_or_default(), mimic.unwrap_or_default());
+        format!("Joint.{kind}({name:?}{axis}{parent}{torques}{targets}{mimic})")
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
         reduced(py, "_load_joint", &self.0)
     }
+}
+
+/// Interval and values of a schedule.
+fn numbers_of(schedule: Option<&Schedule>) -> Option<(f64, &[f64])> {
+    schedule.map(|schedule| (schedule.interval(), schedule.values()))
+}
+
+/// Interval and values of a schedule as an array.
+fn arrays_of<'py>(
+    py: Python<'py>,
+    schedule: Option<&Schedule>,
+) -> PyResult<Option<(f64, Floats<'py>)>> {
+    let Some((interval, values)) = numbers_of(schedule) else {
+        return Ok(None);
+    };
+    let array = array(py, values.to_vec(), &[values.len()])?;
+    Ok(Some((interval, array)))
 }
 
 /// Restores a joint from a pickle.

@@ -1,6 +1,6 @@
 //! Parameters of a rollout that derivatives can be taken with respect to.
 
-use crate::arrays::{Whole, count, whole};
+use crate::arrays::{Whole, count, optional_whole, whole};
 use crate::errors::value_error;
 use crate::pickle::{Reduced, loaded, reduced};
 use hydroelastic::gradient::{self, JointQuantity};
@@ -33,7 +33,36 @@ const JOINT_QUANTITIES: [JointQuantity; 12] = [
 
 /// Name of a quantity of a joint in Python.
 fn name_of(quantity: JointQuantity) -> String {
-    quantity.to_string().replace(' ', "_")
+    match quantity {
+        JointQuantity::ScheduledTorque(_) => SCHEDULED[0].to_owned(),
+        JointQuantity::ScheduledTarget(_) => SCHEDULED[1].to_owned(),
+        quantity => quantity.to_string().replace(' ', "_"),
+    }
+}
+
+/// Names of quantities that have an index.
+const SCHEDULED: [&str; 2] = ["scheduled_torque", "scheduled_target"];
+
+/// Finds a quantity by its name in Python and its index.
+fn quantity_of(name: &str, index: Option<usize>) -> PyResult<JointQuantity> {
+    match (name, index) {
+        ("scheduled_torque", Some(index)) => return Ok(JointQuantity::ScheduledTorque(index)),
+        ("scheduled_target", Some(index)) => return Ok(JointQuantity::ScheduledTarget(index)),
+        ("scheduled_torque" | "scheduled_target", None) => {
+            return Err(value_error(format!("{name} needs the index of a value")));
+        }
+        _ => {}
+    }
+    let mut all = JOINT_QUANTITIES.into_iter();
+    match (all.find(|known| name_of(*known) == name), index) {
+        (Some(quantity), None) => Ok(quantity),
+        (Some(_), Some(_)) => Err(value_error(format!("{name} has no index"))),
+        (None, _) => Err(value_error(format!(
+            "joints have no quantity {name:?}: expected one of {}, {}",
+            JOINT_QUANTITIES.map(name_of).join(", "),
+            SCHEDULED.join(", ")
+        ))),
+    }
 }
 
 #[pymethods]
@@ -267,7 +296,10 @@ impl Parameter {
     ///     For a revolute or prismatic joint, one of these: "initial_position" (rad or m), "initial_velocity" (rad/s or m/s), "torque"
     ///     (N m or N), "target_position" (rad or m), "target_velocity" (rad/s or m/s), "servo_stiffness" (N m/rad or N/m),
     ///     "servo_damping" and "damping" (N m s/rad or N s/m), "friction" (N m or N), "armature" (kg m² or kg). For a ball joint,
-    ///     "initial_orientation" (rotation vector in rad) or "initial_angular_velocity" (rad/s), in the axes of the joint frame.
+    ///     "initial_orientation" (rotation vector in rad) or "initial_angular_velocity" (rad/s), in the axes of the joint frame. With an
+    ///     index, "scheduled_torque" (N m or N) or "scheduled_target" (rad or m): a value of Joint.torques or Joint.targets.
+    /// index : int, optional
+    ///     Index of a scheduled value, from 0.
     ///
     /// Returns
     /// -------
@@ -277,17 +309,17 @@ impl Parameter {
     /// Raises
     /// ------
     /// HydroelasticError
-    ///     If there is no such quantity.
+    ///     If there is no such quantity, or an index is missing, negative or not expected.
     #[staticmethod]
-    fn joint(joint: &str, quantity: &str) -> PyResult<Self> {
-        let mut all = JOINT_QUANTITIES.into_iter();
-        match all.find(|known| name_of(*known) == quantity) {
-            Some(quantity) => Ok(Self(gradient::Parameter::joint(joint, quantity))),
-            None => Err(value_error(format!(
-                "joints have no quantity {quantity:?}: expected one of {}",
-                JOINT_QUANTITIES.map(name_of).join(", ")
-            ))),
-        }
+    #[pyo3(signature = (joint, quantity, index=None))]
+    fn joint(
+        joint: &str,
+        quantity: &str,
+        #[pyo3(from_py_with = optional_whole)] index: Option<Whole>,
+    ) -> PyResult<Self> {
+        let index = index.map(|index| count(index, "index")).transpose()?;
+        let quantity = quantity_of(quantity, index)?;
+        Ok(Self(gradient::Parameter::joint(joint, quantity)))
     }
 
     /// Number of components.
@@ -316,7 +348,14 @@ impl Parameter {
             P::Gravity => "gravity()".to_owned(),
             P::Control(body, interval) => format!("control({body:?}, {interval})"),
             P::ForceParameter(name) => format!("force_parameter({name:?})"),
-            P::Joint(joint, quantity) => format!("joint({joint:?}, {:?})", name_of(*quantity)),
+            P::Joint(joint, quantity) => {
+                let index = match quantity {
+                    JointQuantity::ScheduledTorque(index)
+                    | JointQuantity::ScheduledTarget(index) => format!(", {index}"),
+                    _ => String::new(),
+                };
+                format!("joint({joint:?}, {:?}{index})", name_of(*quantity))
+            }
             // All other parameters have no constructor in Python.
             parameter => format!("{parameter:?}"),
         };

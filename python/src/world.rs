@@ -5,6 +5,7 @@ use crate::body::Body;
 use crate::control::Control;
 use crate::errors::{gradient_error, value_error};
 use crate::force::{AnyForce, ForceObject, forces};
+use crate::mechanism::Mechanism;
 use crate::parameter::{Parameter, inner};
 use crate::path::Path;
 use crate::state::State;
@@ -25,6 +26,8 @@ pub type Inner = dynamics::World<f64, Vec<AnyForce>>;
 /// ----------
 /// bodies : list of Body
 ///     Bodies with different names.
+/// mechanisms : list of Mechanism, optional
+///     Mechanisms, such as robots. Their bodies come after the other bodies. Default: none.
 /// gravity : (3,) array_like or float, optional
 ///     Gravity (m/s²) in world axes, or its z component, such as -9.81. Default: no gravity.
 /// forces : list of Spring, Drag and Thruster, optional
@@ -103,7 +106,7 @@ impl Settings<'_, '_> {
 }
 
 /// Converts an argument to gravity (m/s²): from a vector, its component along z or None.
-fn gravity(argument: &Bound<'_, PyAny>) -> PyResult<Option<Vector3<f64>>> {
+pub fn gravity(argument: &Bound<'_, PyAny>) -> PyResult<Option<Vector3<f64>>> {
     if argument.is_none() {
         return Ok(None);
     }
@@ -124,11 +127,8 @@ fn reals(argument: &Bound<'_, PyAny>) -> PyResult<Option<BTreeMap<String, f64>>>
 }
 
 /// Creates a world without forces.
-fn of_bodies(
-    bodies: &[Bound<'_, Body>],
-    ignoring: &[(String, String)],
-) -> Result<Inner, WorldError> {
-    let bodies = bodies.iter().map(|body| body.get().inner.clone());
+fn of_bodies(bodies: &[Body], ignoring: &[(String, String)]) -> Result<Inner, WorldError> {
+    let bodies = bodies.iter().map(|body| body.inner.clone());
     let builder = dynamics::World::builder().bodies(bodies);
     let ignored = ignoring.iter();
     let builder = ignored.fold(builder, |builder, (first, second)| {
@@ -157,9 +157,10 @@ impl World {
 #[pymethods]
 impl World {
     #[new]
-    #[pyo3(signature = (bodies, *, gravity=None, forces=None, force_parameters=None, controls=None, ignoring=None, slip_tolerance=None, start=None))]
-    fn new(
+    #[pyo3(signature = (bodies, *, mechanisms=None, gravity=None, forces=None, force_parameters=None, controls=None, ignoring=None, slip_tolerance=None, start=None))]
+    pub fn new(
         bodies: Vec<Bound<'_, Body>>,
+        mechanisms: Option<Vec<Bound<'_, Mechanism>>>,
         #[pyo3(from_py_with = gravity)] gravity: Option<Vector3<f64>>,
         #[pyo3(from_py_with = forces)] forces: Option<Vec<AnyForce>>,
         #[pyo3(from_py_with = reals)] force_parameters: Option<BTreeMap<String, f64>>,
@@ -168,11 +169,14 @@ impl World {
         #[pyo3(from_py_with = optional_real)] slip_tolerance: Option<f64>,
         start: Option<&Bound<'_, State>>,
     ) -> PyResult<Self> {
-        let world = of_bodies(&bodies, &ignoring.unwrap_or_default()).map_err(value_error)?;
-        let path = |body: &Bound<'_, Body>| {
-            let body = body.get();
-            Some((body.inner.name().to_owned(), body.path.clone()?))
-        };
+        let mut bodies: Vec<Body> = bodies.iter().map(|body| body.get().clone()).collect();
+        let mut ignoring = ignoring.unwrap_or_default();
+        for mechanism in mechanisms.iter().flatten() {
+            bodies.extend_from_slice(&mechanism.get().bodies);
+            ignoring.extend_from_slice(&mechanism.get().ignored);
+        }
+        let world = of_bodies(&bodies, &ignoring).map_err(value_error)?;
+        let path = |body: &Body| Some((body.inner.name().to_owned(), body.path.clone()?));
         let paths = bodies.iter().filter_map(path).collect();
         let settings = Settings {
             gravity,

@@ -17,7 +17,7 @@ pub fn connecting_joint(body: &dynamics::Body) -> Option<&dynamics::Joint> {
 }
 
 impl World {
-    /// Joints that have a state: all but fixed joints.
+    /// Joints that have a state: all but fixed joints and joints that mimic.
     fn joints_with_state(&self) -> impl Iterator<Item = &dynamics::Joint> {
         let joints = self.inner.bodies().iter().filter_map(connecting_joint);
         joints.filter(|joint| joint.initial_state().is_some())
@@ -63,7 +63,7 @@ impl World {
         joints.cloned().map(Joint).collect()
     }
 
-    /// Names of the revolute and prismatic joints, in the order of State.joint_positions.
+    /// Names of the revolute and prismatic joints, in the order of State.joint_positions. Joints that mimic are not among them.
     #[getter]
     fn joint_names(&self) -> Vec<&str> {
         self.joint_names_of(false)

@@ -35,7 +35,13 @@ impl Body {
     /// Pickles a world that has only this body, at the time of its initial state, and the joint. The parent of the joint is not in the
     /// world.
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
-        let alone = dynamics::World::new(vec![self.inner.clone().without_joint()]);
+        // A free body without inertia is not a valid world, so such a body is welded to the world.
+        let free = self.inner.clone().without_joint();
+        let pose = self.inner.initial_state().pose;
+        let alone = dynamics::World::new(vec![free]).or_else(|_| {
+            let weld = dynamics::Joint::fixed(self.inner.name()).with_origin(pose);
+            dynamics::World::new(vec![self.inner.clone().with_joint(weld)?])
+        });
         let start = State {
             joints: Vec::new(),
             time: self.inner.initial_time(),
@@ -61,8 +67,14 @@ pub fn _load_body(saved: &[u8]) -> PyResult<Body> {
     let (world, joint): (Saved, Option<dynamics::Joint>) = loaded(saved)?;
     let body = world_of(world)?.bodies().into_iter().next();
     let body = body.ok_or_else(|| value_error("there is no body in what was saved"))?;
-    let Some(joint) = joint else { return Ok(body) };
-    let inner = body.inner.with_joint(joint).map_err(value_error)?;
+    let pose = body.inner.initial_state().pose;
+    let inner = match joint {
+        Some(joint) => body.inner.with_joint(joint).map_err(value_error)?,
+        None if connecting_joint(&body.inner).is_some() => {
+            body.inner.without_joint().with_pose(pose)
+        }
+        None => return Ok(body),
+    };
     Ok(Body { inner, ..body })
 }
 

@@ -154,15 +154,17 @@ impl<T: Scalar> Model<T> {
 
     /// Kinetic energy (J) of all dynamic bodies and of the armatures of joints.
     pub(super) fn kinetic_energy(&self, state: &State<T>) -> T {
-        let joints = self.bodies.iter().filter_map(Body::joint_with_state);
-        let of_rotors = joints.zip(&state.joints).map(|(joint, state)| {
-            let squared = match state {
+        let joints = self.bodies.iter().enumerate();
+        let of_rotors = joints.filter_map(|(body, found)| {
+            let (index, multiplier) = self.state_of_joint(body)?;
+            let squared = match &state.joints[index] {
                 JointState::Scalar { velocity, .. } => *velocity * *velocity,
                 JointState::Ball {
                     angular_velocity, ..
                 } => angular_velocity.dot(angular_velocity),
             };
-            squared * joint.law.armature * 0.5
+            let armature = found.joint()?.law.armature;
+            Some(squared * armature * (0.5 * multiplier * multiplier))
         });
         let of_rotors = of_rotors.fold(lift(0.0), |sum: T, energy| sum + energy);
         let bodies = self.bodies.iter().zip(&state.bodies);

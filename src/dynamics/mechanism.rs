@@ -109,7 +109,7 @@ impl Mechanism {
         })
     }
 
-    /// Changes each revolute and prismatic joint.
+    /// Changes each revolute and prismatic joint that mimics no other joint.
     #[must_use]
     pub fn with_joints(mut self, change: impl Fn(Joint) -> Joint) -> Self {
         for joint in self
@@ -117,7 +117,7 @@ impl Mechanism {
             .iter_mut()
             .filter_map(Body::connecting_joint_mut)
         {
-            if joint.kind().is_scalar() {
+            if joint.kind().is_scalar() && joint.mimic().is_none() {
                 *joint = change(joint.clone());
             }
         }

@@ -13,6 +13,9 @@ use std::sync::Arc;
 /// Slip tolerance (m/s) of a new world.
 const SLIP_TOLERANCE: f64 = 1e-3;
 
+/// Duration (s) that stands for an instant in the mean of a scheduled torque and in the velocity of a scheduled target.
+const INSTANT: f64 = 1e-6;
+
 /// Name of a force parameter in error messages.
 pub(super) const FORCE_PARAMETER: &str = "force parameter";
 
@@ -162,6 +165,16 @@ impl<T: Scalar> Model<T> {
         parents.filter_map(|(body, parent)| Some((body, (*parent)?)))
     }
 
+    /// Index of the state that determines the velocity of the joint of a body, and the multiplier of the velocity. Free and fixed joints have
+    /// no such state.
+    pub(super) fn state_of_joint(&self, body: usize) -> Option<(usize, f64)> {
+        let indices = &self.articulation.state_indices;
+        match self.articulation.mimics[body] {
+            Some(mimic) => Some((indices[mimic.leader]?, mimic.multiplier)),
+            None => Some((indices[body]?, 1.0)),
+        }
+    }
+
     /// Indices of each body on a mimicking joint and of the body of its leader.
     pub(super) fn leaders(&self) -> impl Iterator<Item = (usize, usize)> {
         let mimics = self.articulation.mimics.iter().enumerate();
@@ -264,7 +277,7 @@ impl<T: Scalar> Model<T> {
         let is_dynamic = |body: &usize| self.bodies[*body].inertia().is_some();
         let (dynamic, neighbors): (Vec<usize>, Vec<usize>) =
             (0..self.bodies.len()).partition(is_dynamic);
-        let now = TimeSpan::new(state.time, 0.0);
+        let now = TimeSpan::new(state.time, INSTANT);
         let multibody = self.multibody([&dynamic, &neighbors], now);
         let states: Vec<_> = neighbors.iter().map(|&body| state.bodies[body]).collect();
         let kinematics = multibody.kinematics(multibody.coordinates(state), &states);

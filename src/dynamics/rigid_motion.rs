@@ -54,6 +54,15 @@ impl Inertia {
         )
     }
 
+    /// Mean radius of gyration (m) about the origin of the body frame, or 0 for a massless body.
+    pub(in crate::dynamics) fn gyration_radius(&self) -> f64 {
+        if self.mass <= 0.0 {
+            return 0.0;
+        }
+        let offset = self.center_of_mass.norm_squared();
+        (self.principal.moments.mean().max(0.0) + offset).sqrt()
+    }
+
     /// Speed (m/s) of velocities. The spin is multiplied by the radius of gyration.
     pub(in crate::dynamics) fn speed(&self, velocities: &Vector6<f64>) -> f64 {
         let Twist { angular, linear } = Twist::from_vector(velocities);

@@ -185,6 +185,11 @@ pub enum GradientError {
         /// Number of intervals, or 0 without a control.
         intervals: usize,
     },
+    /// Derivatives with respect to the mass properties of a massless body are requested.
+    #[error(
+        "body {0:?} is massless: derivatives with respect to its mass properties are not available"
+    )]
+    Massless(String),
     /// The joint has no schedule, or the index is beyond the values of the schedule.
     #[error("the {quantity} of joint {joint:?} does not exist: the schedule has {count} values")]
     NotScheduled {

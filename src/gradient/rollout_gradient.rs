@@ -79,10 +79,14 @@ impl RolloutGradient {
     /// # Errors
     /// - If the world has no body of this name.
     /// - [`GradientError::NotDynamic`] if the body is fixed or kinematic.
+    /// - [`GradientError::Massless`] if the body is massless.
     /// - [`GradientError::ForcesByCenter`] if the world has forces other than contact, gravity and controls, because these forces may
     ///   depend on the center of mass in an unknown way.
     pub fn by_mass_properties(&self, body: &str) -> Result<MassGradient, GradientError> {
         let (index, inertia) = self.dynamic(body)?;
+        if inertia.mass <= 0.0 {
+            return Err(GradientError::Massless(body.to_owned()));
+        }
         if self.has_forces {
             return Err(GradientError::ForcesByCenter(body.to_owned()));
         }

@@ -38,14 +38,17 @@ __all__ = [
     "HydroelasticError",
     "Integrator",
     "Joint",
+    "Kinetics",
     "Kink",
     "LinearizedShape",
     "Material",
+    "Mechanism",
     "Pair",
     "Parameter",
     "Path",
     "Plan",
     "RigidShape",
+    "Robot",
     "Rollout",
     "RolloutError",
     "Shape",
@@ -67,6 +70,7 @@ __all__ = [
     "_load_derivative_check",
     "_load_difference_check",
     "_load_joint",
+    "_load_mechanism",
     "_load_parameter",
     "_load_path",
     "_load_step_report",
@@ -84,6 +88,7 @@ def _load_step_report(saved: bytes) -> StepReport: ...
 def _load_world(saved: bytes) -> World: ...
 def _load_body(saved: bytes) -> Body: ...
 def _load_joint(saved: bytes) -> Joint: ...
+def _load_mechanism(bodies: Sequence[Body], ignored: Sequence[tuple[str, str]]) -> Mechanism: ...
 def _load_topology(saved: bytes) -> ContactTopology: ...
 def _load_derivative_check(saved: bytes) -> DerivativeCheck: ...
 def _load_difference_check(saved: bytes) -> DifferenceCheck: ...
@@ -371,6 +376,9 @@ class Joint:
         target_velocity: float = 0.0,
         torque: float = 0.0,
         torque_limit: float | None = None,
+        torques: tuple[float, _Numbers] | None = None,
+        targets: tuple[float, _Numbers] | None = None,
+        mimic: tuple[str, float, float] | None = None,
     ) -> Joint: ...
     @staticmethod
     def prismatic(
@@ -392,6 +400,9 @@ class Joint:
         target_velocity: float = 0.0,
         torque: float = 0.0,
         torque_limit: float | None = None,
+        torques: tuple[float, _Numbers] | None = None,
+        targets: tuple[float, _Numbers] | None = None,
+        mimic: tuple[str, float, float] | None = None,
     ) -> Joint: ...
     @staticmethod
     def ball(
@@ -445,6 +456,12 @@ class Joint:
     def torque(self) -> float: ...
     @property
     def torque_limit(self) -> float | None: ...
+    @property
+    def torques(self) -> tuple[float, _Floats] | None: ...
+    @property
+    def targets(self) -> tuple[float, _Floats] | None: ...
+    @property
+    def mimic(self) -> tuple[str, float, float] | None: ...
     def __reduce__(self) -> tuple[Callable[..., Self], tuple[bytes]]: ...
     def __eq__(self, value: object, /) -> bool: ...
     def __ne__(self, value: object, /) -> bool: ...
@@ -456,8 +473,8 @@ class Body:
     @staticmethod
     def dynamic(
         name: str,
-        shape: Shape | RigidShape,
-        material: Material,
+        shape: Shape | RigidShape | None,
+        material: Material | None = None,
         mass: float | None = None,
         *,
         density: float | None = None,
@@ -471,8 +488,8 @@ class Body:
     @staticmethod
     def fixed(
         name: str,
-        shape: Shape | RigidShape | HalfSpace,
-        material: Material,
+        shape: Shape | RigidShape | HalfSpace | None,
+        material: Material | None = None,
         *,
         pose: _Rows | None = None,
     ) -> Body: ...
@@ -481,7 +498,7 @@ class Body:
     @property
     def name(self) -> str: ...
     @property
-    def shape(self) -> Shape | RigidShape | HalfSpace: ...
+    def shape(self) -> Shape | RigidShape | HalfSpace | None: ...
     @property
     def material(self) -> Material: ...
     @property
@@ -562,7 +579,87 @@ class Control:
     def __getnewargs__(self) -> tuple[str, float, _Floats]: ...
 
 @final
+class Mechanism:
+    @property
+    def bodies(self) -> list[Body]: ...
+    @property
+    def ignored(self) -> list[tuple[str, str]]: ...
+    def __new__(cls, bodies: Sequence[Body], *, ignoring: Sequence[tuple[str, str]] | None = None) -> Self: ...
+    def with_joint(
+        self,
+        name: str,
+        *,
+        position: float | None = None,
+        velocity: float | None = None,
+        armature: float | None = None,
+        damping: float | None = None,
+        friction: float | None = None,
+        slip_tolerance: float | None = None,
+        stops: Stops | None = None,
+        servo_stiffness: float | None = None,
+        servo_damping: float | None = None,
+        target_position: float | None = None,
+        target_velocity: float | None = None,
+        torque: float | None = None,
+        torque_limit: float | None = None,
+        torques: tuple[float, _Numbers] | None = None,
+        targets: tuple[float, _Numbers] | None = None,
+    ) -> Mechanism: ...
+    def with_body(self, body: Body) -> Mechanism: ...
+    @property
+    def joints(self) -> list[Joint]: ...
+    @property
+    def joint_names(self) -> list[str]: ...
+    def __reduce__(self) -> tuple[Callable[..., Self], tuple[list[Body], list[tuple[str, str]]]]: ...
+
+@final
+class Robot:
+    @staticmethod
+    def read(path: _File) -> Robot: ...
+    @staticmethod
+    def parse(text: str) -> Robot: ...
+    @property
+    def name(self) -> str: ...
+    @property
+    def link_names(self) -> list[str]: ...
+    @property
+    def joint_names(self) -> list[str]: ...
+    @property
+    def warnings(self) -> list[str]: ...
+    def mechanism(
+        self,
+        material: Material,
+        *,
+        base: str | Joint = 'fixed',
+        pose: _Rows | None = None,
+        prefix: str = '',
+        packages: Mapping[str, _File] | None = None,
+        meshes: str = 'rigid',
+        materials: Mapping[str, Material] | None = None,
+        self_contact: bool = False,
+        subdivisions: int = 2,
+        segments: int = 16,
+        revolute_stops: tuple[float, float] | None = (1000.0, 1.0),
+        prismatic_stops: tuple[float, float] | None = (100000.0, 10.0),
+        slip_tolerance: float = 0.001,
+    ) -> Mechanism: ...
+
+@final
 class World:
+    def kinetics(self, state: State | None = None) -> Kinetics: ...
+    @staticmethod
+    def from_urdf(
+        path: _File,
+        material: Material,
+        *,
+        base: str | Joint = 'fixed',
+        pose: _Rows | None = None,
+        packages: Mapping[str, _File] | None = None,
+        meshes: str = 'rigid',
+        servos: Mapping[str, tuple[float, float]] | None = None,
+        bodies: Sequence[Body] | None = None,
+        gravity: _Numbers | float | None = None,
+    ) -> World: ...
     def show(
         self,
         state: State | None = None,
@@ -575,6 +672,7 @@ class World:
         cls,
         bodies: Sequence[Body],
         *,
+        mechanisms: Sequence[Mechanism] | None = None,
         gravity: _Numbers | float | None = None,
         forces: Sequence[Spring | Drag | Thruster] | None = None,
         force_parameters: Mapping[str, float] | None = None,
@@ -681,6 +779,27 @@ class World:
         state: State | None = None,
     ) -> State: ...
     def __reduce__(self) -> tuple[Callable[..., Self], tuple[bytes]]: ...
+
+@final
+class Kinetics:
+    @property
+    def velocities(self) -> _Floats: ...
+    def columns(self, body: str) -> slice: ...
+    @property
+    def mass_matrix(self) -> _Floats: ...
+    @property
+    def bias(self) -> _Floats: ...
+    @property
+    def gravity_bias(self) -> _Floats: ...
+    @property
+    def joint_forces(self) -> _Floats: ...
+    def jacobian(self, body: str, point: _Numbers) -> _Floats: ...
+    def bias_acceleration(self, body: str, point: _Numbers) -> _Floats: ...
+    def generalized_forces(self, wrenches: Mapping[str, _Numbers]) -> _Floats: ...
+    def inverse_dynamics(self, accelerations: _Numbers) -> _Floats: ...
+    def forward_dynamics(self, forces: _Numbers) -> _Floats: ...
+    def inverse_dynamics_derivatives(self, accelerations: _Numbers) -> tuple[_Floats, _Floats, _Floats]: ...
+    def forward_dynamics_derivatives(self, forces: _Numbers) -> tuple[_Floats, _Floats, _Floats]: ...
 
 @final
 class Accuracy:
@@ -880,7 +999,7 @@ class Parameter:
     @staticmethod
     def force_parameter(name: str) -> Parameter: ...
     @staticmethod
-    def joint(joint: str, quantity: str) -> Parameter: ...
+    def joint(joint: str, quantity: str, index: int | None = None) -> Parameter: ...
     @property
     def dimension(self) -> int: ...
     @property

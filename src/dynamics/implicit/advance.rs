@@ -19,9 +19,13 @@ const SHORTEST: f64 = 1.0 / (1 << 30) as f64;
 /// Maximum number of substeps of a time step that are rejected because a stage is not solved.
 const MOST_FAILURES: usize = 100;
 
-/// Number of trials of a single body in a time step, at the default tolerance. An island of n bodies has 1/n² of this number. Few bodies
+/// Number of trials of a single free body in a time step, at the default tolerance. An island with n times the degrees of freedom has 1/n²
+/// of this number. Few bodies
 /// can then resolve several impacts in a step, and the time of a step of a heap stays bounded.
 const BUDGET: f64 = 2500.0;
+
+/// Degrees of freedom of a free body.
+const FREE_WIDTH: f64 = 6.0;
 
 /// Lower bound of the budget. Four substeps without a rejection grow from 1/156 of the step to 4/5 of it.
 const LEAST_BUDGET: f64 = 4.0;
@@ -148,7 +152,7 @@ impl IslandSolver<'_> {
     /// because the duration at which an error of third order meets its tolerance is inversely
     /// proportional to this root.
     fn budget(&self) -> f64 {
-        let count = self.step.island.dynamic.len() as f64;
+        let count = (self.step.multibody.width() as f64 / FREE_WIDTH).max(1.0);
         let tightness = Accuracy::default().values() / self.control.accuracy.values();
         let trials = BUDGET / (count * count) * power(tightness, 1.0 / 3.0);
         trials.max(LEAST_BUDGET).floor()

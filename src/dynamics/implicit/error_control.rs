@@ -4,7 +4,8 @@ use super::StepContext;
 use super::island::Island;
 use crate::dynamics::Accuracy;
 
-/// The resting speed of a body is the speed after a fall by this fraction of its smallest extent.
+/// The resting speed of a body is the speed after a fall by this fraction of its smallest extent. See [`StepContext::length`] for a body
+/// without a shape.
 const RESTING_FALL: f64 = 0.01;
 
 /// Gravity (m/s²) of that fall, also in a world without gravity.
@@ -29,7 +30,7 @@ impl ErrorControl {
     pub fn new(context: &StepContext, island: &Island, accuracy: Accuracy) -> Self {
         let gravity = context.model.gravity.norm();
         let resting = |&body: &usize| {
-            let fall = RESTING_FALL * context.thickness(body);
+            let fall = RESTING_FALL * context.length(body);
             let default = (2.0 * STANDARD_GRAVITY * fall).sqrt();
             accuracy.resting_speed_or(default)
         };

@@ -38,7 +38,7 @@ pub(in crate::dynamics) struct ImplicitIntegratorState {
 /// Data that a step passes to the next step.
 #[derive(Debug, Clone)]
 pub(in crate::dynamics) struct LastStep {
-    /// Generalized forces of contacts, forces and joints on each body at the end of the step, padded with zeros, or `None` before the first
+    /// Generalized forces of contacts and forces on each body at the end of the step, padded with zeros, or `None` before the first
     /// step.
     forces: Vec<Option<Vector6<f64>>>,
     /// Duration (s) that the errors of each body allow for its next substep.

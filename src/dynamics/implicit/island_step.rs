@@ -24,6 +24,8 @@ pub(in crate::dynamics) struct IslandStep<'a> {
 
 /// Data for norms of generalized velocities and impulses, at the start of a step.
 struct VelocityNorm {
+    /// Speed (m/s) that counts for each unit of a generalized velocity, because of the armature.
+    rotors: Vec<f64>,
     /// Motions of the dynamic bodies per unit of the generalized velocities.
     axes: Vec<Vec<BodyColumn>>,
     masses: MassFactors,
@@ -87,6 +89,7 @@ impl<'a> IslandStep<'a> {
             let directions = kinematics.velocity_directions();
             let links = 0..multibody.links.len();
             VelocityNorm {
+                rotors: rotor_speeds(multibody),
                 axes: links
                     .map(|link| multibody.body_columns(&kinematics, &directions, link))
                     .collect(),
@@ -97,12 +100,17 @@ impl<'a> IslandStep<'a> {
 
     /// Speed (m/s) of each dynamic body, from generalized velocities.
     pub fn speeds(&self, velocities: &DVector<f64>) -> impl Iterator<Item = f64> {
-        let links = self.multibody.links.iter().zip(&self.norm().axes);
+        let VelocityNorm { axes, rotors, .. } = self.norm();
+        let links = self.multibody.links.iter().zip(axes);
         links.map(|(link, columns)| {
             let columns = columns
                 .iter()
                 .map(|column| column.axis * velocities[column.column]);
-            link.inertia.speed(&columns.sum())
+            let rotors = link
+                .columns
+                .clone()
+                .map(|i| rotors[i] * velocities[i].abs());
+            rotors.fold(link.inertia.speed(&columns.sum()), f64::max)
         })
     }
 
@@ -114,6 +122,19 @@ impl<'a> IslandStep<'a> {
         let velocities = self.norm().masses.velocities(impulses);
         self.speeds(&velocities).fold(0.0, f64::max)
     }
+}
+
+/// Speed (m/s) of the heaviest link with the kinetic energy that the armature of each column has at unit velocity. If all links are
+/// massless, the mass is 1 kg.
+fn rotor_speeds(multibody: &Multibody) -> Vec<f64> {
+    let masses = multibody.links.iter().map(|link| link.inertia.mass);
+    let largest = masses.fold(0.0, f64::max);
+    let mass = if largest > 0.0 { largest } else { 1.0 };
+    let mut speeds = vec![0.0; multibody.width()];
+    for link in &multibody.links {
+        speeds[link.columns.clone()].fill((link.law.armature / mass).sqrt());
+    }
+    speeds
 }
 
 impl IslandRecord {

@@ -5,20 +5,10 @@
 //! of E: the solution of A·u = b is E(EᵀAE)⁻¹Eᵀb. All velocities are sums of these solutions, so they are in the range of E.
 //! [`Coupling::fold`] computes EᵀAE, and sets the row and the column of the follower to those of the identity matrix.
 
-use super::{Link, Multibody};
+use super::Multibody;
 use crate::scalar::{Scalar, lift};
 use nalgebra::DMatrix;
 use std::ops::Range;
-
-/// Dependence of the joint of a link on the joint of another link.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(in crate::dynamics) struct LinkMimic {
-    /// Index of the link of the leader.
-    pub leader: usize,
-    pub multiplier: f64,
-    /// Position (rad or m) if the position of the leader is zero.
-    pub offset: f64,
-}
 
 /// Dependence of a column on another column.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -100,25 +90,4 @@ impl Coupling {
             matrix[(row, self.follower)] = matrix[(row, self.leader)] * self.multiplier;
         }
     }
-}
-
-/// Merges the trees that a mimicking joint couples, because they share one block in each matrix. Returns the number of trees.
-pub(super) fn join_coupled_trees<T>(links: &mut [Link<T>]) -> usize {
-    for link in 0..links.len() {
-        let Some(mimic) = links[link].mimic else {
-            continue;
-        };
-        let [one, other] = [links[link].tree, links[mimic.leader].tree];
-        let (kept, joined) = (one.min(other), one.max(other));
-        for link in links.iter_mut().filter(|link| link.tree == joined) {
-            link.tree = kept;
-        }
-    }
-    let mut kept: Vec<usize> = links.iter().map(|link| link.tree).collect();
-    kept.sort_unstable();
-    kept.dedup();
-    for link in links {
-        link.tree = kept.partition_point(|tree| *tree < link.tree);
-    }
-    kept.len()
 }

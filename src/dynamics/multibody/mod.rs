@@ -39,10 +39,8 @@ pub(in crate::dynamics) use inverse_dynamics::Accelerations;
 pub(in crate::dynamics) use jacobian::convective;
 pub(in crate::dynamics) use kinematics::{Column, Kinematics};
 pub(in crate::dynamics) use mass_matrix::MassFactors;
-pub(in crate::dynamics) use mimic::{Coupling, LinkMimic};
+pub(in crate::dynamics) use mimic::Coupling;
 pub(in crate::dynamics) use slopes::{BodyColumn, Directions};
-
-use mimic::join_coupled_trees;
 
 use super::Inertia;
 use super::joint::{Joint, JointKind, JointLaw};
@@ -81,6 +79,16 @@ pub(in crate::dynamics) struct Link<T = f64> {
     pub moving_columns: Vec<usize>,
     /// Index of the tree.
     pub tree: usize,
+}
+
+/// Dependence of the joint of a link on the joint of another link.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(in crate::dynamics) struct LinkMimic {
+    /// Index of the link of the leader.
+    pub leader: usize,
+    pub multiplier: f64,
+    /// Position (rad or m) if the position of the leader is zero.
+    pub offset: f64,
 }
 
 /// Parent of a link.
@@ -226,4 +234,25 @@ impl<T: Scalar> Multibody<T> {
         }
         values
     }
+}
+
+/// Merges the trees that a mimicking joint couples, because they share one block in each matrix. Returns the number of trees.
+fn join_coupled_trees<T>(links: &mut [Link<T>]) -> usize {
+    for link in 0..links.len() {
+        let Some(mimic) = links[link].mimic else {
+            continue;
+        };
+        let [one, other] = [links[link].tree, links[mimic.leader].tree];
+        let (kept, joined) = (one.min(other), one.max(other));
+        for link in links.iter_mut().filter(|link| link.tree == joined) {
+            link.tree = kept;
+        }
+    }
+    let mut kept: Vec<usize> = links.iter().map(|link| link.tree).collect();
+    kept.sort_unstable();
+    kept.dedup();
+    for link in links {
+        link.tree = kept.partition_point(|tree| *tree < link.tree);
+    }
+    kept.len()
 }

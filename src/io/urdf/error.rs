@@ -233,6 +233,14 @@ pub enum UrdfError {
         /// Cause.
         source: MeshError,
     },
+    /// A material belongs to a link that the robot does not have.
+    #[error("the options have a material of the link {name:?}, but the links are {known:?}")]
+    UnknownMaterialLink {
+        /// Name of the link.
+        name: String,
+        /// Names of all links.
+        known: Vec<String>,
+    },
     /// A link cannot become a body.
     #[error("{at} cannot become a body: {source}")]
     Body {

@@ -86,6 +86,14 @@ impl JointKind {
         }
     }
 
+    /// Whether the joint has one degree of freedom.
+    pub(super) fn is_scalar(&self) -> bool {
+        matches!(
+            self,
+            Self::Revolute(_) | Self::Continuous(_) | Self::Prismatic(_)
+        )
+    }
+
     /// Name of the type in URDF files.
     #[must_use]
     pub fn name(&self) -> &'static str {

@@ -1,7 +1,7 @@
 //! Conversion of a robot to bodies connected by joints.
 
-use super::{Collision, JointKind, JointOptions, Link, Robot, ShapeOptions, UrdfError};
-use crate::dynamics::{self, Body, BodyShape, Mass, Material, Mechanism, WorldError};
+use super::{Collision, Joint, JointKind, JointOptions, Link, Robot, ShapeOptions, UrdfError};
+use crate::dynamics::{self, Body, BodyShape, Mass, Material, Mechanism};
 use crate::spatial::{MassProperties, Pose};
 use std::collections::BTreeMap;
 
@@ -66,13 +66,20 @@ impl Robot {
     /// - If a geometry cannot become a shape: see [`Collision::shape`].
     /// - If the mass properties or the material of a link are out of range.
     pub fn mechanism(&self, options: &RobotOptions) -> Result<Mechanism, UrdfError> {
-        let inertias = self.inertias();
+        self.check_materials(options)?;
+        let poses = self.fixed_poses(&options.base);
         let mut bodies = Vec::new();
-        for (index, (link, inertia)) in self.links().iter().zip(inertias).enumerate() {
-            let body = self.link_body((index, link), inertia, options)?;
-            bodies.push(body);
-            for (number, collision) in link.collisions.iter().enumerate().skip(1) {
-                bodies.push(welded_body(link, (number, collision), options)?);
+        for (index, (link, inertia)) in self.links().iter().zip(self.inertias()).enumerate() {
+            let named = LinkBodies {
+                link,
+                name: format!("{}{}", options.prefix, link.name),
+                pose: poses[index],
+                options,
+            };
+            let joint = self.joint_of(index, options)?;
+            bodies.push(named.first(inertia, joint)?);
+            for number in 1..link.collisions.len() {
+                bodies.extend(named.further(number)?);
             }
         }
         let mechanism = Mechanism::new(bodies);
@@ -81,6 +88,66 @@ impl Robot {
         } else {
             mechanism.without_self_contact()
         })
+    }
+
+    /// Checks that the materials of single links are those of links of the robot.
+    fn check_materials(&self, options: &RobotOptions) -> Result<(), UrdfError> {
+        let names = self.links().iter().map(|link| &link.name);
+        let mut materials = options.materials.keys();
+        match materials.find(|name| !names.clone().any(|known| known == *name)) {
+            None => Ok(()),
+            Some(name) => Err(UrdfError::UnknownMaterialLink {
+                name: name.clone(),
+                known: names.cloned().collect(),
+            }),
+        }
+    }
+
+    /// Poses in the world of the links that are welded to a fixed base.
+    fn fixed_poses(&self, base: &Base) -> Vec<Option<Pose>> {
+        let root = match base {
+            Base::Fixed(pose) => Some(*pose),
+            Base::Free(_) | Base::Joint(_) => None,
+        };
+        let mut poses = vec![root];
+        for joint in self.joints() {
+            let parent = self
+                .index_of(&joint.parent)
+                .and_then(|parent| poses[parent]);
+            let is_fixed = joint.kind == JointKind::Fixed;
+            poses.push(parent.filter(|_| is_fixed).map(|pose| pose * joint.origin));
+        }
+        poses
+    }
+
+    /// Index of the link with this name.
+    fn index_of(&self, link: &str) -> Option<usize> {
+        self.links().iter().position(|known| known.name == link)
+    }
+
+    /// Joint above a link, or the joint of the base. `None` for the root of a fixed or free robot.
+    fn joint_of(
+        &self,
+        link: usize,
+        options: &RobotOptions,
+    ) -> Result<Option<dynamics::Joint>, UrdfError> {
+        let Some(above) = link.checked_sub(1) else {
+            return Ok(match &options.base {
+                Base::Joint(joint) => Some((**joint).clone()),
+                Base::Fixed(_) | Base::Free(_) => None,
+            });
+        };
+        let mut joint = self.joints()[above].clone();
+        let is_scalar = |joint: &Joint| joint.kind.is_scalar();
+        let has_leader = joint.mimic.as_ref().is_some_and(|mimic| {
+            let mut joints = self.joints().iter();
+            joints.any(|leader| leader.name == mimic.joint && is_scalar(leader))
+        });
+        // The reader has warned about a leader that does not exist.
+        if !has_leader || !is_scalar(&joint) {
+            joint.mimic = None;
+        }
+        joint.prefixed(&options.prefix, &options.joints).map(Some)
     }
 
     /// Mass properties of the links. Rotational inertia of a massless link is moved to the link to which it is welded.
@@ -93,10 +160,7 @@ impl Robot {
         for child in (1..inertias.len()).rev() {
             let joint = &self.joints()[child - 1];
             let MassProperties { mass, inertia, .. } = inertias[child];
-            let parent = self
-                .links()
-                .iter()
-                .position(|link| link.name == joint.parent);
+            let parent = self.index_of(&joint.parent);
             if let (JointKind::Fixed, Some(parent)) = (joint.kind, parent)
                 && mass == 0.0
             {
@@ -107,49 +171,64 @@ impl Robot {
         }
         inertias
     }
-
-    fn link_body(
-        &self,
-        (index, link): (usize, &Link),
-        inertia: MassProperties,
-        options: &RobotOptions,
-    ) -> Result<Body, UrdfError> {
-        let name = format!("{}{}", options.prefix, link.name);
-        let (shape, material) = match link.collisions.first() {
-            Some(collision) => shape_of(link, collision, options)?,
-            None => (BodyShape::None, Material::rigid()),
-        };
-        let in_world = |source| error(link, source);
-        let dynamic = |shape| Body::dynamic(&name, shape, material, Mass::Link(inertia));
-        let joint = match (index.checked_sub(1), &options.base) {
-            (Some(above), _) => self.joints()[above].prefixed(&options.prefix, &options.joints)?,
-            (None, Base::Joint(joint)) => (**joint).clone(),
-            (None, Base::Fixed(pose)) => {
-                let body = Body::fixed(&name, shape, material).map_err(in_world)?;
-                return Ok(body.with_pose(*pose));
-            }
-            (None, Base::Free(pose)) => {
-                return Ok(dynamic(shape).map_err(in_world)?.with_pose(*pose));
-            }
-        };
-        let body = dynamic(shape).and_then(|body| body.with_joint(joint));
-        body.map_err(in_world)
-    }
 }
 
-/// Massless body of a collision geometry, welded to its link.
-fn welded_body(
-    link: &Link,
-    (number, collision): (usize, &Collision),
-    options: &RobotOptions,
-) -> Result<Body, UrdfError> {
-    let parent = format!("{}{}", options.prefix, link.name);
-    let name = format!("{parent}/{}", number + 1);
-    let (shape, material) = shape_of(link, collision, options)?;
-    let joint = dynamics::Joint::fixed(&name).with_parent(&parent);
-    Body::dynamic(&name, shape, material, Mass::Link(MassProperties::zero()))
-        .and_then(|body| body.with_joint(joint))
-        .map_err(|source| error(link, source))
+/// Bodies of a link: its own, and those of its further geometries.
+struct LinkBodies<'a> {
+    link: &'a Link,
+    name: String,
+    /// Pose of a link that is welded to a fixed base.
+    pose: Option<Pose>,
+    options: &'a RobotOptions,
+}
+
+impl LinkBodies<'_> {
+    /// Body of the link, with its first geometry.
+    fn first(
+        &self,
+        inertia: MassProperties,
+        joint: Option<dynamics::Joint>,
+    ) -> Result<Body, UrdfError> {
+        let (shape, material) = match self.link.collisions.first() {
+            Some(collision) => shape_of(self.link, collision, self.options)?,
+            None => (BodyShape::None, Material::rigid()),
+        };
+        self.body((&self.name, shape, material), inertia, joint)
+    }
+
+    /// Body of a further geometry, or `None` if the geometry has no shape.
+    fn further(&self, number: usize) -> Result<Option<Body>, UrdfError> {
+        let collision = &self.link.collisions[number];
+        let (shape, material) = shape_of(self.link, collision, self.options)?;
+        if let BodyShape::None = shape {
+            return Ok(None);
+        }
+        let name = format!("{}/{}", self.name, number + 1);
+        let weld = dynamics::Joint::fixed(&name).with_parent(&self.name);
+        let body = self.body((&name, shape, material), MassProperties::zero(), Some(weld));
+        body.map(Some)
+    }
+
+    fn body(
+        &self,
+        (name, shape, material): (&str, BodyShape, Material),
+        inertia: MassProperties,
+        joint: Option<dynamics::Joint>,
+    ) -> Result<Body, UrdfError> {
+        let body = match (self.pose, joint, &self.options.base) {
+            (Some(pose), ..) => Body::fixed(name, shape, material).map(|body| body.with_pose(pose)),
+            (None, joint, base) => Body::dynamic(name, shape, material, Mass::Link(inertia))
+                .and_then(|body| match (joint, base) {
+                    (Some(joint), _) => body.with_joint(joint),
+                    (None, Base::Free(pose)) => Ok(body.with_pose(*pose)),
+                    (None, Base::Fixed(_) | Base::Joint(_)) => Ok(body),
+                }),
+        };
+        body.map_err(|source| UrdfError::Body {
+            at: self.link.at.clone(),
+            source: Box::new(source),
+        })
+    }
 }
 
 /// Shape of a geometry in the frame of its link, and its material.
@@ -169,11 +248,4 @@ fn shape_of(
             ..material
         },
     ))
-}
-
-fn error(link: &Link, source: WorldError) -> UrdfError {
-    UrdfError::Body {
-        at: link.at.clone(),
-        source: Box::new(source),
-    }
 }
