@@ -1,7 +1,7 @@
 use super::model::Model;
 use super::sweep::Sweep;
 use super::{
-    Body, BodyShape, BodyState, Force, Inertia, JointState, RolloutError, State, World, WorldError,
+    BodyShape, BodyState, Force, Inertia, JointState, RolloutError, State, World, WorldError,
 };
 use crate::scalar::{Scalar, lift, lift_vector};
 use nalgebra::Vector3;

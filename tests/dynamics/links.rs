@@ -154,3 +154,40 @@ fn a_mass_without_a_shape_needs_properties() {
         assert_eq!(body.unwrap_err(), WorldError::NoVolume("link".into()));
     }
 }
+
+#[test]
+fn a_rotor_without_a_body_stops_by_friction() {
+    let rotor = hinge("rotor")
+        .with_armature(1.0)
+        .with_friction(1.0, 1e-3)
+        .with_velocity(0.035);
+    let frame = link("frame", MassProperties::zero());
+    let world = World::new(vec![frame.with_joint(rotor).unwrap()]).unwrap();
+    for integrator in [Integrator::ImplicitEuler, Integrator::Sdirk3] {
+        let plan = Plan::new(0.01, 10).unwrap().with_integrator(integrator);
+        let trajectory = world.rollout(&plan).run().unwrap();
+        let velocity = trajectory.last().joints[0].velocity().unwrap();
+        assert!(velocity.abs() < 1e-4, "{velocity:e}");
+    }
+}
+
+#[test]
+fn massless_frames_cost_no_substeps() {
+    let arm = || link("arm", bob()).with_joint(hinge("shoulder")).unwrap();
+    let frame = link("frame", MassProperties::zero())
+        .with_joint(weld("mount", "arm", 0.5))
+        .unwrap();
+    let evaluations = |bodies: Vec<Body>| {
+        let plan = Plan::new(0.01, 20)
+            .unwrap()
+            .with_integrator(Integrator::Sdirk3);
+        let world = falling(bodies).unwrap();
+        let mut rollout = world.rollout(&plan);
+        let reports = (0..20).map(|_| {
+            rollout.next().unwrap().unwrap();
+            rollout.step_report().unwrap().work.substeps
+        });
+        reports.sum::<usize>()
+    };
+    assert_eq!(evaluations(vec![arm()]), evaluations(vec![arm(), frame]));
+}

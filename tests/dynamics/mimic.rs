@@ -143,3 +143,20 @@ fn missing_and_cyclic_leaders_and_ball_followers_are_refused() {
     let infinite = axle("second").with_mimic("first", f64::INFINITY, 0.0);
     assert!(matches!(world(infinite), Err(WorldError::Joint { .. })));
 }
+
+#[test]
+fn the_armature_of_a_follower_counts_in_the_energy() {
+    let driven = axle("driven")
+        .with_mimic("driver", -5.0, 0.0)
+        .with_armature(0.02);
+    let world = World::new(vec![
+        wheel("small", 0.3, axle("driver").with_velocity(2.0)),
+        wheel("large", 0.0, driven),
+    ])
+    .unwrap();
+    let energy = world
+        .diagnostics(&world.initial_state())
+        .unwrap()
+        .total_energy();
+    assert!((energy - 0.5 * (0.3 + 25.0 * 0.02) * 4.0).abs() < ROUND_OFF);
+}

@@ -103,3 +103,22 @@ fn schedules_out_of_range_are_refused() {
         WorldError::BallJointForce("axle".into())
     );
 }
+
+#[test]
+fn kinetics_has_the_scheduled_forces_of_its_time() {
+    let joint = axle()
+        .with_servo(300.0, 20.0)
+        .with_torques(0.1, vec![2.0, 1.0])
+        .with_targets(0.1, vec![0.1, 0.3, 0.3]);
+    let world = wheel(joint).unwrap();
+    let force = |time: f64| {
+        let state = State {
+            time,
+            ..world.initial_state()
+        };
+        world.kinetics(&state).unwrap().joint_forces()[0]
+    };
+    // The target moves at 2 rad/s in the first interval, and rests in the second.
+    assert!((force(0.05) - (2.0 + 300.0 * 0.2 + 20.0 * 2.0)).abs() < 1e-6);
+    assert!((force(0.15) - (1.0 + 300.0 * 0.3)).abs() < 1e-6);
+}

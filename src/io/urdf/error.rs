@@ -7,7 +7,7 @@ use std::path::PathBuf;
 
 /// Reason why a robot or a shape of its links cannot be read.
 ///
-/// Every message begins with the file, the line and the element.
+/// Every message about an element begins with the file, the line and the element.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum UrdfError {

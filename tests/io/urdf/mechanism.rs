@@ -242,3 +242,53 @@ fn all_published_robots_move() {
     println!("{moved} robots moved, {} were refused", refused.len());
     assert!(moved > 0);
 }
+
+#[test]
+fn everything_that_is_welded_to_a_fixed_base_is_fixed() {
+    let pedestal = ARM.replace(
+        r#"</collision></link>
+<link name="arm">"#,
+        r#"</collision><collision><geometry><box size="0.1 0.1 0.3"/></geometry></collision></link>
+<link name="arm">"#,
+    );
+    let sensor = r#"<link name="sensor"/><joint name="plate" type="fixed"><parent link="base"/><child link="sensor"/><origin xyz="0.1 0 0"/></joint>"#;
+    let options = RobotOptions {
+        base: Base::Fixed(Pose::from_translation(vector![0.0, 2.0, 0.0])),
+        ..options()
+    };
+    let arm = robot(&format!("{pedestal}{sensor}"))
+        .unwrap()
+        .mechanism(&options)
+        .unwrap();
+    let fixed = arm.bodies().iter().filter(|body| body.inertia().is_none());
+    let fixed: Vec<_> = fixed.map(|body| body.name()).collect();
+    assert_eq!(fixed, ["base", "base/2", "sensor"]);
+    let world = World::builder().mechanism(arm).build().unwrap();
+    let sensor = world.index_of("sensor").unwrap();
+    let position = *world.initial_state().bodies[sensor].position();
+    assert_relative_eq!(position, vector![0.1, 2.0, 0.0], epsilon = ROUND_OFF);
+}
+
+#[test]
+fn a_material_of_a_link_that_does_not_exist_is_refused() {
+    let options = RobotOptions {
+        materials: BTreeMap::from([("hnad".to_owned(), RUBBER)]),
+        ..options()
+    };
+    let error = robot(ARM).unwrap().mechanism(&options).unwrap_err();
+    let expected =
+        "the options have a material of the link \"hnad\", but the links are [\"base\", ";
+    assert!(error.to_string().starts_with(expected), "{error}");
+}
+
+#[test]
+fn a_leader_that_does_not_exist_is_ignored_after_its_warning() {
+    let text = ARM.replace(
+        r#"<axis xyz="1 0 0"/>"#,
+        r#"<axis xyz="1 0 0"/><mimic joint="elbow"/>"#,
+    );
+    let arm = robot(&text).unwrap();
+    assert_eq!(arm.warnings().len(), 1);
+    let arm = arm.mechanism(&options()).unwrap();
+    assert!(arm.joints().all(|joint| joint.mimic().is_none()));
+}
