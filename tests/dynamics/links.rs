@@ -11,6 +11,9 @@ use nalgebra::{Matrix3, Vector3, vector};
 /// Rounding error of 50 implicit steps.
 const ROUND_OFF: f64 = 1e-11;
 
+/// These steps have no error control, which depends on the frames of the bodies.
+const EULER: Integrator = Integrator::ImplicitEuler;
+
 fn link(name: &str, properties: MassProperties) -> Body {
     Body::dynamic(
         name,
@@ -43,10 +46,8 @@ fn weld(name: &str, parent: &str, z: f64) -> Joint {
 }
 
 /// Pose of the last body after 50 steps.
-fn last_pose(world: &World) -> Pose {
-    let plan = Plan::new(0.01, 50)
-        .unwrap()
-        .with_integrator(Integrator::Sdirk3);
+fn last_pose(world: &World, integrator: Integrator) -> Pose {
+    let plan = Plan::new(0.01, 50).unwrap().with_integrator(integrator);
     let trajectory = world.rollout(&plan).run().unwrap();
     trajectory.last().bodies.last().unwrap().pose
 }
@@ -59,11 +60,11 @@ fn a_massless_rod_carries_the_bob_of_a_pendulum() {
     let welded = link("bob", bob())
         .with_joint(weld("weld", "rod", -0.4))
         .unwrap();
-    let two_links = last_pose(&falling(vec![rod, welded]).unwrap());
+    let two_links = last_pose(&falling(vec![rod, welded]).unwrap(), EULER);
     let mut shifted = bob();
     shifted.center_of_mass.z -= 0.4;
     let one_link = link("bob", shifted).with_joint(hinge("pivot")).unwrap();
-    let one_link = last_pose(&falling(vec![one_link]).unwrap())
+    let one_link = last_pose(&falling(vec![one_link]).unwrap(), EULER)
         * Pose::from_translation(vector![0.0, 0.0, -0.4]);
     let off = two_links.translation() - one_link.translation();
     assert!(off.norm() < ROUND_OFF, "{off}");
@@ -143,7 +144,7 @@ fn a_body_without_a_shape_touches_nothing() {
     assert!(world.contacts(&state).unwrap().is_empty());
     let contact = world.contact_between(&state, "block", "ghost");
     assert!(matches!(contact, Err(WorldError::NoContact(_))));
-    let fallen = last_pose(&world).translation().z;
+    let fallen = last_pose(&world, Integrator::Sdirk3).translation().z;
     assert!((fallen + 9.81 * 0.125).abs() < 1e-9, "{fallen}");
 }
 
