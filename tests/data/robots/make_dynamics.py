@@ -1,6 +1,6 @@
 """Writes quantities of the dynamics of robots on a fixed base, at random states, by Pinocchio.
 
-Joints that mimic other joints follow them, and are otherwise independent. Links without mass lose their inertia.
+Joints that mimic other joints follow them, and are otherwise independent.
 
 python make_dynamics.py OUTPUT.json FOLDER
 """
