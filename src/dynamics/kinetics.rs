@@ -250,7 +250,7 @@ impl<T: Scalar> Kinetics<T> {
         let no_gravity = lift_vector(&Vector3::zeros());
         let rates = zeros(self.velocity_count());
         let accelerations = multibody.accelerations(kinematics, rates, &no_gravity);
-        Ok(multibody.point_acceleration(kinematics, &accelerations, link, point))
+        Ok(kinematics.point_acceleration(&accelerations, link, point))
     }
 
     /// Bias acceleration of the center of mass of a body: see [`Self::bias_acceleration`].

@@ -23,16 +23,17 @@ impl<T: Scalar> Multibody<T> {
         }
         jacobian
     }
+}
 
+impl<T: Scalar> Kinematics<T> {
     /// Angular acceleration of a link and acceleration of its point. The accelerations must not include gravity.
     pub fn point_acceleration(
         &self,
-        kinematics: &Kinematics<T>,
         accelerations: &Accelerations<T>,
         link: usize,
         point: &Vector3<T>,
     ) -> Vector6<T> {
-        let frame = &kinematics.frames[link];
+        let frame = &self.frames[link];
         let point = frame.pose.transformed_point(point);
         let velocity = at_point(&frame.velocity, &point);
         at_point(&accelerations.links[link], &point) + convective(&velocity)
