@@ -1,9 +1,10 @@
-//! Does the Panda robot lift a mug, and how does the slip of the mug depend on the squeeze?
+//! Does the Panda robot lift a mug, and how does the slip of the mug depend on the grip force?
 //!
 //! `cargo run --release -p hydroelastic-examples --example gripper [-- --record FILE.glb --plot FILE.svg]`
 //!
-//! The robot is a URDF file with eleven links that move: a column, an arm of seven joints, and two coupled fingers with pads. In a steady
-//! hold, the law of friction gives the speed at which the mug creeps, and the derivative of this speed with respect to the squeeze.
+//! The robot comes from a URDF file. It has an arm of seven joints and two coupled fingers with pads, and a column lifts it. Regularized
+//! friction lets the mug creep. While the robot holds the mug, the friction law gives the creep speed and its derivative with respect to
+//! the grip force.
 
 mod show;
 
@@ -27,27 +28,27 @@ const ROBOT: &str = concat!(
     env!("CARGO_MANIFEST_DIR"),
     "/../tests/data/robots/panda.urdf"
 );
-/// Time step (s), and number of steps until the slip is measured, and until the end.
+/// Time step (s), number of steps before the slip is measured, and number of all steps.
 const TIME_STEP: f64 = 5e-3;
-const HELD: usize = 160;
+const LIFT_STEPS: usize = 160;
 const STEPS: usize = 240;
 /// Angles (rad) of the seven joints of the arm. The hand points down.
 const ARM: [f64; 7] = [0.0, -0.785, 0.0, -2.356, 0.0, 1.571, 0.785];
 /// Radius, height (m) and mass (kg) of the mug.
 const MUG: [f64; 3] = [0.035, 0.1, 0.3];
-/// Force (N) of each finger.
-const SQUEEZE: f64 = 20.0;
+/// Grip force (N) of each finger.
+const GRIP_FORCE: f64 = 20.0;
 const FRICTION: f64 = 0.8;
 /// Slip tolerance (m/s) of contacts.
 const SLIP_TOLERANCE: f64 = 1e-3;
 const GRAVITY: f64 = 9.81;
 /// Height (m) of the lift.
 const RISE: f64 = 0.1;
-/// Relative tolerances of the speed of creep and of its derivative.
+/// Relative tolerances of the creep speed and of its derivative.
 const CREEP_ERROR: f64 = 0.01;
 const SLOPE_ERROR: f64 = 0.02;
 
-/// Height (m) of the mug relative to the hand, after the lift and at the end.
+/// Distance (m) by which the mug slips down in the hand, from step `LIFT_STEPS` to the end.
 struct Slip {
     mug: usize,
     hand: usize,
@@ -61,7 +62,7 @@ impl Outcome for Slip {
         };
         let states = trajectory.states();
         let last = states.len() - 1;
-        vec![height(&states[last * HELD / STEPS]) - height(&states[last])]
+        vec![height(&states[last * LIFT_STEPS / STEPS]) - height(&states[last])]
     }
 }
 
@@ -80,25 +81,23 @@ fn main() -> Answer<()> {
         mug,
         hand: world.index_of("panda_hand")?,
     };
-    let squeeze = [Parameter::joint(
+    let grip_force = [Parameter::joint(
         "panda_finger_joint1",
         JointQuantity::Torque,
     )];
-    let experiment = Experiment::new(world.clone(), &plan.recording_every(HELD / 4));
-    let (found, slope) = experiment.gradient(&squeeze, &slip)?;
-    let held = TIME_STEP * (STEPS - HELD) as f64;
-    let (speed, by_squeeze) = creep();
+    let experiment = Experiment::new(world.clone(), &plan.recording_every(LIFT_STEPS / 4));
+    let (distance, gradient) = experiment.gradient(&grip_force, &slip)?;
+    let hold_duration = TIME_STEP * (STEPS - LIFT_STEPS) as f64;
+    let (creep_speed, creep_slope) = creep();
+    let speed = distance / hold_duration;
+    println!("The mug creeps at {speed:.3e} m/s. The friction law predicts {creep_speed:.3e} m/s.");
+    // The force of the leading joint is the negative sum of both grip forces.
+    let slope = -2.0 * gradient[0] / hold_duration;
     println!(
-        "While it holds the mug, it slips at {:.3e} m/s; the law of friction gives {speed:.3e} m/s.",
-        found / held
+        "Its derivative with respect to the grip force is {slope:.3e} m/(N s). The friction law predicts {creep_slope:.3e} m/(N s)."
     );
-    // The force of the leader is shared by both fingers, and it is negative.
-    let slope = -2.0 * slope[0] / held;
-    println!(
-        "Per newton of squeeze, the speed changes by {slope:.3e} m/s; the law gives {by_squeeze:.3e} m/s."
-    );
-    assert!((found / held / speed - 1.0).abs() < CREEP_ERROR);
-    assert!((slope / by_squeeze - 1.0).abs() < SLOPE_ERROR);
+    assert!((speed / creep_speed - 1.0).abs() < CREEP_ERROR);
+    assert!((slope / creep_slope - 1.0).abs() < SLOPE_ERROR);
 
     wanted.record(|| {
         let recording = Recording::new(&world, &trajectory);
@@ -118,15 +117,15 @@ fn main() -> Answer<()> {
     })
 }
 
-/// Speed (m/s) at which the mug creeps in the pads, and its derivative with respect to the force of each finger.
+/// Speed (m/s) at which the mug creeps in the pads, and its derivative with respect to the grip force, by the friction law.
 fn creep() -> (f64, f64) {
-    let load = MUG[2] * GRAVITY / (2.0 * FRICTION * SQUEEZE);
+    let load = MUG[2] * GRAVITY / (2.0 * FRICTION * GRIP_FORCE);
     let root = (1.0 - load * load).sqrt();
     let speed = SLIP_TOLERANCE * load / root;
-    (speed, -SLIP_TOLERANCE * load / SQUEEZE / root.powi(3))
+    (speed, -SLIP_TOLERANCE * load / GRIP_FORCE / root.powi(3))
 }
 
-/// The robot on a column, and a mug on a table below its hand.
+/// World with the robot on a column, and a mug on a table between the fingers.
 fn world() -> Answer<World> {
     let robot = Robot::read(ROBOT)?;
     let rubber = Material::elastic(1e6)
@@ -141,7 +140,7 @@ fn world() -> Answer<World> {
     let options = RobotOptions {
         base: Base::Joint(Box::new(column)),
         shapes: ShapeOptions {
-            // Only the fingers have shapes that are not meshes.
+            // The pads of the fingers are boxes, and all other geometries are meshes.
             meshes: MeshShape::None,
             ..ShapeOptions::default()
         },
@@ -158,7 +157,7 @@ fn world() -> Answer<World> {
     }
     let open = MUG[0] + 2e-3;
     let mechanism = mechanism.with_joint("panda_finger_joint1", |joint| {
-        joint.with_position(open).with_torque(-2.0 * SQUEEZE)
+        joint.with_position(open).with_torque(-2.0 * GRIP_FORCE)
     })?;
     let robot_alone = World::builder().mechanism(mechanism.clone()).build()?;
     let state = robot_alone.initial_state();
@@ -166,7 +165,7 @@ fn world() -> Answer<World> {
     let [radius, length, mass] = MUG;
     let mug = Shape::new(shapes::cylinder(radius, length, 32)?);
     let table = Pose::from_translation(hand - Vector3::z() * (length / 2.0));
-    // A flat side faces each pad.
+    // Each pad touches a flat side of the mug.
     let half_side = Vector3::z() * (std::f64::consts::PI / 32.0);
     let mug = Body::dynamic("mug", mug, rubber, Mass::Total(mass))?
         .with_pose(Pose::from_rotation_vector(&half_side, *hand));

@@ -2,8 +2,8 @@
 //!
 //! `cargo run --release -p hydroelastic-examples --example wipe [-- --record FILE.glb --plot FILE.svg]`
 //!
-//! Inverse kinematics gives a first path of the servos. The servos yield to the weight of the arm and to friction, so the force is wrong.
-//! Gauss–Newton changes the targets of all joints by the exact derivatives of the force, until the force is 5 N along the whole path.
+//! Inverse kinematics gives the initial targets of the servos. The weight of the arm and friction deflect the servos, so the force is
+//! wrong. Gauss–Newton corrects the targets of all joints with exact derivatives of the force, until the force is 5 N along the path.
 
 mod show;
 
@@ -33,34 +33,34 @@ const ARM: [f64; 7] = [0.0, -0.3, 0.0, -2.2, 0.0, 1.9, 0.785];
 const TIME_STEP: f64 = 5e-3;
 const INTERVAL: usize = 10;
 const TARGETS: usize = 11;
-/// Length (m) of the path, and depth (m) of the sponge in the table in the first path.
+/// Length (m) of the path, and penetration depth (m) of the sponge along the initial path.
 const LENGTH: f64 = 0.2;
 const DEPTH: f64 = 4e-3;
 /// Radius (m) of the sponge.
 const SPONGE: f64 = 0.04;
 /// Stiffness (N m/rad) and damping (N m s/rad) of the servos.
 const SERVO: [f64; 2] = [4e3, 100.0];
-/// Wanted force (N), and largest error of it (N).
+/// Desired force (N), and tolerance (N).
 const FORCE: f64 = 5.0;
 const ERROR: f64 = 0.05;
 
-/// Force (N) of the sponge on the table at the times of all targets but the first two.
-struct Pressing {
+/// Force (N) of the sponge on the table at the times of all targets except the first two.
+struct PressingForce {
     world: World,
 }
 
-impl Pressing {
+impl PressingForce {
     fn at<T: Scalar>(&self, state: &State<T>) -> T {
         let contact = self
             .world
             .lifted()
             .contact_between(state, "sponge", "table");
-        // The sponge is compliant with a mesh, so it is body A.
+        // The sponge is body A, because it is compliant with a mesh.
         contact.map_or_else(|_| lift(f64::NAN), |pair| pair.wrench().on_a.force.z)
     }
 }
 
-impl Outcome for Pressing {
+impl Outcome for PressingForce {
     fn of<T: Scalar>(&self, trajectory: &Trajectory<T>) -> Vec<T> {
         let states = trajectory.states().iter().skip(2);
         states.map(|state| self.at(state)).collect()
@@ -85,21 +85,21 @@ fn main() -> Answer<()> {
     let plan = Plan::new(TIME_STEP, steps)?.with_integrator(Integrator::Sdirk3);
     let mut errors = Vec::new();
     loop {
-        let pressing = Pressing {
+        let pressing = PressingForce {
             world: world.clone(),
         };
         let experiment = Experiment::new(world.clone(), &plan.clone().recording_every(INTERVAL));
-        let found = experiment.jacobian(&parameters, &pressing)?;
-        let misses = found.value.map(|force| force - FORCE);
-        errors.push(misses.amax());
+        let forces = experiment.jacobian(&parameters, &pressing)?;
+        let force_errors = forces.value.map(|force| force - FORCE);
+        errors.push(force_errors.amax());
         println!(
             "The force differs from {FORCE} N by at most {:.3} N.",
-            misses.amax()
+            force_errors.amax()
         );
-        if misses.amax() < ERROR || errors.len() > 9 {
+        if force_errors.amax() < ERROR || errors.len() > 9 {
             break;
         }
-        let change = smallest_change(&found.jacobian, &misses)?;
+        let change = smallest_change(&forces.jacobian, &force_errors)?;
         world = world.perturbed(&parameters, change.as_slice())?;
     }
     assert!(errors[0] > 20.0 * ERROR);
@@ -111,7 +111,7 @@ fn main() -> Answer<()> {
         Ok(recording.seen_from(vector![1.5, -1.2, 0.9], vector![0.3, 0.0, 0.3]))
     })?;
     wanted.plot(|| {
-        let pressing = Pressing {
+        let pressing = PressingForce {
             world: world.clone(),
         };
         let forces = trajectory.states().iter();
@@ -129,13 +129,13 @@ fn main() -> Answer<()> {
     })
 }
 
-/// Smallest change of the targets that removes the misses to first order.
-fn smallest_change(jacobian: &DMatrix<f64>, misses: &DVector<f64>) -> Answer<DVector<f64>> {
-    let solution = jacobian.clone().svd(true, true).solve(misses, 1e-6)?;
+/// Smallest change of the targets that removes the force errors to first order.
+fn smallest_change(jacobian: &DMatrix<f64>, force_errors: &DVector<f64>) -> Answer<DVector<f64>> {
+    let solution = jacobian.clone().svd(true, true).solve(force_errors, 1e-6)?;
     Ok(-solution)
 }
 
-/// The robot with a sponge in its hand, and the height (m) of the table.
+/// Robot with a sponge in its hand, and the height (m) of the table.
 fn scene() -> Answer<(Mechanism, f64)> {
     let foam = Material::elastic(2e5)
         .with_dissipation(0.5)
@@ -167,7 +167,7 @@ fn sponge_in(world: &World, state: &State) -> Answer<Vector3<f64>> {
     Ok(*state.bodies[world.index_of("sponge")?].position())
 }
 
-/// Angles of the joints for each target, by inverse kinematics. The sponge moves along y, and the hand keeps its orientation.
+/// Joint angles (rad) at each target, by inverse kinematics. The sponge moves along y, and the hand keeps its orientation.
 fn path(arm: &Mechanism, table: f64) -> Answer<Vec<[f64; 7]>> {
     let world = World::builder().mechanism(arm.clone()).build()?;
     let middle = world.initial_state();
@@ -179,14 +179,14 @@ fn path(arm: &Mechanism, table: f64) -> Answer<Vec<[f64; 7]>> {
         let mut goal = sponge_in(&world, &middle)?;
         (goal.y, goal.z) = (y, table + SPONGE - DEPTH);
         for _ in 0..20 {
-            let placed = world.clone().with_initial_state(&state)?.initial_state();
-            let pose = placed.bodies[sponge].pose;
+            let posed = world.clone().with_initial_state(&state)?.initial_state();
+            let pose = posed.bodies[sponge].pose;
             let turn = orientation.rotation() * pose.rotation().transpose();
             let turn = Rotation3::from_matrix_unchecked(turn).scaled_axis();
             let shift = goal - pose.translation();
             let error = Vector6::new(turn.x, turn.y, turn.z, shift.x, shift.y, shift.z);
             let jacobian = world
-                .kinetics(&placed)?
+                .kinetics(&posed)?
                 .jacobian(sponge, &Vector3::zeros())?;
             let arm_columns = jacobian.columns(0, 7).into_owned();
             let change = arm_columns.svd(true, true).solve(&error, 1e-9)?;
@@ -204,14 +204,14 @@ fn path(arm: &Mechanism, table: f64) -> Answer<Vec<[f64; 7]>> {
     Ok(targets)
 }
 
-/// The arm that follows the targets, and the table.
+/// World of the table and the arm, which follows the targets.
 fn wiping(arm: &Mechanism, table: f64, targets: &[[f64; 7]]) -> Answer<World> {
     let mut arm = arm.clone();
     let [stiffness, damping] = SERVO;
     for joint in 0..7 {
         let values: Vec<f64> = targets.iter().map(|angles| angles[joint]).collect();
-        arm = arm.with_joint(&format!("panda_joint{}", joint + 1), |found| {
-            found
+        arm = arm.with_joint(&format!("panda_joint{}", joint + 1), |servo| {
+            servo
                 .with_position(values[0])
                 .with_servo(stiffness, damping)
                 .with_targets(INTERVAL as f64 * TIME_STEP, values)

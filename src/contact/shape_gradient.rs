@@ -14,9 +14,11 @@ use nalgebra::{SMatrix, SVector, Vector3, Vector6};
 #[derive(Debug, Clone, Default, PartialEq)]
 #[non_exhaustive]
 pub struct ShapeGradient {
-    /// Derivatives with respect to each vertex, in the axes of the body's frame (the number's unit over m). Empty for a half-space and without a shape.
+    /// Derivatives with respect to each vertex, in the axes of the body's frame (the number's unit over m). Empty for a half-space and for
+    /// a body without a shape.
     pub by_vertices: Vec<Vector3<f64>>,
-    /// Derivatives with respect to the extent of each vertex (the number's unit over the extents'). Empty for a rigid body, a half-space and without a shape.
+    /// Derivatives with respect to the extent of each vertex (the number's unit over the extents'). Empty for a rigid body, for a
+    /// half-space and for a body without a shape.
     pub by_extents: Vec<f64>,
 }
 

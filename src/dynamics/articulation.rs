@@ -11,7 +11,7 @@ pub(super) struct Articulation {
     pub parents: Vec<Option<usize>>,
     /// Index of the state of the joint of each body in [`State::joints`](super::State), if the joint has a state.
     pub state_indices: Vec<Option<usize>>,
-    /// Dependence of the joint of each body on the joint of another body that does not mimic.
+    /// Dependence of the joint of each body on its leader. A leader is never a mimicking joint itself.
     pub mimics: Vec<Option<BodyMimic>>,
     /// Pairs of bodies that a joint connects, or that are welded to such bodies, the smaller index first.
     pub adjacent: BTreeSet<(usize, usize)>,
@@ -53,11 +53,11 @@ pub(super) struct BodyMimic {
     /// Index of the body of the leader.
     pub leader: usize,
     pub multiplier: f64,
-    /// Position at position zero of the leader (rad or m).
+    /// Position (rad or m) if the position of the leader is zero.
     pub offset: f64,
 }
 
-/// Resolves the names of leaders. The leader of a leader takes its place.
+/// Resolves the names of leaders. A chain of leaders is replaced by its last leader.
 fn mimics(bodies: &[Body]) -> Result<Vec<Option<BodyMimic>>, WorldError> {
     let resolve = |body: &Body| {
         let Some(joint) = body

@@ -191,7 +191,7 @@ impl Body<f64> {
         self.check_start()
     }
 
-    /// Checks that the mass is usable. Only a link without inertia is massless.
+    /// Checks that the mass is in range. Only a body with zero inertia can be massless.
     pub(crate) fn check_mass(&self) -> Result<(), WorldError> {
         match self.inertia() {
             Some(inertia) if inertia.mass != 0.0 || inertia.principal.moments.amax() > 0.0 => {
@@ -303,7 +303,7 @@ impl<T: Scalar> Body<T> {
         self.joint().filter(|joint| joint.kind != JointKind::Free)
     }
 
-    /// Joint with a state of its own: neither free nor fixed, and without a leader.
+    /// Joint with its own state: neither free nor fixed, and without a leader.
     pub(crate) fn joint_with_state(&self) -> Option<&Joint<T>> {
         self.joint().filter(|joint| joint.has_state())
     }

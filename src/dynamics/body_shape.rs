@@ -50,7 +50,7 @@ impl BodyShape {
         }
     }
 
-    /// Bounding box in the world frame, at a pose. For a body without a shape, it is the origin of the body frame.
+    /// Bounding box in the world frame, at a pose. The box of a body without a shape is the origin of the body frame.
     pub(super) fn bounds_at(&self, pose: &Pose) -> Aabb {
         if let Self::None = self {
             return Aabb::around([pose.translation()]);
@@ -59,7 +59,7 @@ impl BodyShape {
         bounds.map_or(Aabb::EVERYWHERE, |bounds| bounds.posed(pose))
     }
 
-    /// The shape in the role of body B of a contact, or `None` without a shape.
+    /// Shape as body B of a contact, or `None` for a body without a shape.
     pub(super) fn partner(&self) -> Option<PartnerShape<'_>> {
         match self {
             Self::Compliant(shape) => Some(PartnerShape::Compliant(shape)),
@@ -74,7 +74,7 @@ impl BodyShape {
     /// # Errors
     /// - If no solid has the mass properties.
     /// - If the shape is a half-space, which has no mass.
-    /// - If there is no shape, and the mass is to be distributed over its volume.
+    /// - If the mass is distributed over the volume, but the body has no shape.
     pub(super) fn mass_properties(
         &self,
         body: &str,
@@ -96,7 +96,7 @@ impl BodyShape {
         }
     }
 
-    /// Volume (m³), or infinity for a half-space, or zero without a shape.
+    /// Volume (m³): infinity for a half-space, and zero for a body without a shape.
     pub(crate) fn volume(&self) -> f64 {
         match self {
             Self::Compliant(shape) => shape.field().mesh().volume(),
@@ -119,7 +119,7 @@ impl BodyShape {
         }
     }
 
-    /// Whether both values share one shape, or both have none. Equal shapes in different allocations do not count.
+    /// Whether both values share one allocation of a shape, or both have no shape.
     #[must_use]
     pub fn is_same(&self, other: &Self) -> bool {
         match (self, other) {

@@ -39,19 +39,19 @@ pub enum WorldError {
     /// A half-space is dynamic, but has no mass.
     #[error("body {0:?} is a half-space, which has no mass: it can only be fixed or follow a path")]
     Unbounded(String),
-    /// A body without a shape has a mass that is distributed over its volume.
+    /// The mass of a body is distributed over its volume, but the body has no shape.
     #[error(
         "body {0:?} has no shape, so its mass cannot be distributed over its volume: use Mass::Properties or Mass::Link"
     )]
     NoVolume(String),
     /// A link has rotational inertia, but no mass.
     #[error(
-        "body {0:?} has rotational inertia, but no mass: add its inertia to a body that it is welded to"
+        "body {0:?} has rotational inertia, but no mass: add the inertia to the body to which it is welded"
     )]
     MasslessInertia(String),
     /// The mass matrix is not positive definite, because a joint moves no inertia in one of its directions.
     #[error(
-        "the joint of body {0:?} moves no positive inertia in one of its directions: give mass to the body or to a body behind it, or give the joint armature"
+        "the joint of body {0:?} moves no inertia in one of its directions: give mass to the body or to a descendant, or give the joint an armature"
     )]
     NoInertia(String),
     /// Two bodies are rigid or half-spaces, and at least one of them is dynamic.
@@ -70,8 +70,10 @@ pub enum WorldError {
         /// Number of bodies.
         bodies: usize,
     },
-    /// A quantity that is defined for free bodies only is requested for a world with joints.
-    #[error("body {body:?} is on a joint, but {quantity} is for worlds without joints only")]
+    /// A quantity is requested that is defined only for worlds without joints.
+    #[error(
+        "body {body:?} is on a joint, but {quantity} is defined only for worlds without joints"
+    )]
     OnJoint {
         /// Name of a body on a joint.
         body: String,
@@ -96,9 +98,9 @@ pub enum WorldError {
         /// Names of all joints of this kind.
         known: Vec<String>,
     },
-    /// A joint mimics a joint that does not exist or is neither revolute nor prismatic, or it mimics itself through other joints.
+    /// A mimicking joint or its leader is neither revolute nor prismatic, the leader does not exist, or the leader mimics the joint.
     #[error(
-        "joint {joint:?} mimics {leader:?}, but needs another revolute or prismatic joint that does not mimic it"
+        "joint {joint:?} mimics {leader:?}, but both must be existing revolute or prismatic joints, and the leader must not mimic the joint"
     )]
     Mimic {
         /// Name of the joint.
@@ -267,12 +269,12 @@ pub enum WorldError {
         /// Number of bodies.
         bodies: usize,
     },
-    /// A vector does not have one number for each generalized velocity.
+    /// The length of a vector is not the number of generalized velocities.
     #[error("there are {found} {quantity}, but the world has {expected} generalized velocities")]
     VelocityCount {
-        /// Name of the numbers.
+        /// Quantity in the vector.
         quantity: &'static str,
-        /// Number of given values.
+        /// Number of values in the vector.
         found: usize,
         /// Number of generalized velocities of the world.
         expected: usize,
@@ -310,7 +312,7 @@ pub enum WorldError {
         "a change of a state has {found} numbers, but must have {expected}: 12 for each dynamic body"
     )]
     ChangeSize {
-        /// Number of given values.
+        /// Number of values in the vector.
         found: usize,
         /// Expected number: 12 for each dynamic body.
         expected: usize,

@@ -53,22 +53,22 @@ pub struct Joint<T = f64> {
     pub(super) origin: Pose,
     pub(super) kind: JointKind,
     pub(crate) law: JointLaw<T>,
-    /// Torques that are added to the torque of the law.
+    /// Schedule of torques that are added to the torque of the law.
     pub(crate) torques: Option<Schedule<T>>,
-    /// Target positions, in place of the target of the law.
+    /// Schedule of target positions, which replace the target of the law.
     pub(crate) targets: Option<Schedule<T>>,
     pub(super) mimic: Option<Mimic>,
     pub(crate) initial: JointState<T>,
 }
 
-/// Dependence of a revolute or prismatic joint on another joint, as by a gear: position = multiplier · position of the leader + offset.
+/// Proportional motion of a revolute or prismatic joint and its leader, as in a gear: position = multiplier · leader position + offset.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct Mimic {
     /// Name of the leader.
     pub joint: String,
-    /// Multiplier.
+    /// Multiplier of the position of the leader.
     pub multiplier: f64,
     /// Offset (rad or m).
     pub offset: f64,
@@ -107,9 +107,9 @@ pub struct Actuator<T = f64> {
     pub damping: T,
     /// Target position (rad) at the target time.
     pub target_position: T,
-    /// Velocity of the target (rad/s). The target position moves with it.
+    /// Velocity of the target (rad/s). The target position changes at this rate.
     pub target_velocity: T,
-    /// Target time (s).
+    /// Time (s) at which the target is at the target position.
     #[cfg_attr(feature = "serde", serde(default))]
     pub target_time: f64,
     /// Largest magnitude of the torque of the actuator (N m), or `None` without a limit.
@@ -351,17 +351,18 @@ impl Joint {
         self
     }
 
-    /// Sets torques (N m) or forces (N) that the actuator applies in addition, each during one interval of time (s). The first interval
-    /// begins at time 0. No torque is added after the last interval. During a time step, the mean over the step acts.
+    /// Sets a schedule of torques (N m) or forces (N) that are added to the torque of the actuator. Each value acts during one interval
+    /// (s). The first interval begins at time 0. After the last interval, the added torque is zero. Each time step uses the mean over the
+    /// step.
     #[must_use]
     pub fn with_torques(mut self, interval: f64, values: Vec<f64>) -> Self {
         self.torques = Some(Schedule { interval, values });
         self
     }
 
-    /// Sets target positions (rad or m) of the servo at the times 0, `interval`, 2·`interval` and so on (s). Between these times, the
-    /// target moves at constant velocity. After the last time, it rests. During a time step, it moves at its mean velocity. These targets
-    /// replace [`Self::with_target`].
+    /// Sets target positions (rad or m) of the servo at the times 0, `interval`, 2·`interval` and so on (s). The target moves at constant
+    /// velocity between these times, and rests after the last time. Each time step uses the mean velocity over the step. These targets
+    /// replace the target of [`Self::with_target`].
     #[must_use]
     pub fn with_targets(mut self, interval: f64, values: Vec<f64>) -> Self {
         self.targets = Some(Schedule { interval, values });
@@ -375,8 +376,8 @@ impl Joint {
         self
     }
 
-    /// Lets a revolute or prismatic joint move in proportion to another one, its leader: position = multiplier · position of the leader +
-    /// offset. The joint has no state of its own. The force of its law acts on the leader, multiplied by the multiplier.
+    /// Couples a revolute or prismatic joint to another revolute or prismatic joint, its leader: position = multiplier · leader position +
+    /// offset. The joint has no state of its own. The force of its law, times the multiplier, acts on the leader.
     #[must_use]
     pub fn with_mimic(mut self, leader: &str, multiplier: f64, offset: f64) -> Self {
         self.mimic = Some(Mimic {
@@ -387,12 +388,13 @@ impl Joint {
         self
     }
 
-    /// Checks that all numbers are in range. A world checks its joints too.
+    /// Checks the joint. The constructors of a world also check all joints.
     ///
     /// # Errors
     /// - If a number is out of range.
     /// - If the initial state does not fit the kind of the joint.
-    /// - If a ball joint has a force.
+    /// - If a ball joint has damping, friction, stops or an actuator.
+    /// - If a joint that is neither revolute nor prismatic has a leader.
     pub fn check(&self) -> Result<(), WorldError> {
         self.law.check(&self.name)?;
         if let Some(mimic) = &self.mimic {
@@ -801,25 +803,25 @@ impl<T> Joint<T> {
         &self.law
     }
 
-    /// Torques that the actuator applies in addition: see [`Joint::with_torques`].
+    /// Scheduled torques: see [`Joint::with_torques`].
     #[must_use]
     pub fn torques(&self) -> Option<&Schedule<T>> {
         self.torques.as_ref()
     }
 
-    /// Target positions of the servo: see [`Joint::with_targets`].
+    /// Scheduled target positions of the servo: see [`Joint::with_targets`].
     #[must_use]
     pub fn targets(&self) -> Option<&Schedule<T>> {
         self.targets.as_ref()
     }
 
-    /// Dependence on another joint.
+    /// Coupling to a leader, or `None`.
     #[must_use]
     pub fn mimic(&self) -> Option<&Mimic> {
         self.mimic.as_ref()
     }
 
-    /// Initial state of a joint that is neither free nor fixed and mimics no other joint.
+    /// Initial state, or `None` for a free, fixed or mimicking joint.
     #[must_use]
     pub fn initial_state(&self) -> Option<&JointState<T>> {
         self.has_state().then_some(&self.initial)

@@ -1,10 +1,10 @@
-//! Torques and targets of joints that depend on time.
+//! Schedules of joint torques and joint targets.
 
 use super::force::{TimeSpan, shares_of};
 use super::joint::{Joint, JointLaw};
 use crate::scalar::{Scalar, lift};
 
-/// Numbers of an actuator at times that are multiples of an interval.
+/// Torques or target positions of an actuator as a function of time, with one value per interval.
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Schedule<T = f64> {
@@ -36,8 +36,8 @@ impl<T> Schedule<T> {
         }
     }
 
-    /// Weights of the values in the value at a time (s). The value is linear between the times of two values, and constant before the first
-    /// and after the last.
+    /// Weights of linear interpolation at a time (s), with the indices of their values. The interpolant is constant before the first value
+    /// and after the last value.
     fn weights_at(&self, time: f64) -> [(usize, f64); 2] {
         let last = self.values.len().saturating_sub(1);
         let number = (time / self.interval).clamp(0.0, last as f64);
@@ -52,15 +52,15 @@ impl<T> Schedule<T> {
     }
 }
 
-/// Share of one value of a schedule in the numbers of an actuator during a time step.
+/// Contribution of one scheduled value to the actuator during a time step.
 pub(super) struct ScheduleShare {
     pub index: usize,
-    /// Weight in the torque, in the target position at the start of the step, and in the target velocity.
+    /// Weights of the value in the torque, in the target position at the start of the step, and in the target velocity.
     pub weights: [f64; 3],
 }
 
 impl<T> Joint<T> {
-    /// Shares of the scheduled torques during a time step.
+    /// Contributions of the scheduled torques during a time step.
     pub(super) fn torque_shares(&self, step: TimeSpan) -> impl Iterator<Item = ScheduleShare> {
         let shares = self
             .torques
@@ -72,7 +72,7 @@ impl<T> Joint<T> {
         })
     }
 
-    /// Shares of the scheduled targets during a time step. An index may be repeated.
+    /// Contributions of the scheduled targets during a time step. An index can occur several times.
     pub(super) fn target_shares(&self, step: TimeSpan) -> impl Iterator<Item = ScheduleShare> {
         let shares = self.targets.iter().flat_map(move |schedule| {
             let [from, until] = [step.from, step.until].map(|time| schedule.weights_at(time));

@@ -22,15 +22,15 @@ use std::ops::Range;
 /// | prismatic | rate of the displacement (m/s) | force (N) |
 /// | fixed | none | none |
 ///
-/// Derivatives with respect to positions have one column for each generalized velocity: a displacement in the direction of this velocity,
-/// with constant generalized velocities. Fixed and kinematic bodies have no columns. The motion of a kinematic parent is taken as steady:
-/// its spatial acceleration is zero, because a path has no accelerations.
+/// Derivatives with respect to positions have one column for each generalized velocity. The column is the derivative with respect to a
+/// displacement in the direction of this velocity, at constant generalized velocities. Fixed and kinematic bodies have no columns. The
+/// spatial acceleration of a kinematic parent is assumed to be zero, because a path does not define accelerations.
 ///
-/// A joint that mimics another joint has columns too. All quantities except the forward dynamics are those of independent joints. The
-/// forward dynamics include the forces that keep the joints coupled, so M⁻¹ is E·(EᵀME)⁻¹·Eᵀ, with the generalized velocities u = E·w of
-/// independent velocities w.
+/// A mimicking joint also has columns. Only the forward dynamics include the forces that couple it to its leader. All other quantities
+/// treat the joints as independent. Let w be the independent velocities, and u = E·w. Then the forward dynamics use E·(EᵀME)⁻¹·Eᵀ in place
+/// of M⁻¹.
 ///
-/// Symbols and algorithms are those of Featherstone 2008, Rigid Body Dynamics Algorithms.
+/// The symbols and algorithms follow Featherstone 2008, Rigid Body Dynamics Algorithms.
 ///
 /// ```
 /// use hydroelastic::contact::Shape;
@@ -64,7 +64,7 @@ pub struct Kinetics<T = f64> {
     time: f64,
 }
 
-/// Derivatives of the inverse dynamics, in rows of generalized forces.
+/// Derivatives of the inverse dynamics, with one row for each generalized force.
 #[derive(Debug, Clone)]
 #[non_exhaustive]
 pub struct InverseDynamicsDerivatives {
@@ -76,7 +76,7 @@ pub struct InverseDynamicsDerivatives {
     pub by_accelerations: DMatrix<f64>,
 }
 
-/// Derivatives of the forward dynamics, in rows of generalized accelerations.
+/// Derivatives of the forward dynamics, with one row for each generalized acceleration.
 #[derive(Debug, Clone)]
 #[non_exhaustive]
 pub struct ForwardDynamicsDerivatives {
@@ -89,7 +89,7 @@ pub struct ForwardDynamicsDerivatives {
 }
 
 impl<T: Scalar, F: Force> World<T, F> {
-    /// Terms of the equations of motion at a state. The poses and the velocities of bodies on joints follow from [`State::joints`].
+    /// Terms of the equations of motion at a state. [`State::joints`] determines the poses and the twists of bodies on joints.
     ///
     /// # Errors
     /// If the state has another number of bodies or joints than the world, a pose that is not rigid, or a number that is not finite.
@@ -103,9 +103,13 @@ impl<T: Scalar> Model<T> {
     /// Terms of the equations of motion at a state that fits the bodies.
     fn kinetics(&self, state: &State<T>) -> Kinetics<T> {
         let (multibody, kinematics) = self.kinematics_at(state);
-        let mut placed = state.clone();
-        multibody.store(&kinematics, &mut placed);
-        let mut bodies: Vec<_> = placed.bodies.into_iter().map(|body| (body, None)).collect();
+        let mut updated = state.clone();
+        multibody.store(&kinematics, &mut updated);
+        let mut bodies: Vec<_> = updated
+            .bodies
+            .into_iter()
+            .map(|body| (body, None))
+            .collect();
         for (index, link) in multibody.links.iter().enumerate() {
             bodies[link.body].1 = Some(index);
         }
@@ -135,7 +139,7 @@ impl<T: Scalar> Kinetics<T> {
         self.kinematics.velocities()
     }
 
-    /// Columns of the joint of a body, given by its index in the world: 6 for a free body, 3 for a ball joint, 1 for a revolute or prismatic
+    /// Columns of the joint of the body with this index: 6 for a free body, 3 for a ball joint, 1 for a revolute or prismatic
     /// joint. The range is empty for a body that is welded, fixed or kinematic.
     ///
     /// # Errors
@@ -145,14 +149,14 @@ impl<T: Scalar> Kinetics<T> {
         Ok(link.map_or(0..0, |link| self.multibody.links[link].columns.clone()))
     }
 
-    /// Mass matrix (n×n) with the armatures. Kinetic energy is ½ uᵀMu if all parents are at rest.
+    /// Mass matrix M (n×n) with the armatures. The kinetic energy is ½ uᵀMu if all kinematic parents are at rest.
     #[must_use]
     pub fn mass_matrix(&self) -> DMatrix<T> {
         let matrices = self.multibody.mass_matrices(&self.kinematics);
         self.multibody.assembled(&matrices)
     }
 
-    /// Bias b: generalized forces that keep the generalized velocities constant. It has the Coriolis, centrifugal and gravity forces.
+    /// Bias b: generalized forces that keep the generalized velocities constant. It includes Coriolis, centrifugal and gravity forces.
     #[must_use]
     pub fn bias(&self) -> DVector<T> {
         self.forces_at(zeros(self.velocity_count()))
@@ -176,7 +180,7 @@ impl<T: Scalar> Kinetics<T> {
             .generalized_forces(&self.kinematics, &weights)
     }
 
-    /// Generalized forces of the joints at the time of the state: damping, friction, stops and actuators.
+    /// Generalized forces of damping, friction, stops and actuators of the joints, at the time of the state.
     #[must_use]
     pub fn joint_forces(&self) -> DVector<T> {
         let coordinates = &self.kinematics.coordinates;
@@ -187,7 +191,7 @@ impl<T: Scalar> Kinetics<T> {
     /// axes, as in [`Contact::wrench`](super::Contact::wrench). Wrenches on fixed and kinematic bodies have no effect.
     ///
     /// # Errors
-    /// If the world has no body with an index.
+    /// If an index is not the index of a body.
     pub fn generalized_forces(
         &self,
         wrenches: &[(usize, Wrench<T>)],
@@ -206,9 +210,9 @@ impl<T: Scalar> Kinetics<T> {
             .generalized_forces(&self.kinematics, &about_centers))
     }
 
-    /// Jacobian J (6×n) of the velocity of a point of a body, in world axes. J·u is the angular velocity (rad/s) followed by the velocity of
-    /// the point (m/s), relative to a kinematic parent if there is one. The body is given by its index in the world. The point is in the
-    /// body frame (m). The Jacobian of a fixed or kinematic body is zero.
+    /// Jacobian J (6×n) of the velocity of a point (m, in the body frame) of the body with this index. J·u is the angular velocity (rad/s)
+    /// followed by the velocity of the point (m/s), in world axes. The motion of a kinematic parent is not included. The Jacobian of a
+    /// fixed or kinematic body is zero.
     ///
     /// # Errors
     /// If the world has no body with the index.
@@ -229,8 +233,8 @@ impl<T: Scalar> Kinetics<T> {
     }
 
     /// Bias acceleration J̇·u of a point of a body, in world axes: the angular acceleration (rad/s²), then the acceleration of the point
-    /// (m/s²), if all generalized accelerations are zero. Arguments and frames are those of [`Self::jacobian`]. It includes the motion of a
-    /// kinematic parent.
+    /// (m/s²), if all generalized accelerations are zero. The arguments and frames are those of [`Self::jacobian`]. The bias acceleration
+    /// includes the motion of a kinematic parent.
     ///
     /// # Errors
     /// If the world has no body with the index.
@@ -270,7 +274,7 @@ impl<T: Scalar> Kinetics<T> {
         Ok(self.forces_at(accelerations.clone()))
     }
 
-    /// Generalized accelerations u̇ = M⁻¹(τ − b) by generalized forces τ. Forces of joints are not included: see [`Self::joint_forces`].
+    /// Generalized accelerations u̇ = M⁻¹(τ − b) that generalized forces τ cause. Add [`Self::joint_forces`] to τ to include joint forces.
     ///
     /// # Errors
     /// If the number of forces is not the [number of velocities](Self::velocity_count), or a joint moves no inertia.
@@ -298,7 +302,7 @@ impl<T: Scalar> Kinetics<T> {
             .accelerations(kinematics, generalized, &self.gravity)
     }
 
-    /// Center of mass of a dynamic body (m), in the body frame. The origin of any other body.
+    /// Center of mass of a dynamic body (m), in the body frame, or the origin of a fixed or kinematic body.
     fn center_of_mass(&self, body: usize) -> Result<Vector3<T>, WorldError> {
         let (_, link) = self.body(body)?;
         let center = |link: usize| self.multibody.links[link].inertia.center_of_mass;

@@ -18,8 +18,8 @@ pub enum Mass {
     Total(f64),
     /// Explicit mass, center of mass and inertia.
     Properties(MassProperties),
-    /// Mass properties of a link of a mechanism. They may be zero, or those of a point, or those of no solid, as in many files of robots.
-    /// Each joint that moves the link must move positive inertia in total.
+    /// Mass properties of a link of a mechanism. The mass can be zero, and the inertia can be zero or the inertia of no solid, as in many
+    /// URDF files. The total inertia that a joint moves must be positive.
     Link(MassProperties),
 }
 
@@ -102,7 +102,7 @@ fn check_tensor(
     Ok(())
 }
 
-/// Checks that a solid can have the principal moments.
+/// Checks that the principal moments are those of a solid.
 fn check_moments(
     body: &str,
     MassProperties { mass, inertia, .. }: &MassProperties,

@@ -101,8 +101,8 @@ impl<T: Scalar> Material<T> {
         }
     }
 
-    /// Checks that all numbers are in range, and that the material has a modulus unless the shape is rigid. The modulus has no effect without
-    /// a shape.
+    /// Checks that all numbers are in range, and that the material has a modulus unless the shape is rigid. A body without a
+    /// shape needs no modulus.
     pub(super) fn check_on(&self, body: &str, shape: &BodyShape) -> Result<(), WorldError> {
         let body = || body.to_owned();
         let partner = shape.partner();

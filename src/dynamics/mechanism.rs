@@ -1,6 +1,6 @@
 use super::{Body, Joint, WorldBuilder, WorldError};
 
-/// Bodies that are connected by joints, such as a robot, and the pairs of them that pass through each other.
+/// Bodies connected by joints, such as a robot, and the pairs of bodies without contact.
 ///
 /// [`WorldBuilder::mechanism`] adds a mechanism to a world.
 #[derive(Debug, Clone)]
@@ -10,7 +10,7 @@ pub struct Mechanism {
 }
 
 impl Mechanism {
-    /// Creates a mechanism. Parents come before children.
+    /// Creates a mechanism from bodies, parents before children. All pairs can have a contact.
     #[must_use]
     pub fn new(bodies: Vec<Body>) -> Self {
         Self {
@@ -37,19 +37,19 @@ impl Mechanism {
         self.bodies.iter().filter_map(Body::connecting_joint)
     }
 
-    /// Names of the pairs of bodies that pass through each other.
+    /// Names of the pairs of bodies that pass through each other without contact.
     #[must_use]
     pub fn ignored(&self) -> &[[String; 2]] {
         &self.ignored
     }
 
-    /// Lets all bodies of the mechanism pass through each other.
+    /// Ignores contacts between all bodies that the mechanism has now.
     #[must_use]
     pub fn without_self_contact(self) -> Self {
         self.ignoring(|_, _| true)
     }
 
-    /// Lets those bodies of the mechanism pass through each other that cannot have a contact, because both are rigid or half-spaces.
+    /// Ignores pairs of bodies that cannot have a contact, because neither body is compliant with a mesh.
     #[must_use]
     pub fn without_rigid_self_contact(self) -> Self {
         self.ignoring(|first, second| {
@@ -72,7 +72,7 @@ impl Mechanism {
         self
     }
 
-    /// Replaces a joint by a function of it, for example to give it a servo:
+    /// Changes the joint with this name, for example to add a servo:
     ///
     /// ```
     /// # use hydroelastic::contact::RigidShape;
@@ -109,7 +109,7 @@ impl Mechanism {
         })
     }
 
-    /// Replaces each revolute and prismatic joint by a function of it.
+    /// Changes each revolute and prismatic joint.
     #[must_use]
     pub fn with_joints(mut self, change: impl Fn(Joint) -> Joint) -> Self {
         for joint in self
@@ -126,7 +126,7 @@ impl Mechanism {
 }
 
 impl WorldBuilder {
-    /// Adds the bodies of a mechanism, and lets those of its bodies pass through each other that the mechanism ignores.
+    /// Adds the bodies of a mechanism and its pairs of bodies without contact.
     pub fn mechanism(mut self, mechanism: Mechanism) -> Self {
         self.ignored.extend(mechanism.ignored);
         self.bodies(mechanism.bodies)

@@ -162,13 +162,13 @@ impl<T: Scalar> Model<T> {
         parents.filter_map(|(body, parent)| Some((body, (*parent)?)))
     }
 
-    /// Bodies on mimicking joints with the bodies of the leaders.
+    /// Indices of each body on a mimicking joint and of the body of its leader.
     pub(super) fn leaders(&self) -> impl Iterator<Item = (usize, usize)> {
         let mimics = self.articulation.mimics.iter().enumerate();
         mimics.filter_map(|(body, mimic)| Some((body, mimic.as_ref()?.leader)))
     }
 
-    /// Index of the body on a ball joint, or on a revolute or prismatic joint, and index of the state of the joint.
+    /// Indices of the body and of the state of a ball joint (`is_ball`), or of a revolute or prismatic joint.
     pub(crate) fn joint(&self, name: &str, is_ball: bool) -> Result<(usize, usize), WorldError> {
         let joint = |body: &'_ Body<T>| {
             let joint = body.joint_with_state()?;
@@ -192,7 +192,7 @@ impl<T: Scalar> Model<T> {
         }
     }
 
-    /// Returns an error that names a quantity, if the world has joints.
+    /// Returns an error if the world has joints. `quantity` is the requested quantity.
     pub(super) fn refuse_joints(&self, quantity: &'static str) -> Result<(), WorldError> {
         match self.bodies.iter().find(|body| body.is_on_joint()) {
             Some(body) => Err(WorldError::OnJoint {
@@ -216,8 +216,8 @@ impl<T: Scalar> Model<T> {
         self.bodies.iter().any(Body::is_on_joint)
     }
 
-    /// Generalized coordinates of dynamic bodies during a time step. `neighbors` has their parents that are not dynamic. Both lists are in
-    /// increasing order.
+    /// Multibody of dynamic bodies during a time step. `neighbors` contains their fixed and kinematic parents. Both lists are in increasing
+    /// order.
     pub(super) fn multibody(
         &self,
         [dynamic, neighbors]: [&[usize]; 2],

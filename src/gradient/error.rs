@@ -172,7 +172,7 @@ pub enum GradientError {
         states: usize,
         /// Number of bodies.
         bodies: usize,
-        /// Number of joints that are neither free nor fixed.
+        /// Number of joints with a state.
         joints: usize,
     },
     /// The world has no control of the body, or the control has fewer intervals.
@@ -185,7 +185,7 @@ pub enum GradientError {
         /// Number of intervals, or 0 without a control.
         intervals: usize,
     },
-    /// A joint has no schedule, or the schedule has fewer values.
+    /// The joint has no schedule, or the index is beyond the values of the schedule.
     #[error("the {quantity} of joint {joint:?} does not exist: the schedule has {count} values")]
     NotScheduled {
         /// Name of the joint.
@@ -270,7 +270,7 @@ fn interval_text(intervals: usize) -> String {
     }
 }
 
-/// Describes the number of states, the numbers of bodies and joints in the first state, and the first different numbers.
+/// Describes the number of states, the counts of the first state, and the first counts that differ from them.
 fn count_text(counts: &[[usize; 2]]) -> String {
     let state_count = counts.len();
     let Some((&first, rest)) = counts.split_first() else {

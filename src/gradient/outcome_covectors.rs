@@ -22,8 +22,8 @@ struct StateRef {
     part: usize,
 }
 
-/// Derivatives of a scalar with respect to recorded states of bodies and joints, in the order of time. The derivatives with respect to a
-/// joint are in `turn` and `spin`.
+/// Derivatives of a scalar with respect to recorded states of bodies and joints, in the order of time. The fields `turn` and `spin` contain
+/// the derivatives with respect to a joint.
 pub(super) struct RecordedCovectors(Vec<(StateRef, BodyStateGradient)>);
 
 impl RecordedCovectors {

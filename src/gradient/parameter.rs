@@ -43,7 +43,7 @@ pub enum Parameter {
     Joint(Arc<str>, JointQuantity),
 }
 
-/// Quantity of a joint that can be a parameter. Units are those of a revolute joint; a prismatic joint has m for rad and N for N m.
+/// Quantity of a joint that can be a parameter. The units are those of a revolute joint. A prismatic joint has m for rad and N for N m.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
@@ -68,9 +68,9 @@ pub enum JointQuantity {
     Friction,
     /// Armature (kg m²).
     Armature,
-    /// Scheduled torque (N m) of an interval, counted from 0: see [`Joint::with_torques`](crate::dynamics::Joint::with_torques).
+    /// Scheduled torque (N m) with this index, from 0: see [`Joint::with_torques`](crate::dynamics::Joint::with_torques).
     ScheduledTorque(usize),
-    /// Scheduled target position (rad), counted from 0: see [`Joint::with_targets`](crate::dynamics::Joint::with_targets).
+    /// Scheduled target position (rad) with this index, from 0: see [`Joint::with_targets`](crate::dynamics::Joint::with_targets).
     ScheduledTarget(usize),
     /// Initial orientation of a ball joint: 3 numbers, a rotation vector (rad) in the axes of the joint frame.
     InitialOrientation,
@@ -82,18 +82,18 @@ impl JointQuantity {
     /// Number of scalar values: 3 for a ball joint, and 1 for other joints.
     #[must_use]
     pub fn dimension(self) -> usize {
-        if self.is_of_ball() { 3 } else { 1 }
+        if self.is_for_ball_joint() { 3 } else { 1 }
     }
 
     /// Whether the quantity belongs to a ball joint.
-    pub(super) fn is_of_ball(self) -> bool {
+    pub(super) fn is_for_ball_joint(self) -> bool {
         matches!(
             self,
             Self::InitialOrientation | Self::InitialAngularVelocity
         )
     }
 
-    /// Index in the numbers of a joint law, or `None` for the initial state and for schedules.
+    /// Index among the numbers of a joint law, or `None` for the initial state and for schedules.
     pub(super) fn law_index(self) -> Option<usize> {
         match self {
             Self::InitialPosition

@@ -163,7 +163,7 @@ impl Slot {
                 return Self::of_control(body, *interval, model);
             }
             Parameter::Joint(name, quantity) => {
-                let (body, state_index) = model.joint(name, quantity.is_of_ball())?;
+                let (body, state_index) = model.joint(name, quantity.is_for_ball_joint())?;
                 check_schedule(model.bodies[body].joint(), *quantity)?;
                 return Ok(Self::Joint(body, state_index, *quantity));
             }
@@ -243,7 +243,7 @@ impl Slot {
         }
     }
 
-    /// Initial rotation of a ball joint, if the parameter is the rotation.
+    /// Initial rotation of a ball joint, or `None` for other parameters.
     fn ball_rotation<'a, T>(&self, model: &'a mut Model<T>) -> Option<&'a mut Matrix3<T>> {
         let Self::Joint(body, _, JointQuantity::InitialOrientation) = *self else {
             return None;
@@ -380,7 +380,7 @@ impl Slot {
     }
 }
 
-/// Checks that a joint has a scheduled torque or target.
+/// Checks that a joint has the scheduled torque or target of a quantity.
 fn check_schedule(joint: Option<&Joint>, quantity: JointQuantity) -> Result<(), GradientError> {
     let count = |schedule: Option<&Schedule>| schedule.map_or(0, |found| found.values().len());
     let (count, index) = match quantity {

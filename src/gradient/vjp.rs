@@ -74,8 +74,8 @@ impl VectorJacobianProduct {
         Self { experiment, ..self }
     }
 
-    /// Derivatives of a scalar with respect to the parameters, from its derivatives with respect to all bodies and joints in all
-    /// recorded states, in the order of [`Self::trajectory`]. Derivatives with respect to kinematic bodies are ignored.
+    /// Derivatives of a scalar with respect to the parameters. `by_states` has the derivatives of the scalar with respect to each recorded
+    /// state, in the order of [`Self::trajectory`]. Derivatives with respect to kinematic bodies are ignored.
     ///
     /// # Errors
     /// - [`GradientError::CovectorCount`] if there is not one gradient for each body and each joint of each recorded state.

@@ -1,4 +1,4 @@
-//! Terms of the equations of motion: values of Pinocchio, dual numbers, differences and closed forms.
+//! Terms of the equations of motion, compared with Pinocchio, dual numbers, differences and closed forms.
 
 use crate::scenes::{SKIN, ball_shape, floor};
 use hydroelastic::contact::{ContactWrench, Shape};
@@ -13,10 +13,10 @@ use serde::Deserialize;
 use std::path::Path;
 use std::sync::Arc;
 
-/// Tolerance of the round-off of sums over a tree, relative to the largest entry.
+/// Round-off tolerance of sums over a tree, relative to the largest entry.
 const ROUND_OFF: f64 = 1e-12;
 
-/// Tolerance of solutions of linear equations. The condition numbers of the mass matrices multiply the round-off.
+/// Tolerance of linear solves. The condition number of the mass matrix amplifies the round-off.
 const SOLUTION: f64 = 1e-11;
 
 /// Largest number of columns of the trees.
@@ -24,7 +24,7 @@ const MOST_COLUMNS: usize = 24;
 
 type Dual = DenseDual<MOST_COLUMNS>;
 
-/// Tree with quantities by Pinocchio: see `tests/data/multibody/README.md`.
+/// Tree with reference values of Pinocchio: see `tests/data/multibody/README.md`.
 #[derive(Deserialize)]
 struct Tree {
     gravity: [f64; 3],
@@ -177,7 +177,7 @@ fn random_trees_have_the_dynamics_of_pinocchio() {
     assert!(largest[5] < SOLUTION, "{largest:?}");
 }
 
-/// Initial state after a displacement and a change of the velocities, which have one number for each column.
+/// Initial state after a displacement and a change of the generalized velocities.
 fn changed<T: Scalar>(
     world: &World,
     kinetics: &Kinetics,
@@ -232,7 +232,7 @@ fn derivatives(numbers: &DVector<Dual>) -> DMatrix<f64> {
 }
 
 #[test]
-fn derivatives_of_the_dynamics_are_those_of_dual_numbers() {
+fn derivatives_of_the_dynamics_agree_with_dual_numbers() {
     let (mut inverse_error, mut forward_error) = (0.0_f64, 0.0_f64);
     for tree in trees() {
         let world = tree.world();
@@ -282,7 +282,7 @@ fn jacobians_give_the_velocities_and_the_accelerations_of_points() {
         let world = tree.world();
         let kinetics = kinetics(&world);
         let velocities = kinetics.velocities();
-        // The motion to first order in time.
+        // Motion to first order in time.
         let time = velocities.map(|velocity| Time::new(0.0, [velocity]));
         let moving = changed(&world, &kinetics, &time, &(&time * lift::<Time>(0.0)));
         let moving = world.lifted::<Time>().kinetics(&moving).unwrap();
@@ -300,8 +300,8 @@ fn jacobians_give_the_velocities_and_the_accelerations_of_points() {
 }
 
 #[test]
-fn jacobians_are_the_differences_of_points() {
-    /// Displacement. The error of a central difference is about its square.
+fn jacobians_agree_with_differences_of_points() {
+    /// Displacement. The error of a central difference is about the square of the displacement.
     const STEP: f64 = 1e-5;
     const TOLERANCE: f64 = 1e-9;
     for tree in trees().iter().take(40) {
@@ -364,7 +364,7 @@ fn the_gravity_bias_is_the_bias_at_rest() {
 }
 
 #[test]
-fn a_slide_on_a_turntable_feels_the_centrifugal_force() {
+fn the_bias_of_a_slide_on_a_turntable_is_the_centrifugal_force() {
     let (spin, radius, mass) = (3.0, 0.4, 2.0);
     let path = move |time: f64| BodyState {
         pose: Pose::from_rotation_vector(&vector![0.0, 0.0, spin * time], Vector3::zeros()),
@@ -386,7 +386,7 @@ fn a_slide_on_a_turntable_feels_the_centrifugal_force() {
     assert!((kinetics.bias()[0] - expected).abs() < ROUND_OFF * 10.0);
     let acceleration = kinetics.center_of_mass_bias_acceleration(1).unwrap();
     assert!((acceleration[3] - expected / mass).abs() < ROUND_OFF * 10.0);
-    // A point of the turntable itself.
+    // Point of the turntable.
     let acceleration = kinetics
         .bias_acceleration(0, &vector![radius, 0.0, 0.0])
         .unwrap();

@@ -42,7 +42,7 @@ fn weld(name: &str, parent: &str, z: f64) -> Joint {
     Joint::fixed(name).with_parent(parent).with_origin(origin)
 }
 
-/// Poses of the last body after 50 steps.
+/// Pose of the last body after 50 steps.
 fn last_pose(world: &World) -> Pose {
     let plan = Plan::new(0.01, 50)
         .unwrap()
@@ -91,7 +91,7 @@ fn a_point_mass_swings_on_a_rod() {
 fn a_joint_that_moves_no_inertia_is_refused_by_name() {
     let free = World::new(vec![link("frame", MassProperties::zero())]);
     assert_eq!(free.unwrap_err(), WorldError::NoInertia("frame".into()));
-    // A rod along the axis of its hinge has no inertia about it.
+    // A rod along the axis of its hinge has no inertia about this axis.
     let rod = MassProperties {
         mass: 1.0,
         center_of_mass: vector![0.0, 0.3, 0.0],
@@ -141,8 +141,8 @@ fn a_body_without_a_shape_touches_nothing() {
     let world = falling(vec![block, link("ghost", bob())]).unwrap();
     let state = world.initial_state();
     assert!(world.contacts(&state).unwrap().is_empty());
-    let none = world.contact_between(&state, "block", "ghost");
-    assert!(matches!(none, Err(WorldError::NoContact(_))));
+    let contact = world.contact_between(&state, "block", "ghost");
+    assert!(matches!(contact, Err(WorldError::NoContact(_))));
     let fallen = last_pose(&world).translation().z;
     assert!((fallen + 9.81 * 0.125).abs() < 1e-9, "{fallen}");
 }

@@ -10,7 +10,7 @@ use nalgebra::{Matrix3, Vector3, vector};
 /// Rounding error of 100 implicit steps.
 const ROUND_OFF: f64 = 1e-11;
 
-/// A wheel on an axle along z at a point.
+/// Wheel on an axle along z.
 fn wheel(name: &str, inertia: f64, joint: Joint) -> Body {
     let mass = MassProperties {
         mass: 1.0,
@@ -41,7 +41,7 @@ fn after_one_second(world: &World) -> ([f64; 2], f64) {
 }
 
 #[test]
-fn a_gear_carries_the_inertia_of_the_driven_wheel() {
+fn a_gear_reflects_the_inertia_of_the_driven_wheel() {
     let driven = axle("driven")
         .with_origin(at(0.5, 0.0, 0.0))
         .with_mimic("driver", -5.0, 0.3);
@@ -127,7 +127,7 @@ fn coupled_joints_of_a_floating_tree_keep_its_momenta() {
 }
 
 #[test]
-fn leaders_that_do_not_exist_or_follow_are_refused() {
+fn missing_and_cyclic_leaders_and_ball_followers_are_refused() {
     let world =
         |joint: Joint| World::new(vec![wheel("a", 0.1, axle("first")), wheel("b", 0.1, joint)]);
     let error = |leader: &str| WorldError::Mimic {

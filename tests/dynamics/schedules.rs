@@ -1,4 +1,4 @@
-//! Torques and targets of joints that depend on time.
+//! Schedules of joint torques and joint targets.
 
 use hydroelastic::dynamics::{
     Body, BodyShape, Integrator, Joint, Mass, Material, Plan, State, World, WorldError,
@@ -9,7 +9,7 @@ use nalgebra::Vector3;
 /// Rounding error of 100 implicit steps.
 const ROUND_OFF: f64 = 1e-12;
 
-/// A wheel of 0.5 kg m² on an axle, without gravity.
+/// Wheel of 0.5 kg m² on an axle, without gravity.
 fn wheel(joint: Joint) -> Result<World, WorldError> {
     let mass = MassProperties {
         mass: 1.0,
@@ -41,7 +41,7 @@ fn motion(joint: Joint, steps: usize) -> [f64; 2] {
 
 #[test]
 fn a_scheduled_torque_acts_during_its_interval_in_addition_to_the_torque_of_the_actuator() {
-    // 2 N m and 1 N m during 0.1 s each, then none, and always 0.5 N m.
+    // 2 N m, then 1 N m, for 0.1 s each, in addition to a constant 0.5 N m.
     let joint = axle().with_torque(0.5).with_torques(0.1, vec![2.0, 1.0]);
     let [_, velocity] = motion(joint, 30);
     let impulse = 0.5 * 0.3 + 2.0 * 0.1 + 1.0 * 0.1;

@@ -201,7 +201,7 @@ fn derivatives_of_an_arm_are_those_of_differences() {
     assert!(check.best() < DIFFERENCES);
 }
 
-/// A gripper with coupled fingers on a fixed palm, which squeezes and lifts a free ball.
+/// Gripper with coupled fingers on a fixed palm. It holds a free ball.
 fn gripper() -> World {
     let finger = |name: &str, joint: Joint| {
         let properties = MassProperties::solid_ball(0.1, 0.03);
@@ -264,7 +264,7 @@ fn both_modes_and_differences_agree_for_coupled_fingers() {
     assert!(check.unwrap().best() < DIFFERENCES);
 }
 
-/// All numbers of the joints in the last state: positions and velocities, or the entries of a rotation and angular velocities.
+/// Joint states in the last state: positions and velocities, and rotation matrices and angular velocities of ball joints.
 struct JointNumbers;
 
 impl Outcome for JointNumbers {
@@ -284,7 +284,7 @@ impl Outcome for JointNumbers {
 }
 
 #[test]
-fn derivatives_by_a_ball_joint_are_those_of_differences() {
+fn derivatives_with_respect_to_a_ball_joint_agree_with_differences() {
     let plan = Plan::new(2e-3, 10)
         .unwrap()
         .with_integrator(Integrator::ImplicitEuler);

@@ -416,7 +416,7 @@ def states(
     start_step: Any,
 ) -> list[Any]:
     """Computes the arrays of the states of a rollout. The recorded states are the first axis, unless the function
-    returns only the last state. Arrays of joints are None if the world has no such joints."""
+    returns only the last state. An array of joints is None if it is empty."""
     if start is None:
         if not (isinstance(start_step, int) and start_step == 0):
             raise HydroelasticError("start_step needs start: without one, the rollout starts at the initial time of the world")
@@ -445,7 +445,7 @@ def _start_parts(arrays: Arrays, function: Rollout, start: Sequence[Any]) -> tup
 
 
 def initial_arrays(world: World) -> list[Floats | None]:
-    """Returns the arrays of the initial state of a world. Arrays of joints are None if the world has no such joints."""
+    """Returns the arrays of the initial state of a world. An array of joints is None if it is empty."""
     start = world.initial_state
     found = [getattr(start, name) for name in ARRAYS]
     return [array if which < 2 or len(array) else None for which, array in enumerate(found)]

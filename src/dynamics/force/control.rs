@@ -142,7 +142,7 @@ impl<T: Scalar> Control<T> {
     }
 }
 
-/// Intervals of a given duration (s) and count that overlap with a time step, each with its share of the step.
+/// Intervals that overlap with a time step, each with its share of the step. `interval` is the duration of an interval (s).
 pub(in crate::dynamics) fn shares_of(
     (interval, count): (f64, usize),
     step: TimeSpan,
@@ -161,12 +161,12 @@ pub(in crate::dynamics) fn shares_of(
     })
 }
 
-/// Index of the interval that contains a time (s). Times before 0 give the first interval.
+/// Index of the interval that contains a time (s). Negative times give the first interval.
 fn interval_at(time: f64, interval: f64) -> usize {
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,
-        reason = "negative times give 0, and times beyond what a usize counts are after the last interval"
+        reason = "negative times give 0, and a time above the largest usize is after the last interval"
     )]
     let index = (time / interval).floor() as usize;
     index

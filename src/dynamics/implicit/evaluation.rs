@@ -16,7 +16,7 @@ use nalgebra::{DMatrix, DVector, Matrix6, Vector6};
 /// Contacts and forces at given velocities, with a local model of both.
 pub(super) struct Evaluation {
     pub end: Kinematics,
-    /// Boxed, because a model is too large to be moved often.
+    /// Contact models, in boxes because a model is expensive to move.
     pub contacts: Vec<Box<FrozenContactModel>>,
     /// Sum of the wrenches of contacts and forces on each dynamic body.
     pub wrenches: Vec<Vector6<f64>>,
@@ -102,7 +102,7 @@ impl StageEquations<'_> {
             ]
         };
         let changes: Vec<_> = (0..count).map(changes).collect();
-        let near = |contact: &Box<FrozenContactModel>| {
+        let near = |contact: &FrozenContactModel| {
             let of = |kind: usize| {
                 joined(
                     contact
@@ -134,7 +134,7 @@ impl StageEquations<'_> {
         }
     }
 
-    /// Derivatives of the residual with respect to the velocities, in a state near an evaluated state.
+    /// Derivatives of the residual with respect to the velocities, at a state near an evaluated state.
     pub fn matrix_near(&self, evaluation: &Evaluation, state: &NearbyState) -> BlockMatrix {
         let contacts = evaluation.contacts.iter().zip(&state.contacts);
         let contacts: Vec<_> = contacts

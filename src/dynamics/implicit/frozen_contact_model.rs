@@ -82,7 +82,7 @@ impl FrozenContactModel {
         self.contact.is_dissipative()
     }
 
-    /// Wrenches in the evaluated state, with their derivatives.
+    /// Wrenches at the evaluated state, with their derivatives.
     pub fn evaluated(&self) -> PairWrenches {
         self.linearized(&NearbyWrenches {
             wrenches: self.wrenches,

@@ -45,7 +45,7 @@ pub(in crate::dynamics) struct LastStep {
     allowed: Vec<f64>,
 }
 
-/// Island with its solved step.
+/// Island and its solved step.
 struct SolvedIsland {
     island: Island,
     multibody: Multibody,

@@ -20,7 +20,7 @@ impl Island {
         }
     }
 
-    /// Indices in the world of the dynamic bodies, and of the neighbors.
+    /// World indices of the dynamic bodies, then of the neighbors.
     pub fn participants(&self) -> [&[usize]; 2] {
         [&self.dynamic, &self.neighbors]
     }

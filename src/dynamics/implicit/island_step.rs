@@ -18,11 +18,11 @@ pub(in crate::dynamics) struct IslandStep<'a> {
     pub scheme: &'a Scheme,
     /// Time at the start of the step (s).
     pub start: f64,
-    /// Only the real pass needs the norm.
+    /// Norm of velocities, computed on first use because the dual pass does not need it.
     norm: OnceLock<VelocityNorm>,
 }
 
-/// Norm of generalized velocities and impulses, at the start of a step.
+/// Data for norms of generalized velocities and impulses, at the start of a step.
 struct VelocityNorm {
     /// Motions of the dynamic bodies per unit of the generalized velocities.
     axes: Vec<Vec<BodyColumn>>,

@@ -37,7 +37,7 @@ enum Blocks {
     Sparse(SparseMatrix),
 }
 
-/// Factors of a matrix. A singular matrix may have none. Solutions have the dependences between columns.
+/// LU factors of a matrix. Sparse factors of a singular matrix do not exist. Solutions satisfy the dependences between columns.
 pub(super) struct Factors {
     lu: LuFactors,
     couplings: Vec<Coupling>,
@@ -107,7 +107,7 @@ impl BlockMatrix {
 }
 
 impl Blocks {
-    /// Zero matrix for trees with these columns.
+    /// Zero matrix with one block for each range of columns.
     fn zeros(trees: &[Range<usize>]) -> Self {
         let size = trees.last().map_or(0, |columns| columns.end);
         #[cfg(feature = "sparse")]

@@ -63,7 +63,7 @@ impl SparseMatrix {
         }
     }
 
-    /// Computes EᵀAE with the E of a dependence between columns, which are in the same tree.
+    /// Replaces the matrix A by EᵀAE for a coupling of two columns of one tree.
     pub fn fold(&mut self, coupling: &Coupling) {
         let within = self.trees.iter().map(|columns| coupling.within(columns));
         let within: Vec<_> = within.collect();

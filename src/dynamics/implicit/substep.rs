@@ -210,7 +210,7 @@ impl IslandSolver<'_> {
         })
     }
 
-    /// Adds the energy of a stage with a weight (s), and sets the forces to the forces at its end.
+    /// Adds the energy of a stage with a weight (s), and stores the forces at the end of the stage.
     fn add_stage(
         equations: &StageEquations,
         (rates, weight): (&StageRates, f64),

@@ -1,8 +1,8 @@
 //! Inverse dynamics, with derivatives in closed form.
 //!
 //! The spatial acceleration of a link is a = a_parent + S·u̇ + Ṡ·u. Its momentum is h = I·v, and the wrench that moves it is f = I·a + v ×* h.
-//! The generalized forces are τ = SᵀF + A·u̇, with the sum F of the wrenches on a link and its descendants. The base accelerates by −g, which
-//! replaces the weights of the links \[Featherstone 2008, Rigid Body Dynamics Algorithms, section 5.3\].
+//! The generalized forces are τ = SᵀF + A·u̇. F is the sum of the wrenches on a link and its descendants, and A has the armatures. The base
+//! accelerates by −g, which replaces the weights of the links \[Featherstone 2008, Rigid Body Dynamics Algorithms, section 5.3\].
 //!
 //! The derivatives with respect to the position and the velocity of a column k follow from the motions of [`super::slopes`]. Let v and a be
 //! the velocity and the acceleration of the frame that the column moves. Let ψ = v × S_k and η = a × S_k. The wrench on each moved link
@@ -22,7 +22,7 @@ use crate::scalar::{Scalar, lift_vector};
 use nalgebra::{DMatrix, DVector, Matrix6, Vector3, Vector6};
 use std::array;
 
-/// Spatial accelerations at given generalized accelerations. They include −g.
+/// Spatial accelerations for generalized accelerations. They include −g.
 pub(in crate::dynamics) struct Accelerations<T = f64> {
     /// Generalized accelerations.
     generalized: DVector<T>,
@@ -33,7 +33,7 @@ pub(in crate::dynamics) struct Accelerations<T = f64> {
 }
 
 impl<T: Scalar> Multibody<T> {
-    /// Accelerations at given generalized accelerations and gravity. The spatial accelerations of the neighbors are zero.
+    /// Spatial accelerations for generalized accelerations and gravity. The spatial acceleration of the neighbors is −g.
     pub fn accelerations(
         &self,
         kinematics: &Kinematics<T>,

@@ -26,7 +26,7 @@ impl<T: Scalar> Multibody<T> {
 }
 
 impl<T: Scalar> Kinematics<T> {
-    /// Angular acceleration of a link and acceleration of its point. The accelerations must not include gravity.
+    /// Angular acceleration of a link, then the acceleration of a point of the link. `accelerations` must not include gravity.
     pub fn point_acceleration(
         &self,
         accelerations: &Accelerations<T>,
@@ -40,7 +40,7 @@ impl<T: Scalar> Kinematics<T> {
     }
 }
 
-/// Acceleration of a point that moves with a body of zero spatial acceleration, from the velocity of the point.
+/// Acceleration of a point of a body without spatial acceleration, from the angular velocity and the velocity of the point.
 pub(in crate::dynamics) fn convective<T: Scalar>(velocity: &Vector6<T>) -> Vector6<T> {
     let [angular, linear] = [angular(velocity), linear(velocity)];
     six(&lift_vector(&Vector3::zeros()), &angular.cross(&linear))

@@ -3,8 +3,8 @@
 //! The entry of the columns j and k of a chain is S_jᵀ·I·S_k, with the composite inertia I of the lower of the two links. Entries of columns
 //! in different branches are zero. The diagonal contains the armatures \[Featherstone 2008, Rigid Body Dynamics Algorithms, section 6.2\].
 //!
-//! The factorization M = LᵀDL eliminates the columns from the leaves to the root. It keeps the zeros of the branches \[section 6.5\]. The
-//! pivot D of a column is the inertia along the column if all joints of descendants are free to move.
+//! The factorization M = LᵀDL eliminates the columns from the leaves to the root. It preserves the branch-induced sparsity \[section 6.5\].
+//! The pivot D of a column is the inertia along the column if all joints of descendants move freely.
 
 use super::screw::{SpatialInertia, dot};
 use super::{Column, Coupling, Kinematics, Multibody};
@@ -24,13 +24,13 @@ struct TreeFactors<T> {
     columns: Range<usize>,
     /// D on the diagonal, and L below it.
     factors: DMatrix<T>,
-    /// Column before each column in its chain.
+    /// Parent column of each column.
     previous: Vec<Option<usize>>,
     couplings: Vec<Coupling>,
 }
 
 impl<T: Scalar> MassFactors<T> {
-    /// Changes of the generalized velocities by generalized impulses. The changes are NaN for a tree with a motion without inertia.
+    /// Velocity changes that generalized impulses cause. The changes are NaN for a tree with a motion without inertia.
     pub fn velocities(&self, impulses: DVector<T>) -> DVector<T> {
         let mut velocities = impulses;
         for tree in &self.0 {
@@ -79,7 +79,7 @@ impl<T: Scalar> TreeFactors<T> {
         tree
     }
 
-    /// Columns above a column in its chain, the closest first.
+    /// Ancestors of a column, the parent first.
     fn above(&self, column: usize) -> impl Iterator<Item = usize> {
         successors(self.previous[column], |&column| self.previous[column])
     }
@@ -169,8 +169,8 @@ impl<T: Scalar> Multibody<T> {
         MassFactors(factors.collect())
     }
 
-    /// Link whose joint allows a motion without inertia, or `None` if the mass matrices are positive definite. Joints of descendants are
-    /// free to move in this motion. For a chain of links without mass, it is the last link.
+    /// Link whose joint allows a motion without inertia, or `None` if the mass matrices are positive definite. Joints of descendants move
+    /// freely in this motion. The result is the last link if a chain of links has no mass.
     pub fn joint_without_inertia(&self, kinematics: &Kinematics<T>) -> Option<usize> {
         let composites = self.composite_inertias(kinematics);
         let MassFactors(trees) = self.mass_factors(kinematics);

@@ -1,9 +1,9 @@
 //! Joints that mimic other joints.
 //!
-//! The velocity of such a joint is a multiple of the velocity of its leader: u = E·w, with the velocities w of all other columns. Each column
-//! keeps its place in vectors and matrices, and linear systems are solved in the range of E: the solution of A·u = b is E(EᵀAE)⁻¹Eᵀb. All
-//! velocities are sums of such solutions, so they are in the range of E. [`Coupling::fold`] computes EᵀAE, with an identity in the row and
-//! the column of the mimicking joint.
+//! The velocity of a mimicking joint, the follower, is a multiple of the velocity of its leader. Let w be the velocities of all other
+//! columns. Then all velocities are u = E·w. Followers keep their columns in vectors and matrices. Linear systems are solved in the range
+//! of E: the solution of A·u = b is E(EᵀAE)⁻¹Eᵀb. All velocities are sums of these solutions, so they are in the range of E.
+//! [`Coupling::fold`] computes EᵀAE, and sets the row and the column of the follower to those of the identity matrix.
 
 use super::{Link, Multibody};
 use crate::scalar::{Scalar, lift};
@@ -16,7 +16,7 @@ pub(in crate::dynamics) struct LinkMimic {
     /// Index of the link of the leader.
     pub leader: usize,
     pub multiplier: f64,
-    /// Position at position zero of the leader (rad or m).
+    /// Position (rad or m) if the position of the leader is zero.
     pub offset: f64,
 }
 
@@ -44,7 +44,7 @@ impl<T> Multibody<T> {
 }
 
 impl Coupling {
-    /// The coupling in a matrix that begins at a column, if the column of the follower is among these columns.
+    /// Coupling with indices relative to the first of these columns, or `None` if the follower is in another column.
     pub fn within(&self, columns: &Range<usize>) -> Option<Self> {
         columns.contains(&self.follower).then(|| Self {
             follower: self.follower - columns.start,
@@ -53,14 +53,15 @@ impl Coupling {
         })
     }
 
-    /// Adds the row and the column of the follower to those of the leader, and replaces them by those of an identity.
+    /// Adds the row and the column of the follower, times the multiplier, to the row and the column of the leader. Then sets the row and
+    /// the column of the follower to those of the identity matrix.
     pub fn fold<T: Scalar>(&self, matrix: &mut DMatrix<T>) {
         self.fold_rows(matrix);
         self.fold_columns(matrix);
         matrix[(self.follower, self.follower)] = lift(1.0);
     }
 
-    /// Adds the row of the follower to that of the leader, and clears it.
+    /// Adds the row of the follower, times the multiplier, to the row of the leader. Then sets the row of the follower to zero.
     pub fn fold_rows<T: Scalar>(&self, matrix: &mut DMatrix<T>) {
         for column in 0..matrix.ncols() {
             let follower = matrix[(self.follower, column)];
@@ -69,7 +70,7 @@ impl Coupling {
         }
     }
 
-    /// Adds the column of the follower to that of the leader, and clears it.
+    /// Adds the column of the follower, times the multiplier, to the column of the leader. Then sets the column of the follower to zero.
     pub fn fold_columns<T: Scalar>(&self, matrix: &mut DMatrix<T>) {
         for row in 0..matrix.nrows() {
             let follower = matrix[(row, self.follower)];
@@ -78,19 +79,19 @@ impl Coupling {
         }
     }
 
-    /// Eᵀ of a vector.
+    /// Multiplies a vector by Eᵀ.
     pub fn fold_vector<T: Scalar>(&self, vector: &mut [T]) {
         let follower = vector[self.follower];
         vector[self.leader] += follower * self.multiplier;
         vector[self.follower] = lift(0.0);
     }
 
-    /// E of a vector.
+    /// Multiplies a vector by E.
     pub fn unfold_vector<T: Scalar>(&self, vector: &mut [T]) {
         vector[self.follower] = vector[self.leader] * self.multiplier;
     }
 
-    /// E·A·Eᵀ of a matrix.
+    /// Replaces a matrix A by E·A·Eᵀ.
     pub fn unfold(&self, matrix: &mut DMatrix<f64>) {
         for column in 0..matrix.ncols() {
             matrix[(self.follower, column)] = matrix[(self.leader, column)] * self.multiplier;
@@ -101,7 +102,7 @@ impl Coupling {
     }
 }
 
-/// Gives the trees that a mimicking joint couples the same index, because they have one block in each matrix. Returns the number of trees.
+/// Merges the trees that a mimicking joint couples, because they share one block in each matrix. Returns the number of trees.
 pub(super) fn join_coupled_trees<T>(links: &mut [Link<T>]) -> usize {
     for link in 0..links.len() {
         let Some(mimic) = links[link].mimic else {

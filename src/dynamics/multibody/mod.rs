@@ -56,7 +56,7 @@ use std::ops::Range;
 pub(in crate::dynamics) struct Multibody<T = f64> {
     /// Links, parents before children.
     pub links: Vec<Link<T>>,
-    /// Columns of each tree. Trees that a mimicking joint couples count as one.
+    /// Columns of each tree. Trees that a mimicking joint couples are one tree.
     pub trees: Vec<Range<usize>>,
     /// World indices of the neighbors, that is, of the bodies of the island that are not dynamic.
     pub neighbors: Vec<usize>,
@@ -94,7 +94,7 @@ pub(in crate::dynamics) enum Parent {
 }
 
 impl<T> Link<T> {
-    /// Link without columns. [`Multibody::new`] adds them.
+    /// Creates a link without columns. [`Multibody::new`] adds the columns.
     pub fn new(
         body: usize,
         inertia: Inertia<T>,
@@ -207,7 +207,7 @@ impl<T: Scalar> Multibody<T> {
         }
     }
 
-    /// Block-diagonal matrix of the matrices of the trees.
+    /// Block-diagonal matrix with one block for each tree.
     pub fn assembled(&self, matrices: &[DMatrix<T>]) -> DMatrix<T> {
         let mut sum = DMatrix::from_element(self.width(), self.width(), lift(0.0));
         for (columns, matrix) in self.trees.iter().zip(matrices) {

@@ -44,7 +44,7 @@ pub(super) fn dot<T: Scalar>(one: &Vector6<T>, other: &Vector6<T>) -> T {
     products.fold(lift(0.0), |sum, product| sum + product)
 }
 
-/// Motion about another point.
+/// Motion with the linear velocity of another point.
 pub(super) fn at_point<T: Scalar>(motion: &Vector6<T>, point: &Vector3<T>) -> Vector6<T> {
     let (angular, linear) = (angular(motion), linear(motion));
     six(&angular, &(linear + angular.cross(point)))
@@ -81,7 +81,7 @@ impl<T: Scalar> SpatialInertia<T> {
         )
     }
 
-    /// Upper bound of the terms that round-off of mᵀ·I·m is relative to, for a motion m.
+    /// Upper bound of the terms of mᵀ·I·m for a motion m. Round-off is relative to this bound.
     pub fn scale(&self, motion: &Vector6<T>) -> f64 {
         let [angular, linear] = [angular(motion), linear(motion)].map(|v| v.map(real_part).norm());
         let tensor = self.tensor.map(real_part).norm();

@@ -35,7 +35,7 @@ use nalgebra::{DMatrix, DVector, Vector3, Vector6};
 pub(in crate::dynamics) struct Directions {
     /// Ξ of each column.
     displacements: Vec<Vector6<f64>>,
-    /// Factor of S in W: one, or zero at constant velocities.
+    /// Factor of S in W: 1, or 0 at constant velocities.
     velocity: f64,
     /// τ (s) in A = S − τṠ.
     duration: f64,

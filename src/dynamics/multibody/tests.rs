@@ -16,7 +16,7 @@ const FORESTS: usize = 60;
 /// Relative tolerance for the round-off of sums over a tree.
 const ROUND_OFF: f64 = 1e-13;
 
-/// Relative tolerance of the solution of linear equations with a mass matrix. The condition number multiplies the round-off.
+/// Relative tolerance of linear solves with a mass matrix. The condition number amplifies the round-off.
 const SOLUTION: f64 = 1e-10;
 
 type Dual = DenseDual<MOST_COLUMNS>;
@@ -235,7 +235,7 @@ fn for_all(
 }
 
 #[test]
-fn derivatives_of_momenta_are_those_of_dual_numbers() {
+fn derivatives_of_momenta_agree_with_dual_numbers() {
     for_all(|_, forest, (kinematics, directions), dual, duration, by| {
         let found = forest.assembled(&forest.momentum_slopes(kinematics, directions));
         let momenta = forest.lifted::<Dual>().projected_momenta(dual, duration);
@@ -244,7 +244,7 @@ fn derivatives_of_momenta_are_those_of_dual_numbers() {
 }
 
 #[test]
-fn derivatives_of_forces_are_those_of_dual_numbers() {
+fn derivatives_of_forces_agree_with_dual_numbers() {
     for_all(|random, forest, (kinematics, directions), dual, _, by| {
         let wrenches = random.wrenches(forest.links.len());
         let mut slopes: Vec<_> = forest
@@ -266,7 +266,7 @@ fn derivatives_of_forces_are_those_of_dual_numbers() {
 }
 
 #[test]
-fn derivatives_of_inverse_dynamics_are_those_of_dual_numbers() {
+fn derivatives_of_inverse_dynamics_agree_with_dual_numbers() {
     for_all(|random, forest, (kinematics, _), dual, _, by| {
         let gravity = random.vector();
         let generalized = random.numbers(forest.width());
@@ -287,7 +287,7 @@ fn derivatives_of_inverse_dynamics_are_those_of_dual_numbers() {
 }
 
 #[test]
-fn motions_of_links_are_those_of_dual_numbers() {
+fn motions_of_links_agree_with_dual_numbers() {
     for_all(|_, forest, (kinematics, directions), dual, _, by| {
         for (link, state) in dual.states.iter().take(forest.links.len()).enumerate() {
             let center = state
@@ -323,7 +323,7 @@ fn motions_of_links_are_those_of_dual_numbers() {
     });
 }
 
-/// Random forest at rest or in motion, with a neighbor in motion.
+/// Random trees, at rest or in motion, with a moving neighbor.
 fn random_forest(random: &mut Random) -> (Multibody, Kinematics) {
     let forest = random.forest();
     let coordinates = random.coordinates(&forest);
@@ -349,7 +349,7 @@ fn the_mass_matrix_is_the_derivative_of_the_momenta_and_its_factors_invert_it() 
     }
 }
 
-/// Chain of links on revolute joints about these axes through the origin. Each link has a mass, or none.
+/// Chain of links on revolute joints about axes through the origin. The flag of a link is true if the link has mass.
 fn chain(links: &[(Vector3<f64>, bool)], armature: f64) -> (Multibody, Kinematics) {
     let random = &mut Random(SplitMix64::default());
     let inertia = random.inertia();
@@ -377,13 +377,13 @@ fn chain(links: &[(Vector3<f64>, bool)], armature: f64) -> (Multibody, Kinematic
 }
 
 #[test]
-fn a_joint_without_inertia_is_found() {
+fn a_joint_that_moves_no_inertia_is_detected() {
     let [x, y, z] = [Vector3::x(), Vector3::y(), Vector3::z()];
     let tilted = x + y * 0.1 + z * 0.3;
     for (links, expected) in [
         (vec![(x, true), (y, false)], Some(1)),
         (vec![(x, false), (y, false)], Some(1)),
-        // The two axes coincide, so the joint before the link without mass has no inertia.
+        // The two axes coincide, so the joint of the massless link moves no inertia.
         (vec![(x, false), (x, true)], Some(0)),
         (vec![(tilted, false), (tilted, true)], Some(0)),
         (vec![(x, false), (y, true)], None),

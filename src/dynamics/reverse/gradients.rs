@@ -122,8 +122,8 @@ impl BodyStateGradient {
 /// Gradient of a number with respect to the state of a joint. A revolute or prismatic joint uses only the first component of each vector.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct JointStateGradient {
-    /// Gradient with respect to the position (unit of the number per rad or m), or to a turn of a ball joint in the axes of the joint
-    /// frame.
+    /// Gradient with respect to the position (unit of the number per rad or m). For a ball joint, it is with respect to a small rotation in
+    /// the axes of the joint frame.
     pub position: Vector3<f64>,
     /// Gradient with respect to the velocity (unit of the number per rad/s or m/s).
     pub velocity: Vector3<f64>,
@@ -163,7 +163,7 @@ impl JointStateGradient {
         }
     }
 
-    /// The gradient as a gradient with respect to turn and spin.
+    /// Gradient with `position` in `turn` and `velocity` in `spin`.
     pub(crate) fn as_body(&self) -> BodyStateGradient {
         BodyStateGradient {
             turn: self.position,
@@ -178,7 +178,7 @@ impl JointStateGradient {
     }
 }
 
-/// Gradient with respect to a turn of a rotation, from the derivatives with respect to the entries of its matrix.
+/// Gradient with respect to a small rotation, from the derivatives with respect to the entries of the rotation matrix.
 fn by_turn(rotation: &Matrix3<f64>, by_rotation: &Matrix3<f64>) -> Vector3<f64> {
     let columns = rotation.column_iter().zip(by_rotation.column_iter());
     columns.map(|(axis, by_axis)| axis.cross(&by_axis)).sum()

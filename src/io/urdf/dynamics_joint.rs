@@ -54,7 +54,7 @@ impl Joint {
         self.prefixed("", options)
     }
 
-    /// [`Self::dynamics_joint`] with a prefix of the names of the joint and the parent body.
+    /// [`Self::dynamics_joint`] with a prefix before the names of the joint, the leader and the parent body.
     pub(super) fn prefixed(
         &self,
         prefix: &str,

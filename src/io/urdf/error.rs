@@ -158,7 +158,7 @@ pub enum UrdfError {
     TwoParents {
         /// The second joint.
         at: Location,
-        /// The link.
+        /// Location of the link in the file.
         child: String,
         /// The first joint.
         other: String,
@@ -236,7 +236,7 @@ pub enum UrdfError {
     /// A link cannot become a body.
     #[error("{at} cannot become a body: {source}")]
     Body {
-        /// The link.
+        /// Location of the link in the file.
         at: Location,
         /// Cause.
         source: Box<WorldError>,

@@ -14,7 +14,7 @@ pub struct Link {
     pub inertial: Option<MassProperties>,
     /// Shapes for contact.
     pub collisions: Vec<Collision>,
-    /// Place of the link in the file.
+    /// Location of the link in the file.
     pub at: Location,
 }
 

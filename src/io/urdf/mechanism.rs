@@ -1,4 +1,4 @@
-//! Conversion of a robot to bodies that are connected by joints.
+//! Conversion of a robot to bodies connected by joints.
 
 use super::{Collision, JointKind, JointOptions, Link, Robot, ShapeOptions, UrdfError};
 use crate::dynamics::{self, Body, BodyShape, Mass, Material, Mechanism, WorldError};
@@ -8,19 +8,19 @@ use std::collections::BTreeMap;
 /// Options of [`Robot::mechanism`].
 #[derive(Debug, Clone)]
 pub struct RobotOptions {
-    /// Text before all names. Robots in one world have different prefixes. Empty by default.
+    /// Prefix of all names, empty by default. Robots in one world need different prefixes.
     pub prefix: String,
     /// Connection of the root link. The default is [`Base::Fixed`] at the origin.
     pub base: Base,
-    /// Material of all collision geometries. Rigid shapes have its friction only.
+    /// Material of the collision geometries. The modulus and the dissipation have no effect on rigid shapes.
     pub material: Material,
-    /// Materials of other links, by the name of the link in the file.
+    /// Materials of single links, by the name of the link in the file. They replace [`Self::material`].
     pub materials: BTreeMap<String, Material>,
     /// Options of the shapes.
     pub shapes: ShapeOptions,
     /// Options of the joints.
     pub joints: JointOptions,
-    /// Whether the links touch each other. Links that a joint connects never do. False by default.
+    /// Whether links of the robot can touch each other, false by default. Links that a joint connects never touch each other.
     pub self_contact: bool,
 }
 
@@ -37,7 +37,7 @@ pub enum Base {
 }
 
 impl RobotOptions {
-    /// Default options with this material of all collision geometries.
+    /// Default options with this material for all collision geometries.
     #[must_use]
     pub fn new(material: Material) -> Self {
         Self {
@@ -56,9 +56,10 @@ impl Robot {
     /// Bodies of the links, connected by their joints. Each body has the name and the frame of its link.
     ///
     /// The first collision geometry of a link is the shape of its body. Each further geometry is the shape of a massless body that is
-    /// welded to it, with the name of the link and `/2`, `/3` and so on. Links without collision geometries have no shape.
+    /// welded to the body of the link. The names of massless bodies are the name of the link followed by `/2`, `/3` and so on. A link
+    /// without collision geometries becomes a body without a shape.
     ///
-    /// Rotational inertia of a link without mass is added to the link to which it is welded.
+    /// If a link has rotational inertia but no mass, the inertia is added to the link to which it is welded.
     ///
     /// # Errors
     /// - If a joint is floating or planar.
@@ -82,7 +83,7 @@ impl Robot {
         })
     }
 
-    /// Mass properties of the links. Rotational inertia without mass is moved to the link to which it is welded.
+    /// Mass properties of the links. Rotational inertia of a massless link is moved to the link to which it is welded.
     fn inertias(&self) -> Vec<MassProperties> {
         let links = self.links().iter();
         let mut inertias: Vec<MassProperties> = links

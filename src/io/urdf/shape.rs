@@ -31,7 +31,7 @@ pub enum MeshShape {
     Rigid,
     /// Compliant shape by [`shapes::star_shaped`]. The mesh must be star-shaped about its center.
     StarShaped,
-    /// No shape. The file of the mesh is not opened.
+    /// No shape. The mesh file is not read.
     None,
 }
 
@@ -96,12 +96,12 @@ impl Collision {
     }
 
     fn compliant(&self, field: Result<PressureField, MeshError>) -> Result<BodyShape, UrdfError> {
-        let placed = field.and_then(|field| {
+        let in_link_frame = field.and_then(|field| {
             let (mesh, extents) = (field.mesh(), field.extents().to_vec());
             let mesh = TetMesh::new(self.in_link_frame(mesh.vertices()), mesh.tets().to_vec())?;
             PressureField::new(mesh, extents)
         });
-        let field = placed.map_err(|source| UrdfError::Field {
+        let field = in_link_frame.map_err(|source| UrdfError::Field {
             at: self.at.clone(),
             source,
         })?;

@@ -1,7 +1,7 @@
-"""Writes quantities of the dynamics of random trees, computed by Pinocchio, in the coordinates of this library.
+"""Computes the dynamics of random trees with Pinocchio, and writes them in the coordinates of this library.
 
-The velocities of Pinocchio are v = P·u with the velocities u of this library. P depends on the rotation of a ball joint or a free body
-only. The same matrix maps displacements. Then τ = Pᵀ·τ_P, and accelerations are P·u̇ + Ṗ·u.
+The velocities of Pinocchio are v = P·u, with the velocities u of this library. P depends only on the rotations of ball joints and free
+bodies. It also maps displacements. The generalized forces are τ = Pᵀ·τ_P, and the accelerations of Pinocchio are P·u̇ + Ṗ·u.
 
 Links are numbered depth first. Otherwise Pinocchio returns wrong mass matrices and derivatives.
 
@@ -151,7 +151,7 @@ def quantities(tree):
         by_positions[:, column] += P.T @ (by_v[:, block] @ (matrix @ u[block]))
         by_positions[:, column] += P.T @ (by_a[:, block] @ (matrix @ acceleration[block] + drift))
         by_positions[block, column] += matrix.T @ force[block]
-    # The forces of the inverse dynamics without those of the bias.
+    # Forces of the inverse dynamics minus the bias.
     applied = P.T @ force - P.T @ bias
     caused = pinocchio.aba(model, data, q, v, numpy.linalg.solve(P.T, applied))
     return {

@@ -1,6 +1,6 @@
-"""Writes quantities of the dynamics of robots on a fixed base, at random states, by Pinocchio.
+"""Computes the dynamics of robots on a fixed base with Pinocchio, at random joint states, and writes them.
 
-Joints that mimic other joints follow them, and are otherwise independent.
+The states of mimicking joints follow their leaders, but the dynamics treat all joints as independent.
 
 python make_dynamics.py OUTPUT.json FOLDER
 """

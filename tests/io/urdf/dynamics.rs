@@ -1,4 +1,4 @@
-//! Dynamics of published robots, against Pinocchio.
+//! Dynamics of published robots, compared with Pinocchio.
 
 use super::published::folder;
 use hydroelastic::dynamics::{Kinetics, Material, World};
@@ -28,7 +28,7 @@ fn references(path: &Path) -> BTreeMap<String, Reference> {
     serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
 }
 
-/// World of the robot at the state of the reference. Errors are of the conversion.
+/// World of the robot at the state of the reference, or the error of the conversion.
 fn world(robot: &Robot, reference: &Reference) -> Result<World, String> {
     let options = RobotOptions {
         shapes: ShapeOptions {
@@ -59,8 +59,8 @@ fn columns(robot: &Robot, world: &World, kinetics: &Kinetics, names: &[String]) 
     names.iter().map(column).collect()
 }
 
-/// Largest error of mass matrix, bias, inverse dynamics and its derivatives, each relative to its largest entry. If all entries are smaller
-/// than the mass matrix, the error is relative to the mass matrix, because some quantities are zero.
+/// Largest errors of the mass matrix, the bias, the inverse dynamics and its derivatives. Each is relative to the largest entry of the quantity
+/// or of the mass matrix, because some quantities are zero.
 fn errors(robot: &Robot, reference: &Reference) -> Result<[f64; 5], String> {
     let world = world(robot, reference)?;
     let kinetics = world.kinetics(&world.initial_state()).unwrap();
@@ -97,7 +97,7 @@ fn errors(robot: &Robot, reference: &Reference) -> Result<[f64; 5], String> {
 }
 
 #[test]
-fn the_dynamics_of_published_robots_are_those_of_pinocchio() {
+fn the_dynamics_of_published_robots_agree_with_pinocchio() {
     let references = references(&folder().join("dynamics.json"));
     assert_eq!(references.len(), 3);
     for (file, reference) in references {
@@ -112,7 +112,7 @@ fn the_dynamics_of_published_robots_are_those_of_pinocchio() {
 
 #[test]
 #[ignore = "needs a folder of robots: see tests/data/robots/README.md"]
-fn the_dynamics_of_all_published_robots_are_those_of_pinocchio() {
+fn the_dynamics_of_all_published_robots_agree_with_pinocchio() {
     let Ok(folder) = std::env::var("ROBOTS").map(PathBuf::from) else {
         eprintln!("skipped: the variable ROBOTS is not set");
         return;

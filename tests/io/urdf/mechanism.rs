@@ -1,4 +1,4 @@
-//! Bodies of robots.
+//! Conversion of robots to bodies and joints.
 
 use super::published::{PACKAGE, folder, references, urdf_files};
 use super::robot;
@@ -20,7 +20,7 @@ const RUBBER: Material = Material {
     friction: Some(0.8),
 };
 
-/// Options without the meshes of files.
+/// Options that ignore mesh files.
 fn options() -> RobotOptions {
     RobotOptions {
         shapes: ShapeOptions {
@@ -36,7 +36,7 @@ fn implicit(time_step: f64, steps: usize) -> Plan {
     plan.with_integrator(Integrator::Sdirk3)
 }
 
-/// Arm of two links. The hand has two collision geometries, and a frame without mass is welded to it.
+/// Arm of two links. The hand has two collision geometries, and a massless link is welded to the hand.
 const ARM: &str = r#"
 <link name="base"><collision><geometry><box size="0.2 0.2 0.1"/></geometry></collision></link>
 <link name="arm"><inertial><origin xyz="0 0 0.2"/><mass value="2"/>
@@ -158,7 +158,7 @@ fn a_joint_of_a_mechanism_is_changed_by_name() {
 }
 
 #[test]
-fn inertia_without_mass_moves_to_the_parent_that_it_is_welded_to() {
+fn inertia_of_a_massless_link_moves_to_the_link_to_which_it_is_welded() {
     let foot = |kind: &str| {
         let text = format!(
             r#"<link name="base"/><link name="leg"><inertial><mass value="1"/>
@@ -206,7 +206,7 @@ fn links_of_published_robots_start_at_the_poses_of_pinocchio() {
     }
 }
 
-/// Steps of 5 ms, fixed and free.
+/// Rolls out the robot in steps of 5 ms, on a fixed base and on a free base.
 fn steps(robot: &Robot) -> Result<(), String> {
     for base in [Base::Fixed(Pose::identity()), Base::Free(Pose::identity())] {
         let world = world(robot, base)?;
