@@ -67,18 +67,13 @@ impl Link {
             inertia: axes * Matrix3::from_diagonal(&self.moments.into()) * axes.transpose(),
         });
         let body = Body::dynamic(&index.to_string(), Arc::clone(shape), SKIN, mass).unwrap();
-        match self.joint(index) {
-            Some(joint) => body.with_joint(joint).unwrap(),
-            None => {
-                let velocity = three(&self.velocity[3..]);
-                body.with_pose(Pose::from_rotation_vector(
-                    &three(&self.position),
-                    three(&self.position[3..]),
-                ))
-                .with_angular_velocity(three(&self.velocity))
-                .with_velocity(velocity)
-            }
+        if let Some(joint) = self.joint(index) {
+            return body.with_joint(joint).unwrap();
         }
+        let (turn, origin) = (three(&self.position), three(&self.position[3..]));
+        body.with_pose(Pose::from_rotation_vector(&turn, origin))
+            .with_angular_velocity(three(&self.velocity))
+            .with_velocity(three(&self.velocity[3..]))
     }
 
     fn joint(&self, index: usize) -> Option<Joint> {
@@ -396,7 +391,8 @@ fn the_bias_of_a_slide_on_a_turntable_is_the_centrifugal_force() {
         .bias_acceleration(0, &vector![radius, 0.0, 0.0])
         .unwrap();
     assert!((acceleration[3] - expected / mass).abs() < ROUND_OFF * 10.0);
-    assert_eq!(kinetics.center_of_mass_jacobian(0).unwrap().amax(), 0.0);
+    let jacobian = kinetics.center_of_mass_jacobian(0).unwrap();
+    assert!(jacobian.amax() < ROUND_OFF);
 }
 
 #[test]

@@ -1,7 +1,6 @@
 """Computes the dynamics of robots on a fixed base with Pinocchio, at random joint states, and writes them.
 
-The states of mimicking joints follow their leaders, but the dynamics treat all joints as independent. Pinocchio ignores the rotational
-inertia of links without mass.
+The states of mimicking joints follow their leaders, but the dynamics treat all joints as independent.
 
 python make_dynamics.py OUTPUT.json FOLDER
 """
