@@ -4,7 +4,8 @@ use super::published::{PACKAGE, folder, references, urdf_files};
 use super::robot;
 use approx::assert_relative_eq;
 use hydroelastic::dynamics::{
-    Integrator, Joint, Material, Mechanism, Plan, RolloutError, World, WorldBuilder, WorldError,
+    Body, Integrator, Joint, Material, Mechanism, Plan, RolloutError, World, WorldBuilder,
+    WorldError,
 };
 use hydroelastic::io::urdf::{Base, MeshShape, Robot, RobotOptions, ShapeOptions, UrdfError};
 use hydroelastic::spatial::Pose;
@@ -52,7 +53,7 @@ const ARM: &str = r#"
 <joint name="mount" type="fixed"><parent link="hand"/><child link="tool"/><origin xyz="0 0 0.2"/></joint>"#;
 
 fn names(mechanism: &Mechanism) -> Vec<&str> {
-    mechanism.bodies().iter().map(|body| body.name()).collect()
+    mechanism.bodies().iter().map(Body::name).collect()
 }
 
 #[test]
@@ -149,7 +150,8 @@ fn a_joint_of_a_mechanism_is_changed_by_name() {
         .with_joints(|joint| joint.with_damping(0.7));
     let joints: Vec<_> = arm.joints().collect();
     assert_eq!(joints[1].initial_state().unwrap().position(), Some(0.3));
-    assert!(joints.iter().all(|joint| joint.law().damping == 0.7));
+    let damping = joints.iter().map(|joint| joint.law().damping);
+    assert_eq!(damping.collect::<Vec<_>>(), [0.7; 2]);
     let error = arm.with_joint("elbow", |joint| joint).unwrap_err();
     let known = vec!["shoulder".to_owned(), "wrist".to_owned()];
     let name = "elbow".to_owned();
@@ -261,7 +263,7 @@ fn everything_that_is_welded_to_a_fixed_base_is_fixed() {
         .mechanism(&options)
         .unwrap();
     let fixed = arm.bodies().iter().filter(|body| body.inertia().is_none());
-    let fixed: Vec<_> = fixed.map(|body| body.name()).collect();
+    let fixed: Vec<_> = fixed.map(Body::name).collect();
     assert_eq!(fixed, ["base", "base/2", "sensor"]);
     let world = World::builder().mechanism(arm).build().unwrap();
     let sensor = world.index_of("sensor").unwrap();
