@@ -51,10 +51,8 @@ struct PressingForce {
 
 impl PressingForce {
     fn at<T: Scalar>(&self, state: &State<T>) -> T {
-        let contact = self
-            .world
-            .lifted()
-            .contact_between(state, "sponge", "table");
+        let world = self.world.lifted();
+        let contact = world.contact_between(state, "sponge", "table");
         // The sponge is body A, because it is compliant with a mesh.
         contact.map_or_else(|_| lift(f64::NAN), |pair| pair.wrench().on_a.force.z)
     }
