@@ -70,7 +70,7 @@ fn main() -> Answer<()> {
     let wanted = show::wanted()?;
     let world = world()?;
     let plan = Plan::new(TIME_STEP, STEPS)?.with_integrator(Integrator::Sdirk3);
-    let trajectory = world.rollout(&plan.clone().recording_every(4)).run()?;
+    let trajectory = world.rollout(&plan.recording_every(4)).run()?;
     let mug = world.index_of("mug")?;
     let height = |state: &State| state.bodies[mug].position().z;
     let rise = height(trajectory.last()) - height(&trajectory.states()[0]);

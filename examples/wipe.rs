@@ -86,7 +86,7 @@ fn main() -> Answer<()> {
         let pressing = PressingForce {
             world: world.clone(),
         };
-        let experiment = Experiment::new(world.clone(), &plan.clone().recording_every(INTERVAL));
+        let experiment = Experiment::new(world.clone(), &plan.recording_every(INTERVAL));
         let forces = experiment.jacobian(&parameters, &pressing)?;
         let force_errors = forces.value.map(|force| force - FORCE);
         errors.push(force_errors.amax());
@@ -194,7 +194,7 @@ fn path(arm: &Mechanism, table: f64) -> Answer<Vec<[f64; 7]>> {
                 }
             }
         }
-        let angles = state.joints.iter().filter_map(|joint| joint.position());
+        let angles = state.joints.iter().filter_map(JointState::position);
         targets.push(std::array::from_fn(|joint| {
             angles.clone().nth(joint).unwrap_or_default()
         }));
