@@ -1,9 +1,9 @@
-//! Does the Panda robot lift a mug, and how does the slip of the mug depend on the grip force?
+//! Does the Panda robot lift a carton, and how does the slip of the carton depend on the grip force?
 //!
 //! `cargo run --release -p hydroelastic-examples --example gripper [-- --record FILE.glb --plot FILE.svg]`
 //!
 //! The robot comes from a URDF file. It has an arm of seven joints and two coupled fingers with pads, and a column lifts it. Regularized
-//! friction lets the mug creep. While the robot holds the mug, the friction law gives the creep speed and its derivative with respect to
+//! friction lets the carton creep. While the robot holds the carton, the friction law gives the creep speed and its derivative with respect to
 //! the grip force.
 
 mod show;
@@ -34,8 +34,8 @@ const LIFT_STEPS: usize = 160;
 const STEPS: usize = 240;
 /// Angles (rad) of the seven joints of the arm. The hand points down.
 const ARM: [f64; 7] = [0.0, -0.785, 0.0, -2.356, 0.0, 1.571, 0.785];
-/// Radius, height (m) and mass (kg) of the mug.
-const MUG: [f64; 3] = [0.035, 0.1, 0.3];
+/// Half the width, height (m) and mass (kg) of the carton.
+const CARTON: [f64; 3] = [0.035, 0.1, 0.3];
 /// Grip force (N) of each finger.
 const GRIP_FORCE: f64 = 20.0;
 const FRICTION: f64 = 0.8;
@@ -48,17 +48,18 @@ const RISE: f64 = 0.1;
 const CREEP_ERROR: f64 = 0.01;
 const SLOPE_ERROR: f64 = 0.02;
 
-/// Distance (m) by which the mug slips down in the hand, from step `LIFT_STEPS` to the end.
+/// Distance (m) by which the carton slips down in the hand, from step `LIFT_STEPS` to the end.
 struct Slip {
-    mug: usize,
+    carton: usize,
     hand: usize,
 }
 
 impl Outcome for Slip {
     fn of<T: Scalar>(&self, trajectory: &Trajectory<T>) -> Vec<T> {
         let height = |state: &State<T>| {
-            let [mug, hand] = [self.mug, self.hand].map(|body| state.bodies[body].position().z);
-            mug - hand
+            let [carton, hand] =
+                [self.carton, self.hand].map(|body| state.bodies[body].position().z);
+            carton - hand
         };
         let states = trajectory.states();
         let last = states.len() - 1;
@@ -71,14 +72,14 @@ fn main() -> Answer<()> {
     let world = world()?;
     let plan = Plan::new(TIME_STEP, STEPS)?.with_integrator(Integrator::Sdirk3);
     let trajectory = world.rollout(&plan.recording_every(4)).run()?;
-    let mug = world.index_of("mug")?;
-    let height = |state: &State| state.bodies[mug].position().z;
+    let carton = world.index_of("carton")?;
+    let height = |state: &State| state.bodies[carton].position().z;
     let rise = height(trajectory.last()) - height(&trajectory.states()[0]);
-    println!("The robot lifts the mug by {:.1} mm.", 1e3 * rise);
+    println!("The robot lifts the carton by {:.1} mm.", 1e3 * rise);
     assert!((rise - RISE).abs() < 1e-3);
 
     let slip = Slip {
-        mug,
+        carton,
         hand: world.index_of("panda_hand")?,
     };
     let grip_force = [Parameter::joint(
@@ -90,7 +91,9 @@ fn main() -> Answer<()> {
     let hold_duration = TIME_STEP * (STEPS - LIFT_STEPS) as f64;
     let (creep_speed, creep_slope) = creep();
     let speed = distance / hold_duration;
-    println!("The mug creeps at {speed:.3e} m/s. The friction law predicts {creep_speed:.3e} m/s.");
+    println!(
+        "The carton creeps at {speed:.3e} m/s. The friction law predicts {creep_speed:.3e} m/s."
+    );
     // The force of the leading joint is the negative sum of both grip forces.
     let slope = -2.0 * gradient[0] / hold_duration;
     println!(
@@ -112,23 +115,23 @@ fn main() -> Answer<()> {
             x_label: "time (s)",
             y_label: "height (m)",
             is_log: false,
-            curves: vec![Curve::new("mug", heights)],
+            curves: vec![Curve::new("carton", heights)],
         }]
     })
 }
 
-/// Speed (m/s) at which the mug creeps in the pads, and its derivative with respect to the grip force, by the friction law.
+/// Speed (m/s) at which the carton creeps in the pads, and its derivative with respect to the grip force, by the friction law.
 fn creep() -> (f64, f64) {
-    let load = MUG[2] * GRAVITY / (2.0 * FRICTION * GRIP_FORCE);
+    let load = CARTON[2] * GRAVITY / (2.0 * FRICTION * GRIP_FORCE);
     let root = (1.0 - load * load).sqrt();
     let speed = SLIP_TOLERANCE * load / root;
     (speed, -SLIP_TOLERANCE * load / GRIP_FORCE / root.powi(3))
 }
 
-/// World with the robot on a column, and a mug on a table between the fingers.
+/// World with the robot on a column, and a carton on a table between the fingers.
 fn world() -> Answer<World> {
     let robot = Robot::read(ROBOT)?;
-    let rubber = Material::elastic(1e6)
+    let rubber = Material::elastic(1e7)
         .with_dissipation(0.5)
         .with_friction(FRICTION);
     let column = Joint::prismatic("column", Vector3::z_axis())
@@ -155,24 +158,22 @@ fn world() -> Answer<World> {
                 .with_target(angle, 0.0)
         })?;
     }
-    let open = MUG[0] + 2e-3;
+    let open = CARTON[0] + 2e-3;
     let mechanism = mechanism.with_joint("panda_finger_joint1", |joint| {
         joint.with_position(open).with_torque(-2.0 * GRIP_FORCE)
     })?;
     let robot_alone = World::builder().mechanism(mechanism.clone()).build()?;
     let state = robot_alone.initial_state();
     let hand = state.bodies[robot_alone.index_of("panda_hand_tcp")?].position();
-    let [radius, length, mass] = MUG;
-    let mug = Shape::new(shapes::cylinder(radius, length, 32)?);
-    let table = Pose::from_translation(hand - Vector3::z() * (length / 2.0));
-    // Each pad touches a flat side of the mug.
-    let half_side = Vector3::z() * (std::f64::consts::PI / 32.0);
-    let mug = Body::dynamic("mug", mug, rubber, Mass::Total(mass))?
-        .with_pose(Pose::from_rotation_vector(&half_side, *hand));
+    let [half_width, height, mass] = CARTON;
+    let carton = shapes::cuboid([2.0 * half_width, 2.0 * half_width, height])?;
+    let table = Pose::from_translation(hand - Vector3::z() * (height / 2.0));
+    let carton = Body::dynamic("carton", Shape::new(carton), rubber, Mass::Total(mass))?
+        .with_pose(Pose::from_translation(*hand));
     Ok(World::builder()
         .mechanism(mechanism)
         .body(Body::fixed("table", HalfSpace::rigid(), Material::rigid())?.with_pose(table))
-        .body(mug)
+        .body(carton)
         .gravity(vector![0.0, 0.0, -GRAVITY])
         .slip_tolerance(SLIP_TOLERANCE)
         .build()?)

@@ -17,7 +17,7 @@ use hydroelastic::io::urdf::{MeshShape, Robot, RobotOptions, ShapeOptions};
 use hydroelastic::mesh::shapes;
 use hydroelastic::scalar::{Scalar, lift};
 use hydroelastic::spatial::Pose;
-use nalgebra::{DMatrix, DVector, Rotation3, Vector3, Vector6, vector};
+use nalgebra::{DMatrix, DVector, UnitQuaternion, Vector3, Vector6, vector};
 use show::{Curve, Panel};
 use std::error::Error;
 
@@ -180,7 +180,7 @@ fn path(arm: &Mechanism, table: f64) -> Answer<Vec<[f64; 7]>> {
             let posed = world.clone().with_initial_state(&state)?.initial_state();
             let pose = posed.bodies[sponge].pose;
             let turn = orientation.rotation() * pose.rotation().transpose();
-            let turn = Rotation3::from_matrix_unchecked(turn).scaled_axis();
+            let turn = UnitQuaternion::from_matrix(&turn).scaled_axis();
             let shift = goal - pose.translation();
             let error = Vector6::new(turn.x, turn.y, turn.z, shift.x, shift.y, shift.z);
             let jacobian = world
