@@ -141,6 +141,16 @@ def jointed():
     return he.World([arm, he.Body.dynamic("head", ball, skin, 1.0, joint=socket)], gravity=-9.81)
 
 
+ROBOT = """<robot name="robot"><link name="base"/><link name="arm"><inertial><mass value="1"/>
+    <inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>
+    <collision><geometry><sphere radius="0.1"/></geometry></collision>
+    <collision><geometry><cylinder radius="0.1" length="0.2"/></geometry></collision></link>
+    <link name="hand"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+    <joint name="hinge" type="revolute"><parent link="base"/><child link="arm"/>
+    <limit lower="-1" upper="1" effort="1" velocity="1"/></joint>
+    <joint name="slide" type="prismatic"><parent link="arm"/><child link="hand"/>
+    <limit lower="-1" upper="1" effort="1" velocity="1"/></joint></robot>"""
+
 CORNERS = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
 TET, FACES = np.array([[0, 1, 2, 3]]), np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]])
 EYE, TWIST, POINT = np.eye(4), np.full(6, 0.1), np.full(3, 0.1)
@@ -165,6 +175,10 @@ def cases(folder):
     hinge |= {"target_velocity": 0.1, "torque": 0.1, "torque_limit": NotNegative(1.0)}
     socket = {"origin": EYE, "rotation": np.eye(3), "angular_velocity": POINT, "armature": NotNegative(0.1)}
     arm = jointed()
+    kinetics, accelerations = arm.kinetics(), np.ones(4)
+    robot, axis = he.Robot.parse(ROBOT), [0.0, 0.0, 1.0]
+    mechanism = robot.mechanism(skin)
+    (folder / "robot.urdf").write_text(ROBOT)
     implicit = he.Batch(he.Plan(1e-3, 2, he.Integrator.IMPLICIT_EULER))
     of_joints = {"by_poses": np.zeros((1, 3, 2, 4, 4)), "by_twists": np.zeros((1, 3, 2, 6))}
     of_joints |= {"by_joint_positions": np.zeros((1, 3, 1)), "by_joint_velocities": np.zeros((1, 3, 1))}
@@ -192,6 +206,20 @@ def cases(folder):
 
     def with_joints(positions, velocities, rotation, spin):
         return arm.state_with_joints({"hinge": positions, "socket": rotation}, {"hinge": velocities, "socket": spin})
+
+    def joint(kind, **it):
+        return getattr(he.Joint, kind)("a", axis, **it)
+
+    # Cases of the arguments that are pairs or triples.
+    scheduled = {}
+    for kind in ("revolute", "prismatic"):
+        for name in ("torques", "targets"):
+            scheduled[f"Joint.{kind} ({name})"] = (
+                lambda kind=kind, **it: joint(kind, **{name: (number, [0.1]) for name, number in it.items()}),
+                {name: Positive(0.1)},
+            )
+        scheduled[f"Joint.{kind} (mimic)"] = (lambda mimic, kind=kind: joint(kind, mimic=("b", mimic, 0.1)), {"mimic": 0.1})
+    moved = {name: value for name, value in hinge.items() if name not in ("axis", "origin")}
 
     def mesh(unit):
         import meshio
@@ -272,6 +300,44 @@ def cases(folder):
         "Joint.prismatic": (lambda **it: he.Joint.prismatic("slide", **it), hinge),
         "Joint.ball": (lambda **it: he.Joint.ball("socket", **it), socket),
         "Joint.fixed": (lambda **it: he.Joint.fixed("weld", **it), {"origin": EYE}),
+        **scheduled,
+        "Mechanism.with_joint": (lambda **it: mechanism.with_joint("hinge", **it), moved),
+        "Mechanism.with_joint (torques)": (
+            lambda torques: mechanism.with_joint("hinge", torques=(torques, [0.1])),
+            {"torques": Positive(0.1)},
+        ),
+        "Mechanism.with_joint (targets)": (
+            lambda targets: mechanism.with_joint("hinge", targets=(targets, [0.1])),
+            {"targets": Positive(0.1)},
+        ),
+        "Robot.mechanism": (
+            lambda **it: robot.mechanism(skin, **it),
+            {"pose": EYE, "subdivisions": 1, "segments": 8, "slip_tolerance": Positive(1e-3)},
+        ),
+        "Robot.mechanism (stops)": (
+            lambda revolute_stops, prismatic_stops: robot.mechanism(
+                skin, revolute_stops=(revolute_stops, 0.1), prismatic_stops=(prismatic_stops, 0.1)
+            ),
+            {"revolute_stops": NotNegative(1.0), "prismatic_stops": NotNegative(1.0)},
+        ),
+        "World.from_urdf": (
+            lambda **it: he.World.from_urdf(folder / "robot.urdf", skin, **it),
+            {"pose": EYE, "gravity": POINT},
+        ),
+        "World.from_urdf (servos)": (
+            lambda servos: he.World.from_urdf(folder / "robot.urdf", skin, servos={"hinge": (servos, 0.1)}),
+            {"servos": NotNegative(1.0)},
+        ),
+        "Kinetics.jacobian": (lambda point: kinetics.jacobian("arm", point), {"point": POINT}),
+        "Kinetics.bias_acceleration": (lambda point: kinetics.bias_acceleration("arm", point), {"point": POINT}),
+        "Kinetics.generalized_forces": (
+            lambda wrenches: kinetics.generalized_forces({"arm": wrenches}),
+            {"wrenches": np.ones(6)},
+        ),
+        "Kinetics.inverse_dynamics": (kinetics.inverse_dynamics, {"accelerations": accelerations}),
+        "Kinetics.inverse_dynamics_derivatives": (kinetics.inverse_dynamics_derivatives, {"accelerations": accelerations}),
+        "Kinetics.forward_dynamics": (kinetics.forward_dynamics, {"forces": accelerations}),
+        "Kinetics.forward_dynamics_derivatives": (kinetics.forward_dynamics_derivatives, {"forces": accelerations}),
         "Body.dynamic": (
             lambda **it: he.Body.dynamic("ball", ball, skin, **it),
             {"mass": Positive(1.0), "center_of_mass": POINT, "inertia": np.eye(3)}
@@ -346,6 +412,7 @@ def cases(folder):
         ),
         "Batch.vjps": (lambda **it: raised(batch.vjps([world], gravity, **it)), many),
         "Batch.vjps (of joints)": (lambda **it: raised(implicit.vjps([arm], gravity, **it)), of_joints),
+        "Parameter.joint": (lambda **it: he.Parameter.joint("hinge", "scheduled_torque", **it), {"index": 0}),
         "Parameter.control": (lambda **it: he.Parameter.control("ball", **it), {"interval": 0}),
         "Parameter.controls": (lambda **it: he.Parameter.controls(["ball"], **it), {"intervals": 1}),
         "TrajectoryJacobian": (he.TrajectoryJacobian, of_jacobian),

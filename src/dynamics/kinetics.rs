@@ -2,8 +2,9 @@
 
 use super::model::Model;
 use super::multibody::{Accelerations, Kinematics, MassFactors, Multibody, convective, zeros};
+use super::validate::check_finite;
 use super::{BodyState, Force, State, World, WorldError};
-use crate::scalar::{Scalar, lift, lift_vector};
+use crate::scalar::{Scalar, lift, lift_vector, real_part};
 use crate::spatial::{Twist, Wrench};
 use nalgebra::{DMatrix, DVector, Matrix6xX, Vector3, Vector6};
 use std::ops::Range;
@@ -271,16 +272,19 @@ impl<T: Scalar> Kinetics<T> {
     /// If the number of accelerations is not the [number of velocities](Self::velocity_count).
     pub fn inverse_dynamics(&self, accelerations: &DVector<T>) -> Result<DVector<T>, WorldError> {
         self.check_size("generalized accelerations", accelerations)?;
-        Ok(self.forces_at(accelerations.clone()))
+        let forces = self.forces_at(accelerations.clone());
+        finite("generalized force", forces)
     }
 
     /// Generalized accelerations u̇ = M⁻¹(τ − b) that generalized forces τ cause. Add [`Self::joint_forces`] to τ to include joint forces.
     ///
     /// # Errors
-    /// If the number of forces is not the [number of velocities](Self::velocity_count), or a joint moves no inertia.
+    /// - If the number of forces is not the [number of velocities](Self::velocity_count), or a joint moves no inertia.
+    /// - If the result is not finite.
     pub fn forward_dynamics(&self, forces: &DVector<T>) -> Result<DVector<T>, WorldError> {
         self.check_size("generalized forces", forces)?;
-        Ok(self.mass_factors()?.velocities(forces - self.bias()))
+        let accelerations = self.mass_factors()?.velocities(forces - self.bias());
+        finite("generalized acceleration", accelerations)
     }
 
     fn mass_factors(&self) -> Result<MassFactors<T>, WorldError> {
@@ -378,4 +382,14 @@ impl Kinetics {
             by_forces: solved(DMatrix::identity(count, count)),
         })
     }
+}
+
+/// Returns numbers that are finite.
+fn finite<T: Scalar>(
+    quantity: &'static str,
+    numbers: DVector<T>,
+) -> Result<DVector<T>, WorldError> {
+    let real: Vec<f64> = numbers.iter().copied().map(real_part).collect();
+    check_finite(quantity, &real)?;
+    Ok(numbers)
 }

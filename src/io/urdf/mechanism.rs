@@ -64,7 +64,7 @@ impl Robot {
     /// # Errors
     /// - If a joint is floating or planar.
     /// - If a geometry cannot become a shape: see [`Collision::shape`].
-    /// - If the mass properties or the material of a link are out of range.
+    /// - If the mass properties or the material of a link, or a number of a joint, are out of range.
     pub fn mechanism(&self, options: &RobotOptions) -> Result<Mechanism, UrdfError> {
         self.check_materials(options)?;
         let poses = self.fixed_poses(&options.base);
@@ -219,7 +219,10 @@ impl LinkBodies<'_> {
             (Some(pose), ..) => Body::fixed(name, shape, material).map(|body| body.with_pose(pose)),
             (None, joint, base) => Body::dynamic(name, shape, material, Mass::Link(inertia))
                 .and_then(|body| match (joint, base) {
-                    (Some(joint), _) => body.with_joint(joint),
+                    (Some(joint), _) => {
+                        joint.check()?;
+                        body.with_joint(joint)
+                    }
                     (None, Base::Free(pose)) => Ok(body.with_pose(*pose)),
                     (None, Base::Fixed(_) | Base::Joint(_)) => Ok(body),
                 }),
