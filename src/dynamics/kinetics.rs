@@ -269,7 +269,8 @@ impl<T: Scalar> Kinetics<T> {
     /// Generalized forces τ = M·u̇ + b that cause generalized accelerations u̇ (rad/s² or m/s²).
     ///
     /// # Errors
-    /// If the number of accelerations is not the [number of velocities](Self::velocity_count).
+    /// - If the number of accelerations is not the [number of velocities](Self::velocity_count).
+    /// - If the result is not finite.
     pub fn inverse_dynamics(&self, accelerations: &DVector<T>) -> Result<DVector<T>, WorldError> {
         self.check_size("generalized accelerations", accelerations)?;
         let forces = self.forces_at(accelerations.clone());
@@ -340,7 +341,8 @@ impl Kinetics {
     /// Derivatives of [`Self::inverse_dynamics`] in closed form.
     ///
     /// # Errors
-    /// If the number of accelerations is not the [number of velocities](Self::velocity_count).
+    /// - If the number of accelerations is not the [number of velocities](Self::velocity_count).
+    /// - If the result is not finite.
     pub fn inverse_dynamics_derivatives(
         &self,
         accelerations: &DVector<f64>,
