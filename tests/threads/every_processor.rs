@@ -44,7 +44,7 @@ const CONTACTS: [(&str, u64); 15] = [
 const ROLLOUTS: [((Integrator, usize), u64); 4] = [
     ((Integrator::SymplecticEuler, 300), 0x7882_89b2_16cb_0b23),
     ((Integrator::Leapfrog, 300), 0xba78_9563_0498_2a7c),
-    ((Integrator::Sdirk3, 40), 0xdde7_59f8_3cc8_020b),
+    ((Integrator::Sdirk3, 40), 0xfaac_dc69_85b3_414f),
     ((Integrator::ImplicitEuler, 40), 0xf4f7_d44e_11b6_8ec9),
 ];
 
