@@ -154,7 +154,9 @@ fn a_joint_of_a_mechanism_is_changed_by_name() {
     // The last two joints are fixed.
     assert_eq!(damping.collect::<Vec<_>>(), [0.7, 0.7, 0.0, 0.0]);
     let error = arm.with_joint("elbow", |joint| joint).unwrap_err();
-    let known = vec!["shoulder".to_owned(), "wrist".to_owned()];
+    let known = ["shoulder", "wrist", "hand/2", "mount"]
+        .map(str::to_owned)
+        .to_vec();
     let name = "elbow".to_owned();
     let kind = "joint";
     assert_eq!(error, WorldError::UnknownJoint { kind, name, known });
