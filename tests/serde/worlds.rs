@@ -127,7 +127,7 @@ const REFUSED: [(&str, &str, &str); 13] = [
         "no body is named \"stone\"",
     ),
     ("\"mass\":1.3", "\"mass\":-1.3", "mass"),
-    ("\"moments\":[", "\"moments\":[-", "inertia of body"),
+    ("\"moments\":[", "\"moments\":[-", "moves no inertia"),
     (
         "\"body\":\"brick\"",
         "\"body\":\"floor\"",
