@@ -154,16 +154,16 @@ impl<T: Scalar> Model<T> {
 
     /// Kinetic energy (J) of all dynamic bodies and of the armatures of joints.
     pub(super) fn kinetic_energy(&self, state: &State<T>) -> T {
-        let joints = self.bodies.iter().enumerate();
-        let of_rotors = joints.filter_map(|(body, found)| {
-            let (index, multiplier) = self.state_of_joint(body)?;
-            let squared = match &state.joints[index] {
+        let bodies = self.bodies.iter().enumerate();
+        let of_rotors = bodies.filter_map(|(index, body)| {
+            let (joint, multiplier) = self.state_of_joint(index)?;
+            let squared = match &state.joints[joint] {
                 JointState::Scalar { velocity, .. } => *velocity * *velocity,
                 JointState::Ball {
                     angular_velocity, ..
                 } => angular_velocity.dot(angular_velocity),
             };
-            let armature = found.joint()?.law.armature;
+            let armature = body.joint()?.law.armature;
             Some(squared * armature * (0.5 * multiplier * multiplier))
         });
         let of_rotors = of_rotors.fold(lift(0.0), |sum: T, energy| sum + energy);

@@ -289,10 +289,8 @@ impl<T: Scalar> Kinetics<T> {
     }
 
     fn mass_factors(&self) -> Result<MassFactors<T>, WorldError> {
-        match self.multibody.joint_without_inertia(&self.kinematics) {
-            Some(link) => Err(WorldError::NoInertia(self.names[link].clone())),
-            None => Ok(self.multibody.mass_factors(&self.kinematics)),
-        }
+        let factors = self.multibody.positive_mass_factors(&self.kinematics);
+        factors.map_err(|link| WorldError::NoInertia(self.names[link].clone()))
     }
 
     fn forces_at(&self, accelerations: DVector<T>) -> DVector<T> {
@@ -341,8 +339,7 @@ impl Kinetics {
     /// Derivatives of [`Self::inverse_dynamics`] in closed form.
     ///
     /// # Errors
-    /// - If the number of accelerations is not the [number of velocities](Self::velocity_count).
-    /// - If the result is not finite.
+    /// If the number of accelerations is not the [number of velocities](Self::velocity_count).
     pub fn inverse_dynamics_derivatives(
         &self,
         accelerations: &DVector<f64>,
@@ -363,7 +360,7 @@ impl Kinetics {
     /// Derivatives of [`Self::forward_dynamics`] in closed form: −M⁻¹ times the derivatives of the inverse dynamics.
     ///
     /// # Errors
-    /// If the number of forces is not the [number of velocities](Self::velocity_count), or a joint moves no inertia.
+    /// As [`Self::forward_dynamics`].
     pub fn forward_dynamics_derivatives(
         &self,
         forces: &DVector<f64>,

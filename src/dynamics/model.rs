@@ -69,13 +69,11 @@ impl Model {
             return Ok(());
         }
         let (multibody, kinematics) = self.kinematics_at(&self.initial_state());
-        match multibody.joint_without_inertia(&kinematics) {
-            Some(link) => {
-                let body = multibody.links[link].body;
-                Err(WorldError::NoInertia(self.bodies[body].name().to_owned()))
-            }
-            None => Ok(()),
-        }
+        let factors = multibody.positive_mass_factors(&kinematics);
+        factors.map(|_| ()).map_err(|link| {
+            let body = multibody.links[link].body;
+            WorldError::NoInertia(self.bodies[body].name().to_owned())
+        })
     }
 
     /// Checks that at least one body of each pair that can interact has a mesh.

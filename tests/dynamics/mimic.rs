@@ -5,7 +5,7 @@ use hydroelastic::dynamics::{
     Body, BodyShape, Integrator, Joint, Mass, Material, Plan, World, WorldError,
 };
 use hydroelastic::spatial::MassProperties;
-use nalgebra::{Matrix3, Vector3, vector};
+use nalgebra::{Matrix3, Vector3, dvector, vector};
 
 /// Rounding error of 100 implicit steps.
 const ROUND_OFF: f64 = 1e-11;
@@ -159,4 +159,20 @@ fn the_armature_of_a_follower_counts_in_the_energy() {
         .unwrap()
         .total_energy();
     assert!((energy - 0.5 * (0.3 + 25.0 * 0.02) * 4.0).abs() < ROUND_OFF);
+}
+
+#[test]
+fn forward_dynamics_couple_a_follower_to_its_leader() {
+    let driven = axle("driven").with_mimic("driver", -5.0, 0.0);
+    let world = World::new(vec![
+        wheel("small", 0.3, axle("driver")),
+        wheel("large", 0.02, driven),
+    ])
+    .unwrap();
+    let kinetics = world.kinetics(&world.initial_state()).unwrap();
+    let accelerations = kinetics.forward_dynamics(&dvector![2.0, 0.4]).unwrap();
+    // The generalized force is 2 − 5·0.4 N m, and then 2 N m.
+    assert!(accelerations.amax() < ROUND_OFF);
+    let accelerations = kinetics.forward_dynamics(&dvector![2.0, 0.0]).unwrap();
+    assert!((accelerations - dvector![1.0, -5.0] * (2.0 / 0.8)).amax() < ROUND_OFF);
 }

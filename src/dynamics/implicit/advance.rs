@@ -20,8 +20,7 @@ const SHORTEST: f64 = 1.0 / (1 << 30) as f64;
 const MOST_FAILURES: usize = 100;
 
 /// Number of trials of a single free body in a time step, at the default tolerance. An island with n times the degrees of freedom has 1/n²
-/// of this number. Few bodies
-/// can then resolve several impacts in a step, and the time of a step of a heap stays bounded.
+/// of this number. Few bodies can then resolve several impacts in a step, and the time of a step of a heap stays bounded.
 const BUDGET: f64 = 2500.0;
 
 /// Degrees of freedom of a free body.

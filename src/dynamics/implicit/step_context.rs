@@ -131,10 +131,8 @@ impl<'a> StepContext<'a> {
     /// Length (m) of a dynamic body for error control: its smallest extent. For a body without a shape, it is twice the radius of gyration
     /// about the origin of the body frame. A massless body without a shape has infinite length, because other bodies determine its motion.
     pub(super) fn length(&self, body: usize) -> f64 {
-        let body_without_shape = &self.model.bodies[body];
-        let inertia = body_without_shape
-            .inertia()
-            .filter(|_| !body_without_shape.has_shape());
+        let properties = &self.model.bodies[body];
+        let inertia = properties.inertia().filter(|_| !properties.has_shape());
         let Some(inertia) = inertia else {
             return self.thickness(body);
         };

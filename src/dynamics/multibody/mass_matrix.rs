@@ -169,12 +169,18 @@ impl<T: Scalar> Multibody<T> {
         MassFactors(factors.collect())
     }
 
-    /// Link whose joint allows a motion without inertia, or `None` if the mass matrices are positive definite. Joints of descendants move
-    /// freely in this motion. The result is the last link if a chain of links has no mass.
-    pub fn joint_without_inertia(&self, kinematics: &Kinematics<T>) -> Option<usize> {
+    /// Factors of the mass matrices, which are positive definite.
+    ///
+    /// # Errors
+    /// The link whose joint allows a motion without inertia, if a mass matrix is not positive definite. Joints of descendants move freely
+    /// in this motion. The result is the last link if a chain of links has no mass.
+    pub fn positive_mass_factors(
+        &self,
+        kinematics: &Kinematics<T>,
+    ) -> Result<MassFactors<T>, usize> {
         let composites = self.composite_inertias(kinematics);
-        let MassFactors(trees) = self.mass_factors(kinematics);
-        let pivots = trees.iter().flat_map(TreeFactors::pivots);
+        let factors = self.mass_factors(kinematics);
+        let pivots = factors.0.iter().flat_map(TreeFactors::pivots);
         let columns = kinematics.columns.iter().zip(pivots);
         let has_inertia = |column: &Column<T>, pivot: f64| {
             let armature = real_part(self.links[column.link].law.armature);
@@ -183,6 +189,9 @@ impl<T: Scalar> Multibody<T> {
             pivot > SMALLEST_PIVOT * terms
         };
         let massless = columns.filter(|(column, pivot)| !has_inertia(column, *pivot));
-        massless.last().map(|(column, _)| column.link)
+        match massless.map(|(column, _)| column.link).last() {
+            Some(link) => Err(link),
+            None => Ok(factors),
+        }
     }
 }

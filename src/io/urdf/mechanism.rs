@@ -70,16 +70,16 @@ impl Robot {
         let poses = self.fixed_poses(&options.base);
         let mut bodies = Vec::new();
         for (index, (link, inertia)) in self.links().iter().zip(self.inertias()).enumerate() {
-            let named = LinkBodies {
+            let converter = LinkBodies {
                 link,
                 name: format!("{}{}", options.prefix, link.name),
                 pose: poses[index],
                 options,
             };
             let joint = self.joint_of(index, options)?;
-            bodies.push(named.first(inertia, joint)?);
+            bodies.push(converter.first(inertia, joint)?);
             for number in 1..link.collisions.len() {
-                bodies.extend(named.further(number)?);
+                bodies.extend(converter.further(number)?);
             }
         }
         let mechanism = Mechanism::new(bodies);
