@@ -264,6 +264,11 @@ impl<T: Scalar> Body<T> {
         &self.shape
     }
 
+    /// Whether the body is compliant with a mesh.
+    pub(super) fn has_mesh(&self) -> bool {
+        self.shape.compliant().is_some()
+    }
+
     /// Whether the body has a shape.
     pub(super) fn has_shape(&self) -> bool {
         !matches!(self.shape, BodyShape::None)

@@ -52,10 +52,7 @@ impl Mechanism {
     /// Ignores pairs of bodies that cannot have a contact, because neither body is compliant with a mesh.
     #[must_use]
     pub fn without_rigid_self_contact(self) -> Self {
-        self.ignoring(|first, second| {
-            let has_mesh = |body: &Body| body.shape().compliant().is_some();
-            !has_mesh(first) && !has_mesh(second)
-        })
+        self.ignoring(|first, second| !first.has_mesh() && !second.has_mesh())
     }
 
     fn ignoring(mut self, is_ignored: impl Fn(&Body, &Body) -> bool) -> Self {
@@ -75,7 +72,6 @@ impl Mechanism {
     /// Changes the joint with this name, for example to add a servo:
     ///
     /// ```
-    /// # use hydroelastic::contact::RigidShape;
     /// # use hydroelastic::dynamics::{Body, BodyShape, Joint, Mass, Material, Mechanism};
     /// # use hydroelastic::spatial::MassProperties;
     /// # use nalgebra::Vector3;

@@ -302,7 +302,7 @@ impl<T: Scalar> Model<T> {
     }
 
     fn has_mesh(&self, index: usize) -> bool {
-        self.bodies[index].shape.compliant().is_some()
+        self.bodies[index].has_mesh()
     }
 
     /// Whether the contact of two bodies, i < j, has an effect: both have shapes, one of them is dynamic, and the pair is not ignored.
