@@ -228,7 +228,7 @@ impl Numbers {
 }
 
 /// Reads the direction of an axis.
-fn axis_of(argument: &Bound<'_, PyAny>) -> PyResult<UnitVector3<f64>> {
+pub fn axis_of(argument: &Bound<'_, PyAny>) -> PyResult<UnitVector3<f64>> {
     let axis = Vector3::from(finite_row::<3>(argument, "axis")?);
     // The division prevents an overflow of the square.
     Unit::try_new(axis / axis.amax(), 0.0)
@@ -541,12 +541,7 @@ impl Joint {
     /// Kind: "revolute", "prismatic", "ball" or "fixed".
     #[getter]
     pub fn kind(&self) -> &'static str {
-        match self.0.kind() {
-            JointKind::Revolute(_) => "revolute",
-            JointKind::Prismatic(_) => "prismatic",
-            JointKind::Ball => "ball",
-            _ => "fixed",
-        }
+        kind_name(self.0.kind())
     }
 
     /// Unit vector of the axis of a revolute or prismatic joint in the joint frame, (3,) float64; None for other joints.
@@ -706,6 +701,16 @@ impl Joint {
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
         reduced(py, "_load_joint", &self.0)
+    }
+}
+
+/// Name of a kind of joint.
+pub fn kind_name(kind: &JointKind) -> &'static str {
+    match kind {
+        JointKind::Revolute(_) => "revolute",
+        JointKind::Prismatic(_) => "prismatic",
+        JointKind::Ball => "ball",
+        _ => "fixed",
     }
 }
 

@@ -18,6 +18,7 @@ mod jacobian;
 mod joint;
 mod kinetics;
 mod kink;
+mod loop_joint;
 mod material;
 mod mechanism;
 mod pair;
@@ -69,6 +70,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(world_pickle::_load_world, module)?)?;
     module.add_function(wrap_pyfunction!(world_pickle::_load_body, module)?)?;
     module.add_function(wrap_pyfunction!(joint::_load_joint, module)?)?;
+    module.add_function(wrap_pyfunction!(loop_joint::_load_loop_joint, module)?)?;
     module.add_function(wrap_pyfunction!(mechanism::_load_mechanism, module)?)?;
     module.add_function(wrap_pyfunction!(contacts::_load_topology, module)?)?;
     module.add_function(wrap_pyfunction!(jacobian::_load_derivative_check, module)?)?;
@@ -85,6 +87,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<shape_rates::LinearizedShape>()?;
     module.add_class::<joint::Stops>()?;
     module.add_class::<joint::Joint>()?;
+    module.add_class::<loop_joint::LoopJoint>()?;
     module.add_class::<body::Body>()?;
     module.add_class::<path::Path>()?;
     module.add_class::<force::Spring>()?;

@@ -5,6 +5,7 @@ use crate::body::Body;
 use crate::control::Control;
 use crate::errors::{gradient_error, value_error};
 use crate::force::{AnyForce, ForceObject, forces};
+use crate::loop_joint::LoopJoint;
 use crate::mechanism::Mechanism;
 use crate::parameter::{Parameter, inner};
 use crate::path::Path;
@@ -28,6 +29,8 @@ pub type Inner = dynamics::World<f64, Vec<AnyForce>>;
 ///     Bodies with different names.
 /// mechanisms : list of Mechanism, optional
 ///     Mechanisms, such as robots. Their bodies come after the other bodies. Default: none.
+/// loop_joints : list of LoopJoint, optional
+///     Joints that close loops of bodies. Default: none.
 /// gravity : (3,) array_like or float, optional
 ///     Gravity (m/s²) in world axes, or its z component, such as -9.81. Default: no gravity.
 /// forces : list of Spring, Drag and Thruster, optional
@@ -127,9 +130,16 @@ fn reals(argument: &Bound<'_, PyAny>) -> PyResult<Option<BTreeMap<String, f64>>>
 }
 
 /// Creates a world without forces.
-fn of_bodies(bodies: &[Body], ignoring: &[(String, String)]) -> Result<Inner, WorldError> {
+fn of_bodies(
+    bodies: &[Body],
+    loop_joints: Vec<dynamics::LoopJoint>,
+    ignoring: &[(String, String)],
+) -> Result<Inner, WorldError> {
     let bodies = bodies.iter().map(|body| body.inner.clone());
     let builder = dynamics::World::builder().bodies(bodies);
+    let builder = loop_joints
+        .into_iter()
+        .fold(builder, dynamics::WorldBuilder::loop_joint);
     let ignored = ignoring.iter();
     let builder = ignored.fold(builder, |builder, (first, second)| {
         builder.ignore(first, second)
@@ -157,10 +167,11 @@ impl World {
 #[pymethods]
 impl World {
     #[new]
-    #[pyo3(signature = (bodies, *, mechanisms=None, gravity=None, forces=None, force_parameters=None, controls=None, ignoring=None, slip_tolerance=None, start=None))]
+    #[pyo3(signature = (bodies, *, mechanisms=None, loop_joints=None, gravity=None, forces=None, force_parameters=None, controls=None, ignoring=None, slip_tolerance=None, start=None))]
     pub fn new(
         bodies: Vec<Bound<'_, Body>>,
         mechanisms: Option<Vec<Bound<'_, Mechanism>>>,
+        loop_joints: Option<Vec<Bound<'_, LoopJoint>>>,
         #[pyo3(from_py_with = gravity)] gravity: Option<Vector3<f64>>,
         #[pyo3(from_py_with = forces)] forces: Option<Vec<AnyForce>>,
         #[pyo3(from_py_with = reals)] force_parameters: Option<BTreeMap<String, f64>>,
@@ -175,7 +186,9 @@ impl World {
             bodies.extend_from_slice(&mechanism.get().bodies);
             ignoring.extend_from_slice(&mechanism.get().ignored);
         }
-        let world = of_bodies(&bodies, &ignoring).map_err(value_error)?;
+        let loop_joints = loop_joints.iter().flatten();
+        let loop_joints = loop_joints.map(|joint| joint.get().0.clone()).collect();
+        let world = of_bodies(&bodies, loop_joints, &ignoring).map_err(value_error)?;
         let path = |body: &Body| Some((body.inner.name().to_owned(), body.path.clone()?));
         let paths = bodies.iter().filter_map(path).collect();
         let settings = Settings {
@@ -400,6 +413,12 @@ impl World {
     #[getter]
     fn controls(&self) -> Vec<Control> {
         self.inner.controls().iter().cloned().map(Control).collect()
+    }
+
+    /// Joints that close loops of bodies.
+    #[getter]
+    fn loop_joints(&self) -> Vec<LoopJoint> {
+        self.inner.loop_joints().cloned().map(LoopJoint).collect()
     }
 
     /// Names of the pairs of bodies that pass through each other.

@@ -219,6 +219,12 @@ def cases(folder):
                 {name: Positive(0.1)},
             )
         scheduled[f"Joint.{kind} (mimic)"] = (lambda mimic, kind=kind: joint(kind, mimic=("b", mimic, 0.1)), {"mimic": 0.1})
+    for kind, axes in (("revolute", [axis]), ("prismatic", [axis]), ("ball", []), ("fixed", [])):
+        closing = getattr(he.LoopJoint, kind)
+        scheduled[f"LoopJoint.{kind} (frames)"] = (
+            lambda first, second, closing=closing, axes=axes: closing("pin", *axes, ("a", first), ("b", second)),
+            {"first": EYE, "second": EYE},
+        )
     moved = {name: value for name, value in hinge.items() if name not in ("axis", "origin")}
 
     def mesh(unit):
@@ -300,6 +306,8 @@ def cases(folder):
         "Joint.prismatic": (lambda **it: he.Joint.prismatic("slide", **it), hinge),
         "Joint.ball": (lambda **it: he.Joint.ball("socket", **it), socket),
         "Joint.fixed": (lambda **it: he.Joint.fixed("weld", **it), {"origin": EYE}),
+        "LoopJoint.revolute": (lambda **it: he.LoopJoint.revolute("pin", first=("a", EYE), second=("b", EYE), **it), {"axis": axis}),
+        "LoopJoint.prismatic": (lambda **it: he.LoopJoint.prismatic("pin", first=("a", EYE), second=("b", EYE), **it), {"axis": axis}),
         **scheduled,
         "Mechanism.with_joint": (lambda **it: mechanism.with_joint("hinge", **it), moved),
         "Mechanism.with_joint (torques)": (

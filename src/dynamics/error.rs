@@ -108,6 +108,39 @@ pub enum WorldError {
         /// Name of the leader.
         leader: String,
     },
+    /// A loop joint allows all motions.
+    #[error("loop joint {0:?} is free: it must be a ball, revolute, prismatic or fixed joint")]
+    FreeLoop(String),
+    /// A loop joint connects a body to itself, or two bodies that are not dynamic.
+    #[error(
+        "loop joint {joint:?} connects {:?} and {:?}, but it must connect two bodies, at least one of them dynamic",
+        .bodies[0], .bodies[1]
+    )]
+    LoopBodies {
+        /// Name of the loop joint.
+        joint: String,
+        /// Names of its bodies.
+        bodies: [String; 2],
+    },
+    /// Forward dynamics are requested in a world with loop joints.
+    #[error(
+        "forward dynamics do not include the forces of loop joints: remove the loop joints, or take a time step"
+    )]
+    ForwardDynamicsOfLoops,
+    /// The joint frames of a loop joint do not coincide in the first state of a motion.
+    #[error(
+        "loop joint {joint:?} is open by {distance:e} m and {angle:e} rad, but at most {tolerance:e} is allowed: change the positions of the joints, or the frames of the loop joint"
+    )]
+    OpenLoop {
+        /// Name of the loop joint.
+        joint: String,
+        /// Distance between the origins of the joint frames (m), without the motion that the joint allows.
+        distance: f64,
+        /// Angle between the joint frames (rad), without the motion that the joint allows.
+        angle: f64,
+        /// Largest allowed distance and angle.
+        tolerance: f64,
+    },
     /// A joint connects a body to a body that does not come before it.
     #[error(
         "joint {joint:?} connects body {body:?} to {parent:?}, but no earlier body has this name: list parents before children"

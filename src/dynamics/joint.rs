@@ -195,6 +195,16 @@ impl JointKind {
             Self::Fixed => 0,
         }
     }
+
+    /// Checks the length of the axis of a joint with this name.
+    pub(super) fn check_axis(&self, joint: &str) -> Result<(), WorldError> {
+        let (Self::Revolute(axis) | Self::Prismatic(axis)) = self else {
+            return Ok(());
+        };
+        let length = axis.norm();
+        let is_unit = (length - 1.0).abs() <= UNIT;
+        check(joint, "length of the axis", length, is_unit, "1")
+    }
 }
 
 impl Joint {
@@ -411,16 +421,7 @@ impl Joint {
         for schedule in self.torques.iter().chain(&self.targets) {
             self.check_schedule(schedule)?;
         }
-        if let JointKind::Revolute(axis) | JointKind::Prismatic(axis) = &self.kind {
-            let length = axis.norm();
-            check(
-                &self.name,
-                "length of the axis",
-                length,
-                (length - 1.0).abs() <= UNIT,
-                "1",
-            )?;
-        }
+        self.kind.check_axis(&self.name)?;
         let is_scheduled = self.torques.is_some() || self.targets.is_some();
         if self.kind == JointKind::Ball && (is_scheduled || !self.law.is_passive()) {
             return Err(WorldError::BallJointForce(self.name.clone()));

@@ -1,7 +1,7 @@
-//! Serde formats of joints and their states.
+//! Serde formats of joints, loop joints and the states of joints.
 
-use super::Schedule;
 use super::joint::{Joint, JointKind, JointLaw, JointState, Mimic};
+use super::{LoopJoint, Schedule};
 use crate::spatial::Pose;
 use nalgebra::{Matrix3, Unit, Vector3};
 use serde::de::{Deserialize, Deserializer, Error};
@@ -38,6 +38,16 @@ enum KindLayout {
     Fixed,
 }
 
+/// Saved form of a loop joint.
+#[derive(serde::Serialize, serde::Deserialize)]
+#[serde(rename = "LoopJoint", deny_unknown_fields)]
+struct LoopLayout {
+    name: String,
+    kind: KindLayout,
+    bodies: [String; 2],
+    frames: [Pose; 2],
+}
+
 /// Saved form of the state of a joint.
 #[derive(serde::Serialize, serde::Deserialize)]
 #[serde(rename = "JointState", deny_unknown_fields)]
@@ -65,18 +75,11 @@ enum LoadError {
 
 impl Serialize for Joint {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let kind = match self.kind {
-            JointKind::Free => return Err(S::Error::custom(LoadError::Free)),
-            JointKind::Ball => KindLayout::Ball,
-            JointKind::Revolute(axis) => KindLayout::Revolute((*axis).into()),
-            JointKind::Prismatic(axis) => KindLayout::Prismatic((*axis).into()),
-            JointKind::Fixed => KindLayout::Fixed,
-        };
         let layout = JointLayout {
             name: self.name.clone(),
             parent: self.parent.clone(),
             origin: self.origin,
-            kind,
+            kind: KindLayout::of(&self.kind).map_err(S::Error::custom)?,
             law: self.law,
             torques: self.torques.clone(),
             targets: self.targets.clone(),
@@ -94,23 +97,67 @@ impl<'de> Deserialize<'de> for Joint {
     }
 }
 
-impl JointLayout {
-    fn joint(self) -> Result<Joint, LoadError> {
+impl Serialize for LoopJoint {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let layout = LoopLayout {
+            name: self.name().to_owned(),
+            kind: KindLayout::of(self.kind()).map_err(S::Error::custom)?,
+            bodies: self.bodies().map(str::to_owned),
+            frames: *self.frames(),
+        };
+        layout.serialize(serializer)
+    }
+}
+
+impl<'de> Deserialize<'de> for LoopJoint {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let layout = LoopLayout::deserialize(deserializer)?;
+        let kind = layout.kind.kind(&layout.name).map_err(D::Error::custom)?;
+        let [first, second] = &layout.bodies;
+        let [on_first, on_second] = layout.frames;
+        Ok(Self::new(
+            &layout.name,
+            kind,
+            (first, on_first),
+            (second, on_second),
+        ))
+    }
+}
+
+impl KindLayout {
+    fn of(kind: &JointKind) -> Result<Self, LoadError> {
+        Ok(match kind {
+            JointKind::Free => return Err(LoadError::Free),
+            JointKind::Ball => Self::Ball,
+            JointKind::Revolute(axis) => Self::Revolute((**axis).into()),
+            JointKind::Prismatic(axis) => Self::Prismatic((**axis).into()),
+            JointKind::Fixed => Self::Fixed,
+        })
+    }
+
+    /// Kind of the joint with this name.
+    fn kind(&self, joint: &str) -> Result<JointKind, LoadError> {
         let unit = |axis: [f64; 3]| {
             let axis = Vector3::from(axis);
             let length = axis.norm();
             if (length - 1.0).abs() <= UNIT {
                 return Ok(Unit::new_unchecked(axis));
             }
-            let joint = self.name.clone();
+            let joint = joint.to_owned();
             Err(LoadError::Axis { joint, length })
         };
-        let kind = match self.kind {
-            KindLayout::Ball => JointKind::Ball,
-            KindLayout::Revolute(axis) => JointKind::Revolute(unit(axis)?),
-            KindLayout::Prismatic(axis) => JointKind::Prismatic(unit(axis)?),
-            KindLayout::Fixed => JointKind::Fixed,
-        };
+        Ok(match *self {
+            Self::Ball => JointKind::Ball,
+            Self::Revolute(axis) => JointKind::Revolute(unit(axis)?),
+            Self::Prismatic(axis) => JointKind::Prismatic(unit(axis)?),
+            Self::Fixed => JointKind::Fixed,
+        })
+    }
+}
+
+impl JointLayout {
+    fn joint(self) -> Result<Joint, LoadError> {
+        let kind = self.kind.kind(&self.name)?;
         let mut joint = Joint::new(&self.name, kind)
             .with_origin(self.origin)
             .with_law(self.law);

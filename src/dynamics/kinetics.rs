@@ -27,6 +27,8 @@ use std::ops::Range;
 /// displacement in the direction of this velocity, at constant generalized velocities. Fixed and kinematic bodies have no columns. The
 /// spatial acceleration of a kinematic parent is assumed to be zero, because a path does not define accelerations.
 ///
+/// Loop joints have no columns, and none of these quantities includes their forces.
+///
 /// A mimicking joint also has columns. Only the forward dynamics include the forces that couple it to its leader. All other quantities
 /// treat the joints as independent. Let w be the independent velocities, and u = E·w. Then the forward dynamics use E·(EᵀME)⁻¹·Eᵀ in place
 /// of M⁻¹.
@@ -281,6 +283,7 @@ impl<T: Scalar> Kinetics<T> {
     ///
     /// # Errors
     /// - If the number of forces is not the [number of velocities](Self::velocity_count), or a joint moves no inertia.
+    /// - If the world has loop joints.
     /// - If the result is not finite.
     pub fn forward_dynamics(&self, forces: &DVector<T>) -> Result<DVector<T>, WorldError> {
         self.check_size("generalized forces", forces)?;
@@ -289,6 +292,9 @@ impl<T: Scalar> Kinetics<T> {
     }
 
     fn mass_factors(&self) -> Result<MassFactors<T>, WorldError> {
+        if !self.multibody.loops.is_empty() {
+            return Err(WorldError::ForwardDynamicsOfLoops);
+        }
         let factors = self.multibody.positive_mass_factors(&self.kinematics);
         factors.map_err(|link| WorldError::NoInertia(self.names[link].clone()))
     }

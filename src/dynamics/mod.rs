@@ -57,6 +57,7 @@ mod joint_schedule;
 #[cfg(feature = "serde")]
 mod joint_serial;
 mod kinetics;
+mod loop_joint;
 mod mass;
 mod material;
 mod mechanism;
@@ -102,6 +103,7 @@ pub use inertia::Inertia;
 pub use integrator::Integrator;
 pub use joint::{Actuator, Joint, JointKind, JointLaw, JointState, Mimic, Stops};
 pub use kinetics::{ForwardDynamicsDerivatives, InverseDynamicsDerivatives, Kinetics};
+pub use loop_joint::LoopJoint;
 pub use mass::Mass;
 pub use material::Material;
 pub use mechanism::Mechanism;

@@ -2,9 +2,9 @@ use super::articulation::Articulation;
 use super::body::require_index_of;
 use super::joint::JointKind;
 use super::motion::state_on;
-use super::multibody::{Kinematics, Link, LinkMimic, Multibody, Parent};
+use super::multibody::{Kinematics, Link, LinkMimic, Loop, Multibody, Parent};
 use super::validate::check_finite;
-use super::{Body, BodyState, Control, Motion, State, TimeSpan, WorldError};
+use super::{Body, BodyState, Control, Joint, LoopJoint, Motion, State, TimeSpan, WorldError};
 use crate::scalar::{Scalar, lift, lift_vector, real_part, real_vector};
 use nalgebra::Vector3;
 use std::collections::BTreeSet;
@@ -31,7 +31,15 @@ pub(crate) struct Model<T = f64> {
     pub(crate) start: f64,
     pub(super) ignored: BTreeSet<(usize, usize)>,
     articulation: Arc<Articulation>,
+    pub(super) loop_joints: Arc<Vec<BodyLoop>>,
     pub(super) slip_tolerance: f64,
+}
+
+/// Loop joint with the indices of its bodies.
+#[derive(Debug, Clone)]
+pub(super) struct BodyLoop {
+    pub joint: LoopJoint,
+    pub bodies: [usize; 2],
 }
 
 impl Model {
@@ -56,6 +64,7 @@ impl Model {
             force_parameters: Vec::new(),
             start,
             ignored: BTreeSet::new(),
+            loop_joints: Arc::default(),
             slip_tolerance: SLIP_TOLERANCE,
         };
         model.check_inertia()?;
@@ -74,6 +83,29 @@ impl Model {
             let body = multibody.links[link].body;
             WorldError::NoInertia(self.bodies[body].name().to_owned())
         })
+    }
+
+    /// Adds a loop joint.
+    pub(super) fn add_loop_joint(&mut self, joint: &LoopJoint) -> Result<(), WorldError> {
+        joint.check()?;
+        let [first, second] = joint.bodies();
+        let bodies = [self.index_of(first)?, self.index_of(second)?];
+        let is_dynamic = |index: &usize| self.bodies[*index].inertia().is_some();
+        if bodies[0] == bodies[1] || !bodies.iter().any(is_dynamic) {
+            return Err(WorldError::LoopBodies {
+                joint: joint.name().to_owned(),
+                bodies: joint.bodies().map(str::to_owned),
+            });
+        }
+        let joints = self.bodies.iter().filter_map(Body::connecting_joint);
+        let loops = self.loop_joints.iter().map(|existing| &existing.joint);
+        let mut names = joints.map(Joint::name).chain(loops.map(LoopJoint::name));
+        if names.any(|name| name == joint.name()) {
+            return Err(WorldError::DuplicateJoint(joint.name().to_owned()));
+        }
+        let joint = joint.clone();
+        Arc::make_mut(&mut self.loop_joints).push(BodyLoop { joint, bodies });
+        self.check_loops(&self.initial_state())
     }
 
     /// Checks that at least one body of each pair that can interact has a mesh.
@@ -96,6 +128,7 @@ impl Model {
         let mut bodies = self.bodies.iter();
         bodies.try_for_each(Body::check)?;
         self.check_inertia()?;
+        self.check_loops(&self.initial_state())?;
         self.controls.iter().try_for_each(Control::check)?;
         let mut numbers = self.force_parameters.iter();
         numbers.try_for_each(|(_, value)| check_finite(FORCE_PARAMETER, &[*value]))?;
@@ -112,6 +145,7 @@ impl Model {
             start: self.start,
             ignored: self.ignored.clone(),
             articulation: Arc::clone(&self.articulation),
+            loop_joints: Arc::clone(&self.loop_joints),
             slip_tolerance: self.slip_tolerance,
         }
     }
@@ -128,6 +162,7 @@ impl<T: Scalar> Model<T> {
             start: self.start,
             ignored: self.ignored.clone(),
             articulation: Arc::clone(&self.articulation),
+            loop_joints: Arc::clone(&self.loop_joints),
             slip_tolerance: self.slip_tolerance,
         }
     }
@@ -173,6 +208,19 @@ impl<T: Scalar> Model<T> {
         }
     }
 
+    /// Checks that loops are closed in a state whose bodies are placed.
+    pub(super) fn check_loops(&self, state: &State<T>) -> Result<(), WorldError> {
+        let mut loops = self.loop_joints.iter();
+        loops.try_for_each(|BodyLoop { joint, bodies }| {
+            joint.check_closed(bodies.map(|body| state.bodies[body].pose.real()))
+        })
+    }
+
+    /// Indices of the bodies of each loop joint.
+    pub(super) fn loop_pairs(&self) -> impl Iterator<Item = [usize; 2]> {
+        self.loop_joints.iter().map(|joint| joint.bodies)
+    }
+
     /// Indices of each body on a mimicking joint and of the body of its leader.
     pub(super) fn leaders(&self) -> impl Iterator<Item = (usize, usize)> {
         let mimics = self.articulation.mimics.iter().enumerate();
@@ -205,13 +253,23 @@ impl<T: Scalar> Model<T> {
 
     /// Returns an error if the world has joints. `quantity` is the requested quantity.
     pub(super) fn refuse_joints(&self, quantity: &'static str) -> Result<(), WorldError> {
-        match self.bodies.iter().find(|body| body.is_on_joint()) {
+        match self.body_on_joint() {
             Some(body) => Err(WorldError::OnJoint {
                 body: body.name().to_owned(),
                 quantity,
             }),
             None => Ok(()),
         }
+    }
+
+    /// First body on a joint, or body of a loop joint.
+    pub(super) fn body_on_joint(&self) -> Option<&Body<T>> {
+        let body = self.bodies.iter().find(|body| body.is_on_joint());
+        body.or_else(|| {
+            self.loop_pairs()
+                .next()
+                .map(|[first, _]| &self.bodies[first])
+        })
     }
 
     /// Number of joints that are neither free nor fixed.
@@ -259,7 +317,25 @@ impl<T: Scalar> Model<T> {
                 ..Link::new(body, *inertia, (&**joint, law), parent)
             })
         });
-        Multibody::new(links.collect(), neighbors)
+        let participant = |body: usize| {
+            let link = dynamic.binary_search(&body);
+            let neighbor = |index| dynamic.len() + index;
+            link.or_else(|_| neighbors.binary_search(&body).map(neighbor))
+                .ok()
+        };
+        let loops = self
+            .loop_joints
+            .iter()
+            .filter_map(|BodyLoop { joint, bodies }| {
+                let [first, second] = bodies.map(participant);
+                Some(Loop {
+                    participants: [first?, second?],
+                    frames: *joint.frames(),
+                    constraints: joint.constraints(),
+                    multipliers: 0..0,
+                })
+            });
+        Multibody::new(links.collect(), neighbors).with_loops(loops)
     }
 
     /// Sets the bodies on joints to the states that their joints give. Other bodies must have their states.
@@ -309,8 +385,11 @@ impl<T: Scalar> Model<T> {
     fn can_interact(&self, i: usize, j: usize) -> bool {
         let moves = |index: usize| self.bodies[index].inertia().is_some();
         let has_shape = |index: usize| self.bodies[index].has_shape();
-        let is_excluded =
-            self.ignored.contains(&(i, j)) || self.articulation.adjacent.contains(&(i, j));
+        let is_excluded = self.ignored.contains(&(i, j))
+            || self.articulation.adjacent.contains(&(i, j))
+            || self
+                .loop_pairs()
+                .any(|pair| pair == [i, j] || pair == [j, i]);
         (moves(i) || moves(j)) && has_shape(i) && has_shape(j) && !is_excluded
     }
 

@@ -44,7 +44,9 @@ impl<T: Scalar, F: Force> World<T, F> {
     /// - If the next state is not finite or fails the stability check.
     pub fn step(&self, state: &State<T>, plan: &Plan) -> Result<State<T>, RolloutError> {
         state.check_fits(self.bodies())?;
-        let mut stepper = Stepper::from(self.model.with_prescribed_states(state.clone()));
+        let state = self.model.with_prescribed_states(state.clone());
+        self.model.check_loops(&state)?;
+        let mut stepper = Stepper::from(state);
         stepper.advance(self, plan)?;
         Ok(stepper.state)
     }
@@ -71,10 +73,13 @@ impl<T: Scalar> Rollout<T> {
     /// Sets the state from which the rollout starts. Fixed and kinematic bodies keep their prescribed states.
     ///
     /// # Errors
-    /// If the state has another number of bodies, a pose that is not rigid, or a number that is not finite.
+    /// If the state has another number of bodies, a pose that is not rigid, or a number that is not finite, or if a loop joint is open.
     pub fn with_state(self, state: State<T>) -> Result<Self, WorldError> {
-        state.check_fits(&self.world.model().bodies)?;
-        let stepper = Stepper::from(self.world.model().with_prescribed_states(state));
+        let model = self.world.model();
+        state.check_fits(&model.bodies)?;
+        let state = model.with_prescribed_states(state);
+        model.check_loops(&state)?;
+        let stepper = Stepper::from(state);
         let stepper = stepper.with_cancel_flag(self.stepper.stop);
         Ok(Self { stepper, ..self })
     }

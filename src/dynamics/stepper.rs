@@ -148,8 +148,7 @@ impl<T: Scalar> Stepper<T> {
         step: usize,
     ) -> Result<(), RolloutError> {
         let (model, time_step) = (world.model(), plan.time_step());
-        let body = model.bodies.iter().find(|body| body.is_on_joint());
-        let error = body.map(|body| RolloutError::Joints {
+        let error = model.body_on_joint().map(|body| RolloutError::Joints {
             integrator: plan.integrator(),
             body: body.name().to_owned(),
         });

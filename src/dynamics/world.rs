@@ -1,7 +1,7 @@
 use super::force::check_coupled;
 use super::model::{FORCE_PARAMETER, Model};
 use super::validate::{check_finite, check_slip_tolerance};
-use super::{Body, Control, Force, KinematicPath, Motion, State, WorldError};
+use super::{Body, Control, Force, KinematicPath, LoopJoint, Motion, State, WorldError};
 use crate::scalar::Scalar;
 use crate::spatial::Twist;
 use nalgebra::Vector3;
@@ -50,17 +50,21 @@ impl World {
     /// # Errors
     /// As for [`WorldBuilder::build`](super::WorldBuilder::build).
     pub fn new(bodies: Vec<Body>) -> Result<Self, WorldError> {
-        Self::of_bodies(bodies, &[])
+        Self::of_bodies(bodies, &[], &[])
     }
 
-    /// World in which these pairs of bodies pass through each other.
+    /// World with these loop joints, in which these pairs of bodies pass through each other.
     pub(super) fn of_bodies(
         bodies: Vec<Body>,
         ignored: &[[String; 2]],
+        loop_joints: &[LoopJoint],
     ) -> Result<Self, WorldError> {
         let mut world = Self::without_forces(Model::starting_at(0.0, bodies)?);
         for [first, second] in ignored {
             world = world.with_ignored(first, second)?;
+        }
+        for joint in loop_joints {
+            world.model.add_loop_joint(joint)?;
         }
         world.model.check_partners()?;
         // The pose of a kinematic body comes from its path and is already orthonormal.
@@ -269,6 +273,14 @@ impl<T: Scalar, F: Force> World<T, F> {
     /// Indices of the pairs of bodies that pass through each other, the smaller index first.
     pub fn ignored(&self) -> impl Iterator<Item = (usize, usize)> {
         self.model.ignored.iter().copied()
+    }
+
+    /// Loop joints.
+    pub fn loop_joints(&self) -> impl Iterator<Item = &LoopJoint> {
+        self.model
+            .loop_joints
+            .iter()
+            .map(|existing| &existing.joint)
     }
 
     /// Index of the body with this name, in [`Self::bodies`] and in every state.

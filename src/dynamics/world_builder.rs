@@ -1,4 +1,4 @@
-use super::{Body, Control, World, WorldError};
+use super::{Body, Control, LoopJoint, World, WorldError};
 use nalgebra::Vector3;
 
 /// Builder of a world: see [`World::builder`]. The methods can be called in any order, because [`Self::build`] checks all settings.
@@ -25,6 +25,7 @@ use nalgebra::Vector3;
 pub struct WorldBuilder {
     bodies: Vec<Body>,
     pub(super) ignored: Vec<[String; 2]>,
+    loop_joints: Vec<LoopJoint>,
     gravity: Option<Vector3<f64>>,
     slip_tolerance: Option<f64>,
     controls: Vec<Control>,
@@ -53,6 +54,12 @@ impl WorldBuilder {
     /// Lets two bodies pass through each other.
     pub fn ignore(mut self, first: &str, second: &str) -> Self {
         self.ignored.push([first, second].map(str::to_owned));
+        self
+    }
+
+    /// Adds a joint that closes a loop of bodies. Its two bodies pass through each other.
+    pub fn loop_joint(mut self, joint: LoopJoint) -> Self {
+        self.loop_joints.push(joint);
         self
     }
 
@@ -87,9 +94,11 @@ impl WorldBuilder {
     /// - [`WorldError::NoContact`] if two bodies are rigid or half-spaces, and at least one of them
     ///   is dynamic. [`Self::ignore`] lets these bodies pass through each other.
     /// - If an ignored pair names an unknown body, or the same body twice.
+    /// - If a loop joint is not [valid](LoopJoint::check), names an unknown body, has the name of another joint, or connects no dynamic body.
+    /// - [`WorldError::OpenLoop`] if the frames of a loop joint do not coincide in the initial state, to 1e-3 m and 1e-3 rad.
     /// - As for the `with_…` methods of [`World`].
     pub fn build(self) -> Result<World, WorldError> {
-        let mut world = World::of_bodies(self.bodies, &self.ignored)?;
+        let mut world = World::of_bodies(self.bodies, &self.ignored, &self.loop_joints)?;
         if let Some(gravity) = self.gravity {
             world = world.with_gravity(gravity)?;
         }

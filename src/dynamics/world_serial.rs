@@ -4,7 +4,8 @@ use super::force::Control;
 use super::inertia::PrincipalInertia;
 use super::model::Model;
 use super::{
-    Body, BodyShape, BodyState, Force, Inertia, Joint, Material, Motion, World, WorldError,
+    Body, BodyShape, BodyState, Force, Inertia, Joint, LoopJoint, Material, Motion, World,
+    WorldError,
 };
 use crate::contact::{HalfSpace, RigidShape, Shape, ThicknessError};
 use crate::mesh::{MeshError, PressureField, TetMesh, TriangleSurface};
@@ -27,6 +28,8 @@ struct WorldLayout<F> {
     shapes: Vec<ShapeLayout>,
     bodies: Vec<BodyLayout>,
     ignored: Vec<[String; 2]>,
+    #[serde(default)]
+    loop_joints: Vec<LoopJoint>,
     controls: Vec<ControlLayout>,
     #[serde(default)]
     force_parameters: Vec<(String, f64)>,
@@ -138,6 +141,11 @@ impl<F: Serialize> Serialize for World<f64, F> {
             shapes: shapes.into_iter().map(ShapeLayout::of).collect(),
             bodies,
             ignored: ignored.map(|&(i, j)| [name(i), name(j)]).collect(),
+            loop_joints: model
+                .loop_joints
+                .iter()
+                .map(|existing| existing.joint.clone())
+                .collect(),
             controls: model.controls.iter().map(ControlLayout::of).collect(),
             force_parameters: model.force_parameters.clone(),
             forces: &*self.forces,
@@ -170,6 +178,9 @@ impl<F: Force> WorldLayout<F> {
             .with_slip_tolerance(self.slip_tolerance)?;
         for [first, second] in &self.ignored {
             world = world.with_ignored(first, second)?;
+        }
+        for joint in &self.loop_joints {
+            world.model.add_loop_joint(joint)?;
         }
         world.model.check_partners()?;
         for (name, value) in &self.force_parameters {

@@ -14,6 +14,7 @@ mod joints;
 mod kinetics;
 mod links;
 mod long_runs;
+mod loops;
 mod mimic;
 mod motion;
 mod partners;

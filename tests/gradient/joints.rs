@@ -27,7 +27,7 @@ impl Outcome for Joints {
 }
 
 /// Sum of [`Joints`].
-struct JointSum;
+pub struct JointSum;
 
 impl Outcome for JointSum {
     fn of<T: Scalar>(&self, trajectory: &Trajectory<T>) -> Vec<T> {

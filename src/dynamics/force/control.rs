@@ -45,6 +45,11 @@ impl TimeSpan {
             until: from + duration,
         }
     }
+
+    /// Duration (s).
+    pub fn duration(&self) -> f64 {
+        self.until - self.from
+    }
 }
 
 impl Control {

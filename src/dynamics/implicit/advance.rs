@@ -64,16 +64,19 @@ impl IslandSolver<'_> {
         let Coordinates {
             positions,
             velocities,
+            multipliers,
         } = &self.solved.progress.kinematics.coordinates;
         let start = StageStart {
             displacement: DVector::zeros(velocities.len()),
             positions: positions.clone(),
             momenta: DVector::zeros(velocities.len()),
+            closing: DVector::zeros(multipliers.len()),
             duration: 0.0,
             time: self.step.start + offset,
         };
         let equations = self.step.equations(start)?;
-        Ok(equations.evaluation(velocities.clone(), false))
+        let unknowns = self.solved.progress.kinematics.coordinates.unknowns();
+        Ok(equations.evaluation(unknowns, false))
     }
 
     /// Finds the reason why a substep was not solved. Evaluates the forces at the initial poses of the substep, at its initial and its

@@ -15,6 +15,7 @@ use super::scheme::ErrorEstimate;
 use super::solved_stage::SolvedStage;
 use super::stage::{StageStart, Stages};
 use crate::dynamics::joint::JointPosition;
+use crate::scalar::lift;
 
 /// Errors below this multiple of the solver's tolerance are always accepted, because they may be round-off.
 const ROUND_OFF: f64 = 100.0;
@@ -133,6 +134,7 @@ impl ErrorEstimator<'_> {
             momenta: start
                 .momenta
                 .zip_map(&impulse, |value, change| Change::new(value, [change])),
+            closing: start.closing.map(lift),
             displacement: change,
             duration: start.duration,
             time: start.time,

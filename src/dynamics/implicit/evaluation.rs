@@ -1,13 +1,13 @@
 //! Equations of a stage near a solution: contacts, forces and their derivatives, in `f64`.
 
-use super::about_centers::{PairVector, block, joined, part};
+use super::about_centers::{PairVector, joined, part};
 use super::frozen_contact_model::{FrozenContactModel, NearbyWrenches, PairWrenches};
 use super::island_step::StepError;
 use super::matrix::BlockMatrix;
 use super::stage::StageEquations;
 use crate::contact::LinearizedContact;
 use crate::dynamics::BodyState;
-use crate::dynamics::multibody::{BodyColumn, Directions, Kinematics};
+use crate::dynamics::multibody::{Directions, Kinematics};
 use crate::dynamics::rigid_motion::displacement;
 use crate::dynamics::sweep::Sweep;
 use crate::parallel::mapped_into;
@@ -50,10 +50,10 @@ pub(super) struct ForceJacobian {
 }
 
 impl StageEquations<'_> {
-    /// Evaluates contacts and forces at given velocities. Only this function of the solver searches for contacts.
-    pub fn evaluation(&self, velocities: DVector<f64>, is_exact: bool) -> Evaluation {
+    /// Evaluates contacts and forces at given unknowns. Only this function of the solver searches for contacts.
+    pub fn evaluation(&self, unknowns: DVector<f64>, is_exact: bool) -> Evaluation {
         let (context, island) = (self.step.context, self.step.island);
-        let end = self.end(velocities);
+        let end = self.end(unknowns);
         let states = &*end.states;
         let mut sweep = Sweep::default();
         let pairs = context.close_pairs(island, states, &mut sweep);
@@ -88,9 +88,9 @@ impl StageEquations<'_> {
         self.residual(&evaluation.end, &evaluation.wrenches)
     }
 
-    /// State at velocities near an evaluated state, with the contact polygons of the evaluated state.
-    pub fn near(&self, evaluation: &Evaluation, velocities: DVector<f64>) -> NearbyState {
-        let end = self.end(velocities);
+    /// State at unknowns near those of an evaluated state, with the contact polygons of the evaluated state.
+    pub fn near(&self, evaluation: &Evaluation, unknowns: DVector<f64>) -> NearbyState {
+        let end = self.end(unknowns);
         let count = self.step.island.dynamic.len();
         let changes = |participant: usize| {
             let [from, to] =
@@ -134,7 +134,7 @@ impl StageEquations<'_> {
         }
     }
 
-    /// Derivatives of the residual with respect to the velocities, at a state near an evaluated state.
+    /// Derivatives of the residual with respect to the unknowns, at a state near an evaluated state.
     pub fn matrix_near(&self, evaluation: &Evaluation, state: &NearbyState) -> BlockMatrix {
         let contacts = evaluation.contacts.iter().zip(&state.contacts);
         let contacts: Vec<_> = contacts
@@ -146,71 +146,6 @@ impl StageEquations<'_> {
             &contacts,
             &evaluation.force_jacobians,
         )
-    }
-
-    /// Derivatives of the residual with respect to the velocities, from the wrenches of contacts and forces on the dynamic bodies.
-    pub fn matrix(
-        &self,
-        end: &Kinematics,
-        wrenches: &[Vector6<f64>],
-        contacts: &[PairWrenches],
-        forces: &[ForceJacobian],
-    ) -> BlockMatrix {
-        let (multibody, duration) = (self.multibody, self.start.duration);
-        let directions = multibody.stage_directions(end, duration);
-        let mut matrix = BlockMatrix::zeros(multibody);
-        let by_velocity = self.slopes_along(&directions, (end, wrenches), [duration, 1.0]);
-        for (tree, slopes) in by_velocity.iter().enumerate() {
-            let mut block = matrix.block(tree, tree);
-            block += slopes;
-        }
-        let bodies = contacts.iter().flat_map(|contact| contact.bodies);
-        let bodies = bodies.chain(forces.iter().flat_map(|slopes| [slopes.row, slopes.column]));
-        let mut columns: Vec<Vec<BodyColumn>> = Vec::new();
-        columns.resize_with(multibody.links.len(), Vec::new);
-        for body in bodies.filter(|&body| body < multibody.links.len()) {
-            if columns[body].is_empty() {
-                columns[body] = multibody.body_columns(end, &directions, body);
-            }
-        }
-        let mut add = |row: usize,
-                       column: usize,
-                       by_displacement: &Matrix6<f64>,
-                       by_velocities: &Matrix6<f64>| {
-            let [row_tree, column_tree] = [row, column].map(|body| multibody.links[body].tree);
-            let [first_row, first_column] =
-                [row_tree, column_tree].map(|tree| multibody.trees[tree].start);
-            let mut block = matrix.block(row_tree, column_tree);
-            for moved in &columns[column] {
-                let change = by_displacement * moved.displacement + by_velocities * moved.velocity;
-                for pushed in &columns[row] {
-                    block[(pushed.column - first_row, moved.column - first_column)] -=
-                        pushed.axis.dot(&change) * duration;
-                }
-            }
-        };
-        for slopes in forces {
-            add(
-                slopes.row,
-                slopes.column,
-                &slopes.by_displacement,
-                &slopes.by_velocities,
-            );
-        }
-        let count = multibody.links.len();
-        for contact in contacts {
-            for (row, &body) in contact.bodies.iter().enumerate() {
-                for (column, &other_body) in contact.bodies.iter().enumerate() {
-                    if body < count && other_body < count {
-                        let slopes = [&contact.by_displacements, &contact.by_velocities];
-                        let [by_displacement, by_velocities] =
-                            slopes.map(|slopes| block(slopes, row, column));
-                        add(body, other_body, &by_displacement, &by_velocities);
-                    }
-                }
-            }
-        }
-        matrix
     }
 
     /// Matrix at the solution, from the exact derivatives of the contacts. Each contact has two participants.
@@ -245,7 +180,7 @@ impl StageEquations<'_> {
 
     /// Derivatives of the residual along directions, at constant wrenches about the centers of mass. Each tree has one matrix. In its
     /// direction, the position and the velocity of a revolute or prismatic joint change by `joint_changes`.
-    fn slopes_along(
+    pub fn slopes_along(
         &self,
         directions: &Directions,
         (end, wrenches): (&Kinematics, &[Vector6<f64>]),
@@ -253,7 +188,7 @@ impl StageEquations<'_> {
     ) -> Vec<DMatrix<f64>> {
         let (multibody, duration) = (self.multibody, self.start.duration);
         let mut slopes = multibody.momentum_slopes(end, directions);
-        let total: Vec<_> = self.total_wrenches(wrenches).collect();
+        let total = self.total_wrenches(end, wrenches);
         multibody.add_force_slopes(&mut slopes, (end, directions), &total, -duration);
         let (coordinates, time) = (&end.coordinates, self.start.time);
         let changes = (joint_changes, -duration);

@@ -5,7 +5,7 @@
 pub(in crate::dynamics) struct Island {
     /// Indices of the dynamic bodies in the world, in increasing order.
     pub dynamic: Vec<usize>,
-    /// Indices of the other bodies that the dynamic bodies may touch or that a force couples to them, in increasing order.
+    /// Indices of the other bodies that the dynamic bodies may touch, or that a joint or a force couples to them, in increasing order.
     pub neighbors: Vec<usize>,
 }
 

@@ -5,7 +5,7 @@ use super::island::Island;
 use super::scheme::Scheme;
 use crate::dynamics::RolloutError;
 use crate::dynamics::model::Model;
-use crate::dynamics::multibody::{BodyColumn, MassFactors, Multibody};
+use crate::dynamics::multibody::{BodyColumn, Kinematics, MassFactors, Multibody};
 use crate::scalar::Scalar;
 use nalgebra::{DVector, Vector6};
 use std::sync::OnceLock;
@@ -18,6 +18,8 @@ pub(in crate::dynamics) struct IslandStep<'a> {
     pub scheme: &'a Scheme,
     /// Time at the start of the step (s).
     pub start: f64,
+    /// Compliances of loops: see [`Multibody::loop_compliances`].
+    loop_compliances: OnceLock<DVector<f64>>,
     /// Norm of velocities, computed on first use because the dual pass does not need it.
     norm: OnceLock<VelocityNorm>,
 }
@@ -37,7 +39,7 @@ pub(in crate::dynamics) struct Substep {
     /// Time from the start of the time step to the start of the substep (s).
     pub offset: f64,
     pub duration: f64,
-    /// Velocities of the dynamic bodies, one vector for each stage.
+    /// Generalized velocities and multipliers of loops, one vector for each stage.
     pub roots: Vec<DVector<f64>>,
     /// Indices in the island of the dynamic bodies whose errors exceed their tolerances.
     pub missed: Vec<usize>,
@@ -76,16 +78,15 @@ impl<'a> IslandStep<'a> {
             multibody: context.model.multibody(island.participants(), context.span),
             scheme,
             start,
+            loop_compliances: OnceLock::new(),
             norm: OnceLock::new(),
         }
     }
 
     fn norm(&self) -> &VelocityNorm {
         self.norm.get_or_init(|| {
-            let (context, multibody) = (self.context, &self.multibody);
-            let neighbors = self.island.neighbors.iter();
-            let neighbors: Vec<_> = neighbors.map(|&body| context.start.bodies[body]).collect();
-            let kinematics = multibody.kinematics(multibody.coordinates(context.start), &neighbors);
+            let multibody = &self.multibody;
+            let kinematics = self.kinematics_at_start();
             let directions = kinematics.velocity_directions();
             let links = 0..multibody.links.len();
             VelocityNorm {
@@ -96,6 +97,24 @@ impl<'a> IslandStep<'a> {
                 masses: multibody.mass_factors(&kinematics),
             }
         })
+    }
+
+    fn kinematics_at_start(&self) -> Kinematics {
+        let (start, multibody) = (self.context.start, &self.multibody);
+        let neighbors = self.island.neighbors.iter();
+        let neighbors: Vec<_> = neighbors.map(|&body| start.bodies[body]).collect();
+        multibody.kinematics(multibody.coordinates(start), &neighbors)
+    }
+
+    /// Time (s) in which errors of the positions of loops decay.
+    pub fn closing_time(&self) -> f64 {
+        self.context.span.duration()
+    }
+
+    /// Compliances of loops per second. They are constant in a step, and carry no derivatives.
+    pub fn loop_compliances(&self) -> &DVector<f64> {
+        self.loop_compliances
+            .get_or_init(|| self.multibody.loop_compliances(&self.kinematics_at_start()))
     }
 
     /// Speed (m/s) of each dynamic body, from generalized velocities.

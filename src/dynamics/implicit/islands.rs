@@ -23,6 +23,11 @@ impl StepContext<'_> {
                 sets.join(body, parent);
             }
         }
+        for [i, j] in model.loop_pairs() {
+            if is_dynamic(i) && is_dynamic(j) {
+                sets.join(i, j);
+            }
+        }
         for group in self.coupled {
             let mut dynamic = group.iter().copied().filter(|&body| is_dynamic(body));
             if let Some(first) = dynamic.next() {
@@ -54,7 +59,7 @@ impl StepContext<'_> {
         islands
     }
 
-    /// Dynamic bodies with the other bodies that they may touch, that carry their joints, or that a force couples to them.
+    /// Dynamic bodies with the other bodies that they may touch, that carry their joints, or that a loop or a force couples to them.
     fn neighbors(&self, pairs: &[(usize, usize)]) -> Vec<(usize, usize)> {
         let is_dynamic = |body: usize| self.model.bodies[body].inertia().is_some();
         let touching = pairs.iter().flat_map(|&(i, j)| [(i, j), (j, i)]);
@@ -65,7 +70,10 @@ impl StepContext<'_> {
                 .into_iter()
                 .flat_map(move |first| others.clone().map(move |other| (first, other)))
         });
-        let all = touching.chain(self.model.parents()).chain(coupled);
+        let loops = self.model.loop_pairs();
+        let loops = loops.flat_map(|[i, j]| [(i, j), (j, i)]);
+        let all = touching.chain(self.model.parents()).chain(loops);
+        let all = all.chain(coupled);
         all.filter(|&(body, neighbor)| is_dynamic(body) && !is_dynamic(neighbor))
             .collect()
     }

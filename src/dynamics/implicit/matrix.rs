@@ -18,7 +18,7 @@ pub(super) struct SymbolicCache(());
 #[cfg(feature = "sparse")]
 const SPARSE_FROM: usize = 96;
 
-/// Square matrix of blocks: one row and one column of blocks for each tree.
+/// Square matrix of blocks: one row and one column of blocks for each tree, then for each loop.
 #[derive(Debug)]
 pub(super) struct BlockMatrix {
     blocks: Blocks,
@@ -29,8 +29,8 @@ pub(super) struct BlockMatrix {
 #[derive(Debug)]
 enum Blocks {
     Dense {
-        /// Columns of each tree.
-        trees: Vec<Range<usize>>,
+        /// Columns of each tree and loop.
+        ranges: Vec<Range<usize>>,
         matrix: DMatrix<f64>,
     },
     #[cfg(feature = "sparse")]
@@ -53,16 +53,16 @@ impl BlockMatrix {
     /// Zero matrix.
     pub fn zeros<T>(multibody: &Multibody<T>) -> Self {
         Self {
-            blocks: Blocks::zeros(&multibody.trees),
+            blocks: Blocks::zeros(&block_columns(multibody)),
             couplings: multibody.couplings(),
         }
     }
 
-    /// Block of the rows of one tree and the columns of another.
+    /// Block of the rows of one tree or loop and the columns of another.
     pub fn block(&mut self, row: usize, column: usize) -> DMatrixViewMut<'_, f64> {
         match &mut self.blocks {
-            Blocks::Dense { trees, matrix } => {
-                let [rows, columns] = [&trees[row], &trees[column]];
+            Blocks::Dense { ranges, matrix } => {
+                let [rows, columns] = [&ranges[row], &ranges[column]];
                 matrix.view_mut((rows.start, columns.start), (rows.len(), columns.len()))
             }
             #[cfg(feature = "sparse")]
@@ -72,8 +72,8 @@ impl BlockMatrix {
 
     pub fn transposed(self) -> Self {
         let blocks = match self.blocks {
-            Blocks::Dense { trees, matrix } => Blocks::Dense {
-                trees,
+            Blocks::Dense { ranges, matrix } => Blocks::Dense {
+                ranges,
                 matrix: matrix.transpose(),
             },
             #[cfg(feature = "sparse")]
@@ -106,16 +106,25 @@ impl BlockMatrix {
     }
 }
 
+/// Columns of the generalized velocities of each tree, then of the multipliers of each loop.
+fn block_columns<T>(multibody: &Multibody<T>) -> Vec<Range<usize>> {
+    let mut ranges = multibody.trees.clone();
+    let width = ranges.last().map_or(0, |columns| columns.end);
+    let multipliers = multibody.loops.iter().map(|joint| &joint.multipliers);
+    ranges.extend(multipliers.map(|range| width + range.start..width + range.end));
+    ranges
+}
+
 impl Blocks {
     /// Zero matrix with one block for each range of columns.
-    fn zeros(trees: &[Range<usize>]) -> Self {
-        let size = trees.last().map_or(0, |columns| columns.end);
+    fn zeros(ranges: &[Range<usize>]) -> Self {
+        let size = ranges.last().map_or(0, |columns| columns.end);
         #[cfg(feature = "sparse")]
         if size >= SPARSE_FROM {
-            return Self::Sparse(SparseMatrix::zeros(trees));
+            return Self::Sparse(SparseMatrix::zeros(ranges));
         }
         Self::Dense {
-            trees: trees.to_vec(),
+            ranges: ranges.to_vec(),
             matrix: DMatrix::zeros(size, size),
         }
     }
@@ -124,6 +133,9 @@ impl Blocks {
 impl Factors {
     /// Solution, or `None` if the matrix is singular.
     pub fn solve(&self, mut right: DVector<f64>) -> Option<DVector<f64>> {
+        if right.is_empty() {
+            return Some(right);
+        }
         for coupling in &self.couplings {
             coupling.fold_vector(right.as_mut_slice());
         }

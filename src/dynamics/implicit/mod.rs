@@ -67,6 +67,7 @@ mod solved_stage;
 #[cfg(feature = "sparse")]
 mod sparse;
 mod stage;
+mod stage_matrix;
 mod step_context;
 mod step_size;
 mod substep;

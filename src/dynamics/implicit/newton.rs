@@ -37,7 +37,8 @@ const MOST_GROWTH: f64 = 4.0;
 
 /// Solution of a stage.
 pub(super) struct Root {
-    pub velocities: DVector<f64>,
+    /// Velocities, then the multipliers of loops.
+    pub unknowns: DVector<f64>,
     /// Error bound of the velocities (m/s).
     pub tolerance: f64,
     /// Linearization at the last evaluation of the contacts.
@@ -59,9 +60,9 @@ struct NewtonIterate {
 
 impl NewtonIterate {
     /// Root with the linearization of this iterate.
-    fn root(self, velocities: DVector<f64>, tolerance: f64) -> Root {
+    fn root(self, unknowns: DVector<f64>, tolerance: f64) -> Root {
         Root {
-            velocities,
+            unknowns,
             tolerance,
             linearization: Linearization {
                 wrenches: self.evaluation.wrenches,
@@ -75,7 +76,7 @@ impl NewtonIterate {
 }
 
 impl StageEquations<'_> {
-    /// Solves the stage for its velocities, starting at a guess. The tolerance is relative to the current velocities.
+    /// Solves the stage for its unknowns, starting at a guess. The tolerance is relative to the current velocities.
     pub fn solve(
         &self,
         guess: &DVector<f64>,
@@ -93,16 +94,16 @@ impl StageEquations<'_> {
             // The smallest scale so far, because diverging velocities must not loosen the tolerance.
             scale = scale.min(self.scale(&iterate.evaluation, momentum_speed));
             let absolute_tolerance = tolerance * scale + self.rounding();
-            let at = iterate.evaluation.end.velocities();
+            let at = iterate.evaluation.end.coordinates.unknowns();
             if iterate.size <= absolute_tolerance {
-                let velocities = at + &iterate.step;
-                return Ok(iterate.root(velocities, absolute_tolerance));
+                let unknowns = at + &iterate.step;
+                return Ok(iterate.root(unknowns, absolute_tolerance));
             }
-            let velocities = self.solve_frozen(&iterate, 0.1 * absolute_tolerance, work);
+            let unknowns = self.solve_frozen(&iterate, 0.1 * absolute_tolerance, work);
             if iterate.size * rate <= PREDICTED_FRACTION * absolute_tolerance {
-                return Ok(iterate.root(velocities, absolute_tolerance));
+                return Ok(iterate.root(unknowns, absolute_tolerance));
             }
-            let mut step = velocities - at;
+            let mut step = unknowns - at;
             if self.speed(&step) <= 0.0 {
                 step.copy_from(&iterate.step);
             }
@@ -126,8 +127,8 @@ impl StageEquations<'_> {
         let mut best: Option<NewtonIterate> = None;
         let mut fraction = 1.0;
         while fraction >= SHORTEST_FRACTION {
-            let velocities = from.evaluation.end.velocities() + step * fraction;
-            if let Ok(iterate) = self.iterate_at(velocities, is_exact, work) {
+            let unknowns = from.evaluation.end.coordinates.unknowns() + step * fraction;
+            if let Ok(iterate) = self.iterate_at(unknowns, is_exact, work) {
                 if iterate.size <= (1.0 - fraction / 4.0) * size {
                     return Ok(iterate);
                 }
@@ -144,14 +145,14 @@ impl StageEquations<'_> {
 
     fn iterate_at(
         &self,
-        velocities: DVector<f64>,
+        unknowns: DVector<f64>,
         is_exact: bool,
         work: &mut Work,
     ) -> Result<NewtonIterate, Unsolved> {
         if self.step.context.is_stopped() {
-            return Err(Unsolved(velocities));
+            return Err(Unsolved(unknowns));
         }
-        let evaluation = self.evaluation(velocities, is_exact);
+        let evaluation = self.evaluation(unknowns, is_exact);
         work.looks += 1;
         work.evaluations += usize::from(!evaluation.contacts.is_empty());
         work.iterations += 1;
@@ -181,7 +182,7 @@ impl StageEquations<'_> {
         }
     }
 
-    /// Velocities that solve the stage with the polygons held fixed.
+    /// Unknowns that solve the stage with the polygons held fixed.
     fn solve_frozen(
         &self,
         iterate: &NewtonIterate,
@@ -189,25 +190,25 @@ impl StageEquations<'_> {
         work: &mut Work,
     ) -> DVector<f64> {
         let speed = |step: &DVector<f64>| self.speed(step);
-        let mut velocities = iterate.evaluation.end.velocities().clone();
+        let mut unknowns = iterate.evaluation.end.coordinates.unknowns();
         let mut damped = DampedStep::full(iterate.step.clone(), iterate.size);
         let mut new_factors = None;
         for _ in 0..MOST_ITERATIONS {
             let factors = new_factors.as_ref().unwrap_or(&iterate.factors);
             let (state, simplified) = loop {
-                let ahead = &velocities + &damped.step * damped.fraction;
+                let ahead = &unknowns + &damped.step * damped.fraction;
                 let state = self.near(&iterate.evaluation, ahead);
                 let Some(step) = factors.solve(-&state.residual) else {
-                    return velocities;
+                    return unknowns;
                 };
                 let size = speed(&step);
                 let simplified = SimplifiedCorrection { step, size };
                 if damped.is_accepted(&simplified) {
-                    velocities.copy_from(state.end.velocities());
+                    unknowns = state.end.coordinates.unknowns();
                     break (state, simplified);
                 }
                 if !damped.shorten(&simplified, speed) {
-                    return velocities;
+                    return unknowns;
                 }
             };
             if simplified.size <= tolerance.max(INNER_REDUCTION * iterate.size)
@@ -224,7 +225,7 @@ impl StageEquations<'_> {
             damped = damped.followed_by(&simplified, step, speed);
             new_factors = Some(factors);
         }
-        velocities
+        unknowns
     }
 
     /// Sum of the largest speeds (m/s) that momenta, applied wrenches, other wrenches and joint forces give to a body in the stage, or the

@@ -120,9 +120,17 @@ impl ChangedBodies {
             .multibody
             .generalized_momenta(&moved)
             .map(|number| number.eps[0]);
-        step.multibody
-            .mass_factors(kinematics)
-            .velocities(momentum_rates - transported)
+        let masses = step.multibody.mass_factors(kinematics);
+        let mut accelerations = masses.velocities(momentum_rates - transported);
+        if step.multibody.constraint_count() > 0 {
+            let rates = self.multibody.loop_rates(&moved).map(|rate| rate.eps[0]);
+            step.multibody.add_loop_accelerations(
+                &mut accelerations,
+                (kinematics, &masses),
+                &rates,
+            );
+        }
+        accelerations
     }
 
     /// Kinematics with the derivatives along the motion, from the rates of the generalized velocities.
@@ -140,12 +148,14 @@ impl ChangedBodies {
         let Coordinates {
             positions,
             velocities,
+            multipliers,
         } = &kinematics.coordinates;
         let positions: Vec<_> = positions.iter().map(JointPosition::lifted).collect();
         let displacement = velocities.map(|velocity| Change::new(0.0, [velocity]));
         let coordinates = Coordinates {
             positions: self.multibody.displaced(&positions, &displacement),
             velocities: velocities.zip_map(accelerations, |value, rate| Change::new(value, [rate])),
+            multipliers: multipliers.map(lift),
         };
         self.multibody.kinematics(coordinates, &states)
     }

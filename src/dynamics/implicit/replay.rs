@@ -32,8 +32,10 @@ pub(in crate::dynamics) struct ReplayedStage<'a> {
 
 /// Solution of the adjoint equation of a stage.
 pub(in crate::dynamics) struct StageAdjoint {
-    /// λ = J⁻ᵀū: gradient with respect to the negative residual.
+    /// λ = J⁻ᵀū: gradient with respect to the negative residual of the equation of motion.
     pub adjoint: DVector<f64>,
+    /// Gradient with respect to the negative residuals of loops.
+    pub by_loops: DVector<f64>,
     /// Contribution of λ to the gradient with respect to displacements of the positions at the end. Velocities and wrenches are constant.
     pub by_position: DVector<f64>,
     /// Total wrench on each dynamic body about its center of mass.
@@ -60,6 +62,11 @@ impl<'a> Replay<'a> {
 
     pub fn multibody(&self) -> &Multibody {
         &self.step.multibody
+    }
+
+    /// Time (s) in which errors of the positions of loops decay.
+    pub fn closing_time(&self) -> f64 {
+        self.step.closing_time()
     }
 
     /// Substeps in the order of time.
@@ -132,17 +139,20 @@ impl ReplayedStage<'_> {
         }
         let ExactMatrix { matrix, wrenches } = self.equations.exact_matrix(&self.end, contacts);
         let factors = matrix.transposed().factorized(context.symbolic_cache);
-        let adjoint = factors.solve(by_velocities.clone());
+        let multibody = self.equations.multibody;
+        let (width, count) = (multibody.width(), multibody.constraint_count());
+        let by_unknowns = by_velocities.clone().resize_vertically(width + count, 0.0);
+        let adjoint = factors.solve(by_unknowns);
         let adjoint = adjoint.ok_or_else(|| self.equations.singular())?;
+        let by_loops = adjoint.rows(width, count).into_owned();
+        let adjoint = adjoint.resize_vertically(width, 0.0);
         let slopes = self.equations.position_slopes(&self.end, &wrenches);
-        let by_position = -self
-            .equations
-            .multibody
-            .transposed_product(&slopes, &adjoint);
+        let by_position = -multibody.transposed_product(&slopes, &adjoint);
         Ok(StageAdjoint {
             adjoint,
+            by_loops,
             by_position,
-            wrenches: self.equations.total_wrenches(&wrenches).collect(),
+            wrenches: self.equations.total_wrenches(&self.end, &wrenches),
         })
     }
 }

@@ -39,11 +39,8 @@ impl SolvedStage<'_> {
                 .map(|(state, change)| change.applied_to(state))
                 .collect(),
         };
-        let mut velocities = self
-            .root
-            .velocities
-            .map(|number| Change::new(number, [0.0]));
-        let end = equations.end(velocities.clone());
+        let mut unknowns = self.root.unknowns.map(|number| Change::new(number, [0.0]));
+        let end = equations.end(unknowns.clone());
         let changes: Vec<_> = bodies
             .changes(&end)
             .chain(in_time.neighbors.iter().copied())
@@ -60,14 +57,14 @@ impl SolvedStage<'_> {
             })
         });
         let residual = equations.residual(&end, &wrenches.collect::<Vec<_>>());
-        let impulses = &in_time.joint_forces * start.duration;
-        let correction = linearization
-            .factors
-            .solve(impulses - residual.map(|number| number.eps[0]))?;
-        for (number, change) in velocities.iter_mut().zip(&correction) {
+        let mut right = residual.map(|number| -number.eps[0]);
+        let mut impulses = right.rows_mut(0, in_time.joint_forces.len());
+        impulses += &in_time.joint_forces * start.duration;
+        let correction = linearization.factors.solve(right)?;
+        for (number, change) in unknowns.iter_mut().zip(&correction) {
             number.eps[0] = *change;
         }
-        Some(equations.end(velocities))
+        Some(equations.end(unknowns))
     }
 
     /// Rates of neighbors and forces at the solution, by differences in time.

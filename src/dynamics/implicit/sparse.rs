@@ -15,8 +15,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 /// Sparse matrix. Its blocks are sorted by column, then by row.
 #[derive(Debug)]
 pub(in crate::dynamics) struct SparseMatrix {
-    /// Columns of each tree.
-    trees: Vec<Range<usize>>,
+    /// Columns of each tree and loop.
+    ranges: Vec<Range<usize>>,
     blocks: BTreeMap<(usize, usize), DMatrix<f64>>,
 }
 
@@ -25,7 +25,7 @@ pub(in crate::dynamics) struct SparseFactors {
     size: usize,
 }
 
-/// Columns of the trees, and positions of the blocks: columns and rows.
+/// Columns of the trees and loops, and positions of the blocks: columns and rows.
 type Pattern = (Vec<Range<usize>>, Vec<(usize, usize)>);
 
 /// Cache of the symbolic factors of recent patterns. They are computed once while the same bodies touch.
@@ -39,15 +39,15 @@ type CacheEntry = (Pattern, SymbolicLu<usize>);
 const CACHE_SIZE: usize = 16;
 
 impl SparseMatrix {
-    pub fn zeros(trees: &[Range<usize>]) -> Self {
+    pub fn zeros(ranges: &[Range<usize>]) -> Self {
         Self {
-            trees: trees.to_vec(),
+            ranges: ranges.to_vec(),
             blocks: BTreeMap::new(),
         }
     }
 
     pub fn block(&mut self, row: usize, column: usize) -> DMatrixViewMut<'_, f64> {
-        let [rows, columns] = [row, column].map(|tree| self.trees[tree].len());
+        let [rows, columns] = [row, column].map(|index| self.ranges[index].len());
         let block = self.blocks.entry((column, row));
         block
             .or_insert_with(|| DMatrix::zeros(rows, columns))
@@ -58,14 +58,14 @@ impl SparseMatrix {
         let blocks = self.blocks.into_iter();
         let turned = blocks.map(|((column, row), block)| ((row, column), block.transpose()));
         Self {
-            trees: self.trees,
+            ranges: self.ranges,
             blocks: turned.collect(),
         }
     }
 
     /// Replaces the matrix A by EᵀAE for a coupling of two columns of one tree.
     pub fn fold(&mut self, coupling: &Coupling) {
-        let within = self.trees.iter().map(|columns| coupling.within(columns));
+        let within = self.ranges.iter().map(|columns| coupling.within(columns));
         let within: Vec<_> = within.collect();
         for (&(column, row), block) in &mut self.blocks {
             match (within[row], within[column]) {
@@ -78,13 +78,13 @@ impl SparseMatrix {
     }
 
     fn size(&self) -> usize {
-        self.trees.last().map_or(0, |columns| columns.end)
+        self.ranges.last().map_or(0, |columns| columns.end)
     }
 
     /// Factorizes the matrix. Returns `None` if it is singular.
     pub fn factorized(&self, symbolic_cache: &SymbolicCache) -> Option<SparseFactors> {
         let matrix = self.in_columns();
-        let pattern = (self.trees.clone(), self.blocks.keys().copied().collect());
+        let pattern = (self.ranges.clone(), self.blocks.keys().copied().collect());
         let symbolic = symbolic_cache.symbolic(pattern, &matrix)?;
         let lu = Lu::try_new_with_symbolic(symbolic, matrix.as_ref()).ok()?;
         Some(SparseFactors {
@@ -96,11 +96,11 @@ impl SparseMatrix {
     fn in_columns(&self) -> SparseColMat<usize, f64> {
         let size = self.size();
         let (mut starts, mut rows, mut values) = (vec![0], Vec::new(), Vec::new());
-        for (tree, columns) in self.trees.iter().enumerate() {
-            let column_blocks = || self.blocks.range((tree, 0)..(tree + 1, 0));
+        for (index, columns) in self.ranges.iter().enumerate() {
+            let column_blocks = || self.blocks.range((index, 0)..(index + 1, 0));
             for column in 0..columns.len() {
                 for (&(_, row), block) in column_blocks() {
-                    rows.extend(self.trees[row].clone());
+                    rows.extend(self.ranges[row].clone());
                     values.extend(block.column(column).iter());
                 }
                 starts.push(rows.len());

@@ -5,13 +5,15 @@
 //! Here q̃ and p̃ are the positions and the generalized momenta at the start, and τ is the duration. F are all wrenches, and Q are the
 //! forces of the joints. [`multibody`](crate::dynamics::multibody) defines the other symbols. The equation needs no Coriolis terms, because
 //! it is an equation between momenta. For the same reason, the momenta of a free tree are conserved.
+//!
+//! Loops add the multipliers λ to the unknowns, their wrenches to F, and their equations G·u + g₀/T + ε·λ = 0.
 
 use super::island_step::{IslandStep, StepError};
 use super::scheme::Stage;
 use crate::dynamics::BodyState;
 use crate::dynamics::joint::JointPosition;
 use crate::dynamics::multibody::{Coordinates, Kinematics, Multibody};
-use crate::scalar::{Scalar, real_part};
+use crate::scalar::{Scalar, lift, real_part};
 use nalgebra::{DVector, Vector6};
 
 /// Start of a stage.
@@ -23,6 +25,8 @@ pub(in crate::dynamics) struct StageStart<T = f64> {
     pub positions: Vec<JointPosition<T>>,
     /// p̃: generalized momenta.
     pub momenta: DVector<T>,
+    /// g₀/T: rates at which the loops close, one number for each constraint.
+    pub closing: DVector<T>,
     /// τ (s).
     pub duration: f64,
     /// Time (s) at which the wrenches of the stage act.
@@ -51,6 +55,7 @@ pub(super) struct Stages<'a, T = f64> {
     /// Positions at the start of the substep.
     from: Vec<JointPosition<T>>,
     momenta: DVector<T>,
+    closing: DVector<T>,
     rates: Vec<StageRates<T>>,
 }
 
@@ -61,8 +66,15 @@ pub(super) struct StageRates<T = f64> {
 }
 
 impl<T: Scalar> StageEquations<'_, T> {
-    /// Kinematics at the end of the stage, from the velocities.
-    pub fn end(&self, velocities: DVector<T>) -> Kinematics<T> {
+    /// Kinematics at the end of the stage, from the velocities and the multipliers of loops.
+    pub fn end(&self, unknowns: DVector<T>) -> Kinematics<T> {
+        let (width, count) = (self.multibody.width(), self.multibody.constraint_count());
+        let multipliers = unknowns.rows(width, count).into_owned();
+        let velocities = if count == 0 {
+            unknowns
+        } else {
+            unknowns.remove_rows(width, count)
+        };
         let displacement = velocities.map(|velocity| velocity * self.start.duration);
         let positions = self
             .multibody
@@ -70,6 +82,7 @@ impl<T: Scalar> StageEquations<'_, T> {
         let coordinates = Coordinates {
             positions,
             velocities,
+            multipliers,
         };
         self.multibody.kinematics(coordinates, &self.neighbors)
     }
@@ -77,7 +90,7 @@ impl<T: Scalar> StageEquations<'_, T> {
     /// Residual of the equation at the end of the stage, from the wrenches of contacts and forces on the dynamic bodies.
     pub fn residual(&self, end: &Kinematics<T>, wrenches: &[Vector6<T>]) -> DVector<T> {
         let duration = self.start.duration;
-        let wrenches = self.total_wrenches(wrenches);
+        let wrenches = self.total_wrenches(end, wrenches);
         let mut forces = self.multibody.generalized_forces(end, wrenches);
         self.multibody
             .add_joint_forces(&end.coordinates, self.start.time, &mut forces);
@@ -85,13 +98,33 @@ impl<T: Scalar> StageEquations<'_, T> {
         for (number, force) in residual.iter_mut().zip(&forces) {
             *number -= *force * duration;
         }
-        residual
+        self.with_loops(residual, end)
     }
 
-    /// Wrenches on the dynamic bodies, including gravity and controls.
-    pub fn total_wrenches(&self, wrenches: &[Vector6<T>]) -> impl Iterator<Item = Vector6<T>> {
+    /// Appends the residuals of loops to the residual of the equation of motion.
+    fn with_loops(&self, residual: DVector<T>, end: &Kinematics<T>) -> DVector<T> {
+        let (width, count) = (self.multibody.width(), self.multibody.constraint_count());
+        if count == 0 {
+            return residual;
+        }
+        let mut all = residual.resize_vertically(width + count, lift(0.0));
+        let rates = self.multibody.loop_rates(end) + &self.start.closing;
+        let compliances = self.step.loop_compliances();
+        for (k, multiplier) in end.coordinates.multipliers.iter().enumerate() {
+            let yielding = *multiplier * (compliances[k] * self.start.duration);
+            all[width + k] = rates[k] + yielding;
+        }
+        all
+    }
+
+    /// Wrenches on the dynamic bodies, including gravity, controls and loops.
+    pub fn total_wrenches(&self, end: &Kinematics<T>, wrenches: &[Vector6<T>]) -> Vec<Vector6<T>> {
         let wrenches = wrenches.iter().enumerate();
-        wrenches.map(|(index, wrench)| self.applied_wrench(index) + wrench)
+        let mut total: Vec<_> = wrenches
+            .map(|(index, wrench)| self.applied_wrench(index) + wrench)
+            .collect();
+        self.multibody.add_loop_wrenches(end, &mut total);
+        total
     }
 
     /// Gravity and controls on a dynamic body.
@@ -105,6 +138,7 @@ impl<T: Scalar> StageEquations<'_, T> {
             displacement,
             positions,
             momenta,
+            closing,
             duration,
             time,
         } = &self.start;
@@ -116,6 +150,7 @@ impl<T: Scalar> StageEquations<'_, T> {
                 displacement: displacement.map(real_part),
                 positions: positions.iter().map(JointPosition::real).collect(),
                 momenta: momenta.map(real_part),
+                closing: closing.map(real_part),
                 duration: *duration,
                 time: *time,
             },
@@ -172,6 +207,7 @@ impl<'a, T: Scalar> Stages<'a, T> {
             offset,
             from: from.coordinates.positions.clone(),
             momenta: multibody.generalized_momenta(from),
+            closing: multibody.loop_gaps(from) * lift::<T>(step.closing_time().recip()),
             rates: Vec::new(),
         }
     }
@@ -185,6 +221,7 @@ impl<'a, T: Scalar> Stages<'a, T> {
         StageStart {
             positions: self.multibody.displaced(&self.from, &displacement),
             momenta: &self.momenta + impulse,
+            closing: self.closing.clone(),
             displacement,
             duration: stage.duration,
             time: self.step.start + (self.offset + stage.offset),

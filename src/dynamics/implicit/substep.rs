@@ -14,7 +14,7 @@ use nalgebra::DVector;
 
 /// Result of a trial of a substep.
 pub(super) struct Trial {
-    /// Velocities that solve the stages.
+    /// Velocities and multipliers of loops that solve the stages.
     pub roots: Vec<DVector<f64>>,
     pub progress: Progress,
     pub energy: EnergyBalance,
@@ -86,13 +86,13 @@ impl IslandSolver<'_> {
             let equations = step.equations(stages.start(&stage))?;
             let last = solved
                 .last()
-                .map(|stage: &SolvedStage| stage.root.velocities.clone());
+                .map(|stage: &SolvedStage| stage.root.unknowns.clone());
             let guesses = [
                 self.guess(offset, &equations, (&solved, start_rates.as_ref())),
-                last.unwrap_or_else(|| before.kinematics.velocities().clone()),
+                last.unwrap_or_else(|| before.kinematics.coordinates.unknowns()),
             ];
             let root = self.root(&equations, &guesses, duration, work)?;
-            let end = equations.end(root.velocities.clone());
+            let end = equations.end(root.unknowns.clone());
             step.context
                 .sweep(step.island, &end.states, &mut trial.swept);
             let rates = stages.push(&equations.start, &end);
@@ -130,7 +130,7 @@ impl IslandSolver<'_> {
                 self.tunneling_ratio(span, &solved, &trial.swept, follows_contacts);
         }
         let solved = solved.into_iter();
-        trial.roots = solved.map(|stage| stage.root.velocities).collect();
+        trial.roots = solved.map(|stage| stage.root.unknowns).collect();
         Ok(trial)
     }
 
@@ -159,7 +159,7 @@ impl IslandSolver<'_> {
         }
     }
 
-    /// First guess of the velocities of a stage. It is extrapolated linearly from the velocities of the last two stages, or of the start
+    /// First guess of the unknowns of a stage. It is extrapolated linearly from the unknowns of the last two stages, or of the start
     /// and the first stage. The first stage uses the accelerations at the start, if error control has evaluated them.
     fn guess(
         &self,
@@ -167,18 +167,22 @@ impl IslandSolver<'_> {
         equations: &StageEquations,
         (solved, start_rates): (&[SolvedStage], Option<&StartRates>),
     ) -> DVector<f64> {
-        let start = self.solved.progress.kinematics.velocities().clone();
+        let mut start = self.solved.progress.kinematics.coordinates.unknowns();
         let Some((last, before)) = solved.split_last() else {
             let ahead = equations.start.time - (self.step.start + offset);
-            return start_rates.map_or(start.clone(), |rates| start + &rates.accelerations * ahead);
+            if let Some(StartRates { accelerations, .. }) = start_rates {
+                let mut velocities = start.rows_mut(0, accelerations.len());
+                velocities += accelerations * ahead;
+            }
+            return start;
         };
         let time = |stage: &SolvedStage| stage.equations.start.time;
         let (early, first) = before
             .last()
             .map_or((self.step.start + offset, &start), |before| {
-                (time(before), &before.root.velocities)
+                (time(before), &before.root.unknowns)
             });
-        let (late, second) = (time(last), &last.root.velocities);
+        let (late, second) = (time(last), &last.root.unknowns);
         let ahead = (equations.start.time - late) / (late - early);
         if ahead.is_finite() {
             second + (second - first) * ahead

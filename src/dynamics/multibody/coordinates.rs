@@ -7,13 +7,28 @@ use crate::scalar::{Scalar, lift};
 use crate::spatial::{Pose, left_jacobian, rotation_from_vector, turned_by};
 use nalgebra::{DVector, Vector3, Vector6};
 
-/// Positions and velocities of all joints.
+/// Positions and velocities of all joints, and the multipliers of loops.
 #[derive(Debug, Clone)]
 pub(in crate::dynamics) struct Coordinates<T = f64> {
     /// Position of the joint of each link.
     pub positions: Vec<JointPosition<T>>,
     /// Generalized velocities, one for each column.
     pub velocities: DVector<T>,
+    /// Multipliers of loops (N or N m): see [`loops`](super::loops).
+    pub multipliers: DVector<T>,
+}
+
+impl<T: Scalar> Coordinates<T> {
+    /// Unknowns of a stage: the generalized velocities, then the multipliers.
+    pub fn unknowns(&self) -> DVector<T> {
+        let (width, count) = (self.velocities.len(), self.multipliers.len());
+        let mut unknowns = self.velocities.clone();
+        if count > 0 {
+            unknowns = unknowns.resize_vertically(width + count, lift(0.0));
+            unknowns.rows_mut(width, count).copy_from(&self.multipliers);
+        }
+        unknowns
+    }
 }
 
 impl<T: Scalar> Multibody<T> {

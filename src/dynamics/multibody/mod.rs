@@ -18,13 +18,14 @@
 //! | p = SᵀH + A·u | generalized momentum | [`Multibody::generalized_momenta`] |
 //!
 //! Lagrange's equations are dp/dt = ṠᵀH + SᵀF + Q. F is the wrench on a link and its descendants, and Q is the force of the joint. The
-//! equations have no other velocity-dependent term. [`slopes`] has the derivatives in closed form \[Featherstone 2008, Rigid Body Dynamics
+//! equations have no other velocity-dependent term. [`loops`] adds constraints that close loops of links. [`slopes`] has the derivatives in closed form \[Featherstone 2008, Rigid Body Dynamics
 //! Algorithms, chapters 2 and 6\].
 
 mod coordinates;
 mod inverse_dynamics;
 mod jacobian;
 mod kinematics;
+mod loops;
 mod mass_matrix;
 mod mimic;
 mod momentum;
@@ -38,6 +39,7 @@ pub(in crate::dynamics) use coordinates::{Coordinates, zeros};
 pub(in crate::dynamics) use inverse_dynamics::Accelerations;
 pub(in crate::dynamics) use jacobian::convective;
 pub(in crate::dynamics) use kinematics::{Column, Kinematics};
+pub(in crate::dynamics) use loops::Loop;
 pub(in crate::dynamics) use mass_matrix::MassFactors;
 pub(in crate::dynamics) use mimic::Coupling;
 pub(in crate::dynamics) use slopes::{BodyColumn, Directions};
@@ -58,6 +60,8 @@ pub(in crate::dynamics) struct Multibody<T = f64> {
     pub trees: Vec<Range<usize>>,
     /// World indices of the neighbors, that is, of the bodies of the island that are not dynamic.
     pub neighbors: Vec<usize>,
+    /// Loop joints between the participants.
+    pub loops: Vec<Loop>,
 }
 
 /// Dynamic body with its joint.
@@ -164,6 +168,7 @@ impl<T> Multibody<T> {
             links,
             trees,
             neighbors: neighbors.to_vec(),
+            loops: Vec::new(),
         }
     }
 }
@@ -188,6 +193,7 @@ impl Multibody {
             links: links.collect(),
             trees: self.trees.clone(),
             neighbors: self.neighbors.clone(),
+            loops: self.loops.clone(),
         }
     }
 }

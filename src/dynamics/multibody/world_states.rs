@@ -57,6 +57,7 @@ impl<T: Scalar> Multibody<T> {
         Coordinates {
             positions,
             velocities,
+            multipliers: zeros(self.constraint_count()),
         }
     }
 
@@ -65,6 +66,7 @@ impl<T: Scalar> Multibody<T> {
         let Coordinates {
             positions,
             velocities,
+            ..
         } = &kinematics.coordinates;
         let links = self.links.iter().zip(positions).zip(&kinematics.states);
         for ((link, position), body) in links {

@@ -5,9 +5,9 @@
 //! gradient with respect to −r, λ = J⁻ᵀū. It propagates through all other inputs of r at constant u. Later stages depend on the velocities
 //! of the earlier stages and on their wrenches (P − p̃)/τ.
 
-use super::Kink;
 use super::linearized_pair::{LinearizedPair, WrenchGradient};
 use super::pullback::{EvaluationPoint, Pullback, turn_gradient};
+use super::{BodyStateGradient, Kink};
 use crate::dynamics::implicit::{
     ImplicitIntegratorState, Island, IslandRecord, Replay, ReplayedStage, ReplayedSubstep, Scheme,
     StageAdjoint, StepError,
@@ -16,7 +16,7 @@ use crate::dynamics::joint::{JointPosition, NUMBER_COUNT};
 use crate::dynamics::multibody::{Kinematics, Multibody};
 use crate::dynamics::{BodyState, State, TimeSpan};
 use crate::spatial::{Twist, Wrench};
-use nalgebra::DVector;
+use nalgebra::{DVector, Vector6};
 
 /// Adjoint of implicit steps.
 pub(super) struct ImplicitSteps {
@@ -36,6 +36,8 @@ struct RateGradient {
 struct StartGradient {
     positions: DVector<f64>,
     momenta: DVector<f64>,
+    /// With respect to the rates at which loops close.
+    closing: DVector<f64>,
 }
 
 impl ImplicitSteps {
@@ -121,6 +123,7 @@ impl StepBack<'_, '_> {
         let mut start = StartGradient {
             positions: zeros(),
             momenta: zeros(),
+            closing: DVector::zeros(multibody.constraint_count()),
         };
         let no_rates = RateGradient {
             velocities: zeros(),
@@ -136,6 +139,7 @@ impl StepBack<'_, '_> {
                 multibody.displaced_back(&stage.start().displacement, &by_start.positions);
             start.positions += by_position;
             start.momenta += &by_start.momenta;
+            start.closing += &by_start.closing;
             for (by_rates, time) in by_rates.iter_mut().zip(stage.stage.before()) {
                 by_rates.velocities += &by_displacement * time;
                 by_rates.momenta += &by_start.momenta * time;
@@ -148,6 +152,13 @@ impl StepBack<'_, '_> {
             &substep.from,
             [start.positions + by_position, by_velocity],
         );
+        let by_gaps = start.closing / replay.closing_time();
+        // The derivative of a gap with respect to a displacement is the unit wrench.
+        for (participant, by_displacement) in multibody.loop_wrenches(&substep.from, &by_gaps) {
+            let state = &substep.from.states[participant];
+            let by_motion = [by_displacement, Vector6::zeros()];
+            self.add_about_center(replay.island().body(participant), state, by_motion);
+        }
         Ok(())
     }
 
@@ -174,6 +185,7 @@ impl StepBack<'_, '_> {
         let StageAdjoint {
             adjoint,
             by_position: by_residual,
+            by_loops,
             ..
         } = self.solve_adjoint(replay, stage, &by_velocity)?;
         self.add_by_inertia(multibody, end, (&-&adjoint, duration));
@@ -183,6 +195,7 @@ impl StepBack<'_, '_> {
         Ok(StartGradient {
             positions: by_position,
             momenta: adjoint - by_impulse,
+            closing: -by_loops,
         })
     }
 
@@ -219,8 +232,9 @@ impl StepBack<'_, '_> {
             &adjoint.adjoint,
             [stage.start().duration, stage.start().time],
         );
-        let virtual_twists = replay.multibody().twists(&stage.end, &adjoint.adjoint, 0.0);
         let multibody = replay.multibody();
+        let virtual_twists = multibody.twists(&stage.end, &adjoint.adjoint, 0.0);
+        self.add_by_loops(replay, stage, (&virtual_twists, &adjoint.by_loops));
         for (index, (twist, wrench)) in virtual_twists.iter().zip(&adjoint.wrenches).enumerate() {
             if let Some(neighbor) = multibody.carrier(index) {
                 // A turn of the carrier turns the motions of the links, but not the wrenches.
@@ -239,6 +253,39 @@ impl StepBack<'_, '_> {
             self.by_wrenches[body] = Wrench::zero();
         }
         Ok(adjoint)
+    }
+
+    /// Propagates the adjoint through the wrenches and the velocities of loops to the states of their bodies, at constant unknowns.
+    fn add_by_loops(
+        &mut self,
+        replay: &Replay,
+        stage: &ReplayedStage,
+        (virtual_twists, by_loops): (&[Vector6<f64>], &DVector<f64>),
+    ) {
+        let (multibody, end, island) = (replay.multibody(), &stage.end, replay.island());
+        let duration = stage.start().duration;
+        for joint in &multibody.loops {
+            let by_velocities = by_loops.rows(joint.multipliers.start, joint.multipliers.len());
+            for (side, &participant) in joint.participants.iter().enumerate() {
+                let slopes = multibody.loop_slopes(end, (joint, side));
+                let mut by_displacement = -(&slopes.by_displacement * by_velocities);
+                for (&body, by_motion) in joint.participants.iter().zip(&slopes.wrenches) {
+                    if let Some(twist) = virtual_twists.get(body) {
+                        by_displacement += by_motion.tr_mul(twist) * duration;
+                    }
+                }
+                let by_twist = -(&slopes.by_velocity * by_velocities);
+                let (body, state) = (island.body(participant), &end.states[participant]);
+                self.add_about_center(body, state, [by_displacement, by_twist]);
+            }
+        }
+    }
+
+    /// Adds the gradient with respect to a displacement of a body about its center of mass, and to its twist.
+    fn add_about_center(&mut self, body: usize, state: &BodyState, by_motion: [Vector6<f64>; 2]) {
+        let arm = self.pullback.model().arm(body, state);
+        let about_center = BodyStateGradient::from_parts(by_motion);
+        self.pullback.states[body].add(&about_center.about(&-arm));
     }
 
     fn pull_back_wrenches(&mut self, time: f64, island: &Island, contacts: &[LinearizedPair]) {

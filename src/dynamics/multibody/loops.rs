@@ -1,0 +1,333 @@
+//! Loop joints: constraints between the links of an island, or between a link and a neighbor.
+//!
+//! A constraint is an equation g = 0 of the poses of two bodies. Its rate is ġ = Σ wᵀv over both bodies, with the twist v and the *unit
+//! wrench* w of each body. The force λ that satisfies the constraint applies the wrench λ·w to each body, so it does no work on motions
+//! with ġ = 0. In generalized coordinates, ġ = G·u and the generalized forces are Gᵀλ. The force λ is the *multiplier* of the constraint.
+//!
+//! An implicit stage solves G·u + g₀/T + ε·λ = 0 together with the equations of motion. Here g₀ is the value of g at the start of the
+//! substep, and T is the duration of the time step. The term g₀/T lets the error of g decay, because the equation ġ = 0 alone would not
+//! correct it \[Baumgarte 1972\]. The value of g in the stage itself would lower the order of the method, because the positions within a
+//! substep are less accurate than those at its end. The small compliance ε makes the matrix regular if constraints are redundant.
+
+use super::mass_matrix::MassFactors;
+use super::screw::{angular, linear};
+use super::{Kinematics, Multibody};
+use crate::dynamics::BodyState;
+use crate::dynamics::loop_joint::Constraint;
+use crate::dynamics::rigid_motion::{six, zero6};
+use crate::scalar::{DenseDual, Scalar, lift, lift_vector};
+use crate::spatial::{Pose, Twist, times_constant, turned_real};
+use nalgebra::{DMatrix, DVector, Matrix6, Matrix6xX, Vector3, Vector6};
+use std::ops::Range;
+
+/// Compliance of a constraint, relative to the velocity that a unit impulse can cause along the constraint. It is far below the tolerance of
+/// the solver, and far above round-off.
+const COMPLIANCE: f64 = 1e-10;
+
+/// Constraints of a loop joint between two participants: links, or neighbors after them.
+#[derive(Debug, Clone)]
+pub(in crate::dynamics) struct Loop {
+    pub participants: [usize; 2],
+    /// Pose of the joint frame in the frame of each participant.
+    pub frames: [Pose; 2],
+    pub constraints: Vec<Constraint>,
+    /// Indices of the multipliers.
+    pub multipliers: Range<usize>,
+}
+
+/// Constraint at given states of both participants.
+struct ConstraintValue<T> {
+    /// g (m, or the cosine of an angle).
+    gap: T,
+    /// Unit wrenches on both participants, about their centers of mass.
+    wrenches: [Vector6<T>; 2],
+}
+
+/// Derivatives of the forces and the rates of a loop with respect to the state of one participant, about its center of mass.
+pub(in crate::dynamics) struct LoopSlopes {
+    /// Derivatives of the wrenches on both participants with respect to displacements.
+    pub wrenches: [Matrix6<f64>; 2],
+    /// Derivatives of the rates G·u with respect to displacements: one column for each constraint.
+    pub by_displacement: Matrix6xX<f64>,
+    /// Derivatives of these rates with respect to the twist, which are the unit wrenches.
+    pub by_velocity: Matrix6xX<f64>,
+}
+
+/// Numbers with derivatives with respect to the displacement and the twist of one body.
+type MotionDual = DenseDual<12>;
+
+impl Loop {
+    fn values<T: Scalar>(
+        &self,
+        states: [&BodyState<T>; 2],
+        centers: &[Vector3<T>; 2],
+    ) -> Vec<ConstraintValue<T>> {
+        let frames = [0, 1].map(|side| {
+            let (pose, frame) = (&states[side].pose, &self.frames[side]);
+            let origin = pose.transformed_constant(frame.translation());
+            (times_constant(pose.rotation(), frame.rotation()), origin)
+        });
+        let axis = |side: usize, axis: &Vector3<f64>| {
+            let [x, y, z] = [0, 1, 2].map(|k| frames[side].0.column(k) * lift::<T>(axis[k]));
+            x + y + z
+        };
+        let value = |constraint: &Constraint| match constraint {
+            Constraint::Translation(direction) => {
+                let (direction, point) = (axis(0, direction), frames[1].1);
+                let force = |side: usize, force: Vector3<T>| {
+                    six(&(point - centers[side]).cross(&force), &force)
+                };
+                ConstraintValue {
+                    gap: direction.dot(&(point - frames[0].1)),
+                    wrenches: [force(0, -direction), force(1, direction)],
+                }
+            }
+            Constraint::Rotation([first, second]) => {
+                let (first, second) = (axis(0, first), axis(1, second));
+                let torque = second.cross(&first);
+                let none = lift_vector(&Vector3::zeros());
+                ConstraintValue {
+                    gap: first.dot(&second),
+                    wrenches: [six(&-torque, &none), six(&torque, &none)],
+                }
+            }
+        };
+        self.constraints.iter().map(value).collect()
+    }
+}
+
+impl<T: Scalar> ConstraintValue<T> {
+    /// ġ.
+    fn rate(&self, states: [&BodyState<T>; 2]) -> T {
+        let [first, second] = states.map(|state| state.twist.to_vector());
+        self.wrenches[0].dot(&first) + self.wrenches[1].dot(&second)
+    }
+}
+
+impl<T> Multibody<T> {
+    /// Adds loops, whose indices of multipliers are not yet set.
+    pub fn with_loops(mut self, loops: impl IntoIterator<Item = Loop>) -> Self {
+        let mut next = 0;
+        self.loops = loops.into_iter().collect();
+        for joint in &mut self.loops {
+            joint.multipliers = next..next + joint.constraints.len();
+            next = joint.multipliers.end;
+        }
+        self
+    }
+
+    /// Number of constraints of all loops.
+    pub fn constraint_count(&self) -> usize {
+        self.loops.last().map_or(0, |joint| joint.multipliers.end)
+    }
+}
+
+impl<T: Scalar> Multibody<T> {
+    /// Center of mass of a participant, or the origin of a neighbor.
+    fn center(&self, participant: usize, state: &BodyState<T>) -> Vector3<T> {
+        match self.links.get(participant) {
+            Some(link) => state
+                .pose
+                .transformed_constant(&link.inertia.center_of_mass),
+            None => *state.pose.translation(),
+        }
+    }
+
+    fn loop_values(&self, joint: &Loop, states: [&BodyState<T>; 2]) -> Vec<ConstraintValue<T>> {
+        let centers = [0, 1].map(|side| self.center(joint.participants[side], states[side]));
+        joint.values(states, &centers)
+    }
+
+    /// Adds the wrenches of the multipliers to the wrenches on the links.
+    pub fn add_loop_wrenches(&self, kinematics: &Kinematics<T>, wrenches: &mut [Vector6<T>]) {
+        for joint in &self.loops {
+            let states = joint.participants.map(|index| &kinematics.states[index]);
+            let values = self.loop_values(joint, states);
+            for (value, multiplier) in values.iter().zip(joint.multipliers.clone()) {
+                let force = kinematics.coordinates.multipliers[multiplier];
+                for (&participant, unit) in joint.participants.iter().zip(&value.wrenches) {
+                    if let Some(sum) = wrenches.get_mut(participant) {
+                        *sum += unit.map(|component| component * force);
+                    }
+                }
+            }
+        }
+    }
+
+    /// g of each constraint.
+    pub fn loop_gaps(&self, kinematics: &Kinematics<T>) -> DVector<T> {
+        self.of_constraints(kinematics, |value, _| value.gap)
+    }
+
+    /// ġ = G·u of each constraint.
+    pub fn loop_rates(&self, kinematics: &Kinematics<T>) -> DVector<T> {
+        self.of_constraints(kinematics, ConstraintValue::rate)
+    }
+
+    /// A number for each constraint, from its value and the states of its bodies.
+    fn of_constraints(
+        &self,
+        kinematics: &Kinematics<T>,
+        number: impl Fn(&ConstraintValue<T>, [&BodyState<T>; 2]) -> T,
+    ) -> DVector<T> {
+        let numbers = self.loops.iter().flat_map(|joint| {
+            let states = joint.participants.map(|index| &kinematics.states[index]);
+            let values = self.loop_values(joint, states);
+            let numbers = values.iter().map(|value| number(value, states));
+            numbers.collect::<Vec<_>>()
+        });
+        DVector::from_vec(numbers.collect())
+    }
+}
+
+impl Multibody {
+    /// Gᵀ: generalized forces of unit multipliers, one column for each constraint.
+    pub fn constraint_forces(&self, kinematics: &Kinematics) -> DMatrix<f64> {
+        let mut forces = DMatrix::zeros(self.width(), self.constraint_count());
+        let mut wrenches = vec![zero6(); self.links.len()];
+        for joint in &self.loops {
+            let states = joint.participants.map(|index| &kinematics.states[index]);
+            let values = self.loop_values(joint, states);
+            for (value, multiplier) in values.iter().zip(joint.multipliers.clone()) {
+                for (&participant, unit) in joint.participants.iter().zip(&value.wrenches) {
+                    if let Some(wrench) = wrenches.get_mut(participant) {
+                        *wrench = *unit;
+                    }
+                }
+                forces.set_column(multiplier, &self.generalized_forces(kinematics, &wrenches));
+                wrenches.fill(zero6());
+            }
+        }
+        forces
+    }
+
+    /// Participants with the wrenches of given multipliers of a loop on them, about their centers of mass.
+    pub fn loop_wrenches<'k>(
+        &'k self,
+        kinematics: &'k Kinematics,
+        multipliers: &'k DVector<f64>,
+    ) -> impl Iterator<Item = (usize, Vector6<f64>)> + 'k {
+        self.loops.iter().flat_map(move |joint| {
+            let states = joint.participants.map(|index| &kinematics.states[index]);
+            let values = self.loop_values(joint, states);
+            [0, 1].map(|side| {
+                let forces = values.iter().zip(joint.multipliers.clone());
+                let wrench = forces.map(|(value, k)| value.wrenches[side] * multipliers[k]);
+                (joint.participants[side], wrench.sum())
+            })
+        })
+    }
+
+    /// Compliance ε/τ of each constraint (m/s per N s, or rad/s per N m s) at the duration τ of a stage.
+    pub fn loop_compliances(&self, kinematics: &Kinematics) -> DVector<f64> {
+        // Upper bounds of the entries of Gᵀ, which do not vanish if a constraint is redundant.
+        let mut bounds = DMatrix::<f64>::zeros(self.width(), self.constraint_count());
+        let directions = kinematics.velocity_directions();
+        for joint in &self.loops {
+            let states = joint.participants.map(|index| &kinematics.states[index]);
+            let values = self.loop_values(joint, states);
+            for (side, &participant) in joint.participants.iter().enumerate() {
+                if participant >= self.links.len() {
+                    continue;
+                }
+                for motion in self.body_columns(kinematics, &directions, participant) {
+                    for (value, k) in values.iter().zip(joint.multipliers.clone()) {
+                        let (unit, axis) = (&value.wrenches[side], &motion.axis);
+                        bounds[(motion.column, k)] += angular(unit).norm() * angular(axis).norm()
+                            + linear(unit).norm() * linear(axis).norm();
+                    }
+                }
+            }
+        }
+        let masses = self.mass_matrices(kinematics);
+        let masses: Vec<f64> = masses
+            .iter()
+            .flat_map(|matrix| matrix.diagonal().data.as_vec().clone())
+            .collect();
+        let compliance = |k: usize| {
+            let squares = bounds.column(k).into_iter().zip(&masses);
+            let mobility: f64 = squares.map(|(bound, mass)| bound * bound / mass).sum();
+            // A constraint that moves nothing has an arbitrary compliance.
+            if mobility > 0.0 {
+                COMPLIANCE * mobility
+            } else {
+                1.0
+            }
+        };
+        DVector::from_fn(self.constraint_count(), |k, _| compliance(k))
+    }
+
+    /// G·M⁻¹·Gᵀ.
+    fn loop_mobility(&self, forces: &DMatrix<f64>, masses: &MassFactors) -> DMatrix<f64> {
+        let mut velocities = forces.clone();
+        for mut column in velocities.column_iter_mut() {
+            column.copy_from(&masses.velocities(column.clone_owned()));
+        }
+        forces.tr_mul(&velocities)
+    }
+
+    /// Adds the accelerations M⁻¹Gᵀλ that satisfy the constraints. `rates` contains the rates of G·u at zero accelerations.
+    pub fn add_loop_accelerations(
+        &self,
+        accelerations: &mut DVector<f64>,
+        (kinematics, masses): (&Kinematics, &MassFactors),
+        rates: &DVector<f64>,
+    ) {
+        let forces = self.constraint_forces(kinematics);
+        let mut mobility = self.loop_mobility(&forces, masses);
+        for (k, compliance) in self.loop_compliances(kinematics).iter().enumerate() {
+            mobility[(k, k)] += compliance;
+        }
+        let open = rates + forces.tr_mul(accelerations);
+        if let Some(multipliers) = mobility.lu().solve(&open) {
+            *accelerations -= masses.velocities(forces * multipliers);
+        }
+    }
+
+    /// Derivatives of a loop with respect to the state of one side.
+    pub fn loop_slopes(
+        &self,
+        kinematics: &Kinematics,
+        (joint, side): (&Loop, usize),
+    ) -> LoopSlopes {
+        let states = joint.participants.map(|index| &kinematics.states[index]);
+        let centers = [0, 1].map(|side| self.center(joint.participants[side], states[side]));
+        let seeds = |first: usize| {
+            let six = Vector6::from_fn(|i, _| MotionDual::variable(0.0, first + i));
+            Twist::from_vector(&six)
+        };
+        let mut moved = states.map(BodyState::lifted);
+        let mut moved_centers = centers.map(|center| lift_vector(&center));
+        let Twist { angular, linear } = seeds(0);
+        moved_centers[side] += linear;
+        let BodyState { pose, twist } = states[side];
+        let arm = lift_vector(&(pose.translation() - centers[side]));
+        let origin = moved_centers[side] + arm + angular.cross(&arm);
+        moved[side] = BodyState {
+            pose: Pose::from_parts(turned_real(pose.rotation(), &angular), origin),
+            twist: Twist {
+                angular: lift_vector(&twist.angular) + seeds(6).angular,
+                linear: lift_vector(&twist.linear) + seeds(6).linear,
+            },
+        };
+        let moved = [&moved[0], &moved[1]];
+        let values = joint.values(moved, &moved_centers);
+        let count = values.len();
+        let mut slopes = LoopSlopes {
+            wrenches: [Matrix6::zeros(); 2],
+            by_displacement: Matrix6xX::zeros(count),
+            by_velocity: Matrix6xX::zeros(count),
+        };
+        for (k, (value, multiplier)) in values.iter().zip(joint.multipliers.clone()).enumerate() {
+            let force = kinematics.coordinates.multipliers[multiplier];
+            for (sum, wrench) in slopes.wrenches.iter_mut().zip(&value.wrenches) {
+                *sum += Matrix6::from_fn(|row, column| wrench[row].eps[column]) * force;
+            }
+            let rate = value.rate(moved);
+            let column = |first: usize| Vector6::from_fn(|i, _| rate.eps[first + i]);
+            slopes.by_displacement.set_column(k, &column(0));
+            slopes.by_velocity.set_column(k, &column(6));
+        }
+        slopes
+    }
+}

@@ -1,0 +1,133 @@
+//! Derivatives of bodies that loop joints connect: forward mode, reverse mode and differences.
+
+use crate::joints::JointSum;
+use crate::reverse::{Mixed, compare};
+use crate::support::worlds::{at, fixed, icosphere, rigid_floor, rubbing, turned};
+use hydroelastic::dynamics::{Body, Integrator, Joint, JointKind, LoopJoint, Mass, Plan, World};
+use hydroelastic::gradient::{Experiment, JointQuantity, Parameter};
+use hydroelastic::spatial::MassProperties;
+use nalgebra::{Matrix3, Vector3, vector};
+
+/// Relative error of differences of rollouts.
+const DIFFERENCES: f64 = 1e-6;
+
+/// Bar along x, with a ball at its origin.
+fn bar(name: &str, mass: f64, length: f64) -> Body {
+    let properties = MassProperties {
+        mass,
+        center_of_mass: vector![length / 2.0, 0.0, 0.0],
+        inertia: Matrix3::from_diagonal(&vector![0.2, 1.1, 1.0]) * (mass * length * length / 12.0),
+    };
+    let skin = rubbing(1e6, 0.5, 0.5);
+    Body::dynamic(name, icosphere(0.05, 1), skin, Mass::Properties(properties)).unwrap()
+}
+
+/// Parallelogram on a post with an inclined axis. Its lower bar carries a free ball on a loop joint, and rubs on the floor.
+fn linkage() -> World {
+    let hinge = |name: &str| Joint::revolute(name, Vector3::y_axis());
+    let post = fixed("post", icosphere(0.02, 0), rubbing(1e5, 0.5, 0.5))
+        .with_pose(turned([0.1, 0.05, 0.2], [0.0, 0.0, 0.42]));
+    let left = hinge("left hinge")
+        .with_parent("post")
+        .with_position(1.2)
+        .with_velocity(0.5)
+        .with_torque(0.4);
+    let right = hinge("right hinge")
+        .with_parent("post")
+        .with_origin(at(0.3, 0.0, 0.0))
+        .with_position(1.2)
+        .with_velocity(0.5)
+        .with_damping(0.1);
+    let lower = hinge("lower hinge")
+        .with_parent("left")
+        .with_origin(at(0.4, 0.0, 0.0))
+        .with_position(-1.2)
+        .with_velocity(-0.5);
+    let bodies = [
+        rigid_floor(0.6),
+        post,
+        bar("left", 0.8, 0.4).with_joint(left).unwrap(),
+        bar("right", 0.7, 0.4).with_joint(right).unwrap(),
+        bar("lower", 0.5, 0.3).with_joint(lower).unwrap(),
+    ];
+    let closed = World::new(bodies.to_vec()).unwrap().initial_state();
+    let lower = closed.bodies[4].pose;
+    let hanging = Body::dynamic(
+        "hanging",
+        icosphere(0.04, 1),
+        rubbing(1e5, 0.5, 0.5),
+        Mass::Properties(MassProperties::solid_ball(0.3, 0.04)),
+    );
+    World::builder()
+        .bodies(bodies)
+        .body(hanging.unwrap().with_pose(lower * at(0.15, 0.1, 0.0)))
+        .loop_joint(LoopJoint::new(
+            "pin",
+            JointKind::Revolute(Vector3::y_axis()),
+            ("lower", at(0.3, 0.0, 0.0)),
+            ("right", at(0.4, 0.0, 0.0)),
+        ))
+        .loop_joint(LoopJoint::new(
+            "hook",
+            JointKind::Ball,
+            ("hanging", at(0.0, -0.1, 0.0)),
+            ("lower", at(0.15, 0.0, 0.0)),
+        ))
+        .gravity(vector![0.0, 0.0, -9.81])
+        .build()
+        .unwrap()
+}
+
+fn parameters() -> Vec<Parameter> {
+    vec![
+        Parameter::Gravity,
+        Parameter::modulus("lower"),
+        Parameter::mass("right"),
+        Parameter::friction("lower"),
+        Parameter::mass("hanging"),
+        Parameter::initial_velocity("hanging"),
+        Parameter::initial_angular_velocity("hanging"),
+        Parameter::joint("left hinge", JointQuantity::InitialVelocity),
+        Parameter::joint("left hinge", JointQuantity::Torque),
+        Parameter::joint("right hinge", JointQuantity::Damping),
+    ]
+}
+
+#[test]
+fn the_lower_bar_touches_the_floor() {
+    let plan = Plan::new(5e-3, 20)
+        .unwrap()
+        .with_integrator(Integrator::Sdirk3);
+    let world = linkage();
+    let trajectory = world.rollout(&plan).run().unwrap();
+    let mut states = trajectory.states().iter();
+    assert!(states.any(|state| !world.contacts(state).unwrap().is_empty()));
+}
+
+#[test]
+fn both_modes_agree() {
+    for integrator in [Integrator::Sdirk3, Integrator::ImplicitEuler] {
+        let plan = Plan::new(5e-3, 20).unwrap().with_integrator(integrator);
+        let mut all = parameters();
+        all.extend([
+            Parameter::initial_position("post"),
+            Parameter::initial_orientation("post"),
+        ]);
+        compare(&linkage(), &plan, &all, &Mixed { every: 7 });
+        compare(&linkage(), &plan, &all, &JointSum);
+    }
+}
+
+#[test]
+fn derivatives_are_those_of_differences() {
+    let plan = Plan::new(2e-3, 10)
+        .unwrap()
+        .with_integrator(Integrator::ImplicitEuler)
+        // The default tolerance of the solver changes joint velocities by 1e-10.
+        .with_solver_tolerance(1e-13)
+        .unwrap();
+    let check = Experiment::new(linkage(), &plan)
+        .difference_check(&parameters(), &JointSum)
+        .unwrap();
+    assert!(check.best() < DIFFERENCES, "{:e}", check.best());
+}
