@@ -25,12 +25,11 @@ Limits:
   bodies as free: MuJoCo's own constraints do not raise the limit, and its springs and actuators do not lower it.
 - Sticking friction has the shortest limit. Above it, friction chatters but does not grow without bound. The check
   allows up to 2.5 times this limit. There, bodies chatter at about 2.3 slip tolerances and creep 2.5 times as fast.
-  ``hydroelastic.pin`` allows no chatter, because derivatives grow in it. ``World.largest_stable_step`` allows none
-  either.
+  ``World.largest_stable_step`` allows none.
 - If a position, a velocity or an acceleration is not finite, ``RolloutError`` names the number, the step and the time.
   This does not depend on ``check_stability``. MuJoCo itself only writes a warning and resets the state.
-- ``mjd_transitionFD`` differentiates through the callback by finite differences. ``hydroelastic.pin`` has exact
-  derivatives.
+- ``mjd_transitionFD`` differentiates through the callback by finite differences. ``hydroelastic.pin`` and
+  ``hydroelastic.World`` have exact derivatives.
 - The callback takes the GIL, so threads wait for each other in it, including the threads of ``mujoco.rollout``. Use
   processes instead. An error in a thread of ``mujoco.rollout`` is raised at the end of the context, because MuJoCo
   would end the process.
@@ -52,7 +51,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._core import HydroelasticError, Pair, RolloutError, Shape, SurfaceLaw, moved_pose
-from ._pin_checks import check_count, checked_pose
+from ._checks import check_count, checked_pose
 from ._stability import Forces, Rates, TimeStepError, Watch, resistance
 
 try:
@@ -582,7 +581,7 @@ class PassiveContacts:
             jacobian = np.vstack([side.jacobian(data, pose[:3, 3]) for side, pose in zip(sides, poses, strict=True)])
             law = np.array([pair.law.dissipation, pair.law.friction])
             twists = jacobian.dot(velocity).reshape(2, 6)
-            stiffness[number], damping[number] = resistance(pair, poses, twists, jacobian, None, law)
+            stiffness[number], damping[number] = resistance(pair, poses, twists, jacobian, law)
         integrator = int(model.opt.integrator)
         is_implicit = integrator != _RK4 and not int(model.opt.disableflags) & _NO_EULER_DAMPING
         joints = np.diag(model.dof_damping)

@@ -28,7 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._core import HalfSpace, HydroelasticError, RigidShape, Shape, State, Surface, Trajectory, World
-from ._pin_checks import check_count
+from ._checks import check_count
 
 __all__ = ["Picture", "html", "of_surface", "of_trajectory", "of_world", "picture", "save"]
 
