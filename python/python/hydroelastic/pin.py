@@ -194,7 +194,8 @@ class Adapter:
         positions: dict[str, Any] = {}
         velocities: dict[str, Any] = {}
         for at in self._coordinates:
-            mine, velocity = q[at.q], np.linalg.solve(at.velocity_map(q), v[at.v])
+            mine = q[at.q]
+            velocity: _Floats = np.linalg.solve(at.velocity_map(q), v[at.v])
             if at.joint is None:
                 poses[at.body, :3, :3], poses[at.body, :3, 3] = _rotation(mine[3:]), mine[:3]
                 twists[at.body] = velocity
@@ -369,13 +370,17 @@ class Adapter:
         com = self._bodies[body].center_of_mass
         if com is None:
             return twist
-        return np.r_[twist[:3], twist[3:] - np.cross(twist[:3], pose[:3, :3] @ com)]
+        at_origin: _Floats = twist.copy()
+        at_origin[3:] -= np.cross(twist[:3], pose[:3, :3] @ com)
+        return at_origin
 
     def _pair(self, names: tuple[str, str]) -> Pair:
         if names not in self._pairs:
             a, b = (self._bodies[self._world.index_of(name)] for name in names)
             law = a.material.combined_with(b.material, self._world.slip_tolerance)
-            self._pairs[names] = Pair(a.shape, b.shape, a.material.modulus, b.material.modulus, law)
+            # The bodies touch, so both have shapes, and the first is compliant.
+            sides: tuple[Any, ...] = (a.shape, b.shape, a.material.modulus, b.material.modulus)
+            self._pairs[names] = Pair(*sides, law)
         return self._pairs[names]
 
     def _mount_of(self, body: Body) -> _Mount | None:
@@ -427,9 +432,9 @@ class Adapter:
         model, data = self._model, self._data
         v = np.linspace(0.5, 1.0, model.nv)
         q = pinocchio.integrate(model, pinocchio.neutral(model), 0.3 * v)
-        followers = [at for at in self._coordinates if at.joint is not None and at.joint.mimic is not None]
-        for at in followers:
-            q[at.q], v[at.v] = self._followed(at.joint, q, v)
+        for at in self._coordinates:
+            if at.joint is not None and at.joint.mimic is not None:
+                q[at.q], v[at.v] = self._followed(at.joint, q, v)
         state = self.state(q, v)
         pinocchio.forwardKinematics(model, data, q, v)
         for number, body in enumerate(self._bodies):
