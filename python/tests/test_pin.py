@@ -294,6 +294,7 @@ def test_wrong_arguments_are_refused():
         (lambda: robot.state(2.0 * q, v), he.HydroelasticError, "not normalized"),
         (lambda: robot.state(apart, v), he.HydroelasticError, "joint 'follower' mimics"),
         (lambda: robot.state(q, v, start=he.State(0.0, np.eye(4)[None], np.zeros((1, 6)))), he.HydroelasticError, "start has 1 bodies"),
+        (lambda: robot.contact_torques(q, v, start=q), TypeError, "start is ndarray: expected a hydroelastic.State"),
         (lambda: robot.q_and_v(he.State(0.0, np.eye(4)[None], np.zeros((1, 6)))), he.HydroelasticError, "1"),
     ]
     for call, kind, message in cases:

@@ -107,6 +107,8 @@ class Adapter:
     flyer is the free body whose frame is the frame of the joint. All other bodies and joints of the world, such as
     objects, belong to the world only.
 
+    An adapter works in its own ``pinocchio.Data``, so each thread needs its own adapter.
+
     Parameters
     ----------
     world : World
@@ -136,8 +138,9 @@ class Adapter:
             raise HydroelasticError("the model has mimic joints: build it with mimic=False, which makes them independent")
         self._world, self._model, self._prefix = world, model, prefix
         self._data = model.createData()
-        self._weightless = model.copy()
-        self._weightless.gravity = pinocchio.Motion.Zero()
+        weightless = model.copy()
+        weightless.gravity = pinocchio.Motion.Zero()
+        self._weightless = weightless, weightless.createData()
         self._bodies = world.bodies
         self._mounts: dict[str, _Mount] = {}
         for body in self._bodies:
@@ -188,6 +191,8 @@ class Adapter:
         """
         q, v = self._checked(q, v)
         start = self._world.initial_state if start is None else start
+        if not isinstance(start, State):
+            raise TypeError(f"start is {type(start).__name__}: expected a hydroelastic.State")
         poses, twists = start.poses, start.twists
         if len(poses) != len(self._bodies):
             raise HydroelasticError(f"start has {len(poses)} bodies, but the world has {len(self._bodies)}")
@@ -195,7 +200,7 @@ class Adapter:
         velocities: dict[str, Any] = {}
         for at in self._coordinates:
             mine = q[at.q]
-            velocity: _Floats = np.linalg.solve(at.velocity_map(q), v[at.v])
+            velocity: Any = np.linalg.solve(at.velocity_map(q), v[at.v])
             if at.joint is None:
                 poses[at.body, :3, :3], poses[at.body, :3, 3] = _rotation(mine[3:]), mine[:3]
                 twists[at.body] = velocity
@@ -344,9 +349,7 @@ class Adapter:
             result.by_q[:] += by_pose.T @ (jacobian[:, :12] @ by_pose + jacobian[:, 12:24] @ twist_by_q)
             result.by_v[:] += by_pose.T @ (jacobian[:, 12:24] @ by_pose)
         # Without gravity, the static torque is −Jᵀf of the forces f, which are constant in the axes of the links.
-        result.by_q[:] -= pinocchio.computeStaticTorqueDerivatives(
-            self._weightless, self._weightless.createData(), q, forces
-        )
+        result.by_q[:] -= pinocchio.computeStaticTorqueDerivatives(*self._weightless, q, forces)
         if not all(np.isfinite(array).all() for array in result):
             raise HydroelasticError("a derivative of the contact torques is not finite: q or v is too large")
         return result
@@ -379,8 +382,8 @@ class Adapter:
             a, b = (self._bodies[self._world.index_of(name)] for name in names)
             law = a.material.combined_with(b.material, self._world.slip_tolerance)
             # The bodies touch, so both have shapes, and the first is compliant.
-            sides: tuple[Any, ...] = (a.shape, b.shape, a.material.modulus, b.material.modulus)
-            self._pairs[names] = Pair(*sides, law)
+            moduli: Any = a.material.modulus, b.material.modulus
+            self._pairs[names] = Pair(a.shape, b.shape, *moduli, law)  # type: ignore[arg-type]
         return self._pairs[names]
 
     def _mount_of(self, body: Body) -> _Mount | None:

@@ -376,6 +376,9 @@ class _Scene:
             if isinstance(body.shape, HalfSpace):
                 self._half_spaces[len(self._bodies) - 1] = body.shape
                 continue
+            if body.shape is None:
+                self._bodies[-1]["reach"] = 0.0
+                continue
             vertices, triangles = _outline(body.shape)
             key = (vertices.tobytes(), triangles.tobytes())
             if key not in known:
