@@ -509,7 +509,7 @@ def test_evaluations_outside_a_step_raise_nothing():
 @pytest.mark.parametrize("kind", LIMITS)
 def test_a_motion_that_blows_up_names_step_time_body_and_contact(kind):
     """The plane throws the cube up in steps that are much too long, without the stability check."""
-    model, data, contacts = cube_on_plane(1e7 / np.sqrt(RATE), kind=kind, check_stability=False)
+    model, data, contacts = cube_on_plane(1e7 / np.sqrt(RATE), kind=kind, gravity="0 0 0", check_stability=False)
     message = (
         r"after step \d+ \(t = .* s\) the motion has diverged, and MuJoCo resets the state: q\w+\[2\] was not finite or beyond "
         r"1e10. This is a number of the joint of body 'cube'. The contact of geom 'cube' and geom 'floor' was the last to act on it, "
@@ -517,6 +517,14 @@ def test_a_motion_that_blows_up_names_step_time_body_and_contact(kind):
     )
     with pytest.raises(he.RolloutError, match=message), contacts:
         mujoco.mj_step(model, data, 300)
+
+
+@pytest.mark.parametrize("kind", LIMITS)
+@pytest.mark.parametrize("excess", [10.0, 1000.0])
+def test_a_body_that_a_step_moves_into_the_ground_is_an_error(kind, excess):
+    model, data, contacts = cube_on_plane(excess / np.sqrt(RATE), height=EDGE / 2 + 0.05, kind=kind)
+    with pytest.raises(he.RolloutError, match=r"step \d+ .*geom 'cube' and geom 'floor'"), contacts:
+        mujoco.mj_step(model, data, 2000)
 
 
 def test_an_error_in_a_thread_of_mujoco_is_raised_at_the_end():

@@ -29,6 +29,8 @@ Limits:
 - If a position, a velocity or an acceleration is not finite or beyond 1e10, ``RolloutError`` names the number, the
   joint, the body, the step, the time, and the contact that last acted on the joint. This does not depend on
   ``check_stability``. MuJoCo itself only writes a warning and resets the state.
+- If a step moves two bodies so deep into each other that their contact no longer acts, ``RolloutError`` names the
+  contact. A body that a single step moves through another body and out of it is not detected.
 - ``mjd_transitionFD`` differentiates through the callback by finite differences. ``hydroelastic.pin`` and
   ``hydroelastic.World`` have exact derivatives.
 - The callback takes the GIL, so threads wait for each other in it, including the threads of ``mujoco.rollout``. Use
@@ -355,6 +357,8 @@ class PassiveContacts:
         self._checks_stability = check_stability
         pairs = [contact.pair for contact in self._contacts]
         self._chattering = [_with_slip_tolerance(pair, _CHATTER * pair.law.slip_tolerance) for pair in pairs]
+        # Half of the smallest extent (m) of the shape of A of each contact.
+        self._sizes = [0.5 * float(np.ptp(pair.shapes[0].vertices, axis=0).min()) for pair in pairs]
         self._mass_indices = _mass_indices(model)
         self._joints = [_joint_of(model, joint) for joint in range(model.njnt)]
         self._histories: dict[int, _History] = {}
@@ -457,6 +461,7 @@ class PassiveContacts:
         try:
             self._check_finite(data)
             forces = [self._joint_forces(number, data) for number in range(len(self._sides))]
+            self._check_depth(data, forces)
             self._check(data, forces)
         except HydroelasticError as error:
             if not isinstance(threading.current_thread(), threading._DummyThread):
@@ -536,6 +541,28 @@ class PassiveContacts:
             f"This is a number of {joint}. The contact of {self._names[number]} was the last to act on it, at t = {time:.6g} s, "
             f"with a joint force of {force:.3g} N or N m"
         )
+
+    def _check_depth(self, data: Any, forces: Forces) -> None:
+        """Raises an error if two bodies have passed into each other in a step, so deep that contact no longer acts.
+
+        Only a contact that has just ended, or a step that is longer than the shape of A, can lead there.
+        """
+        history = self._histories.get(data._address)
+        if history is None:
+            return
+        touched, history.touching = history.touching, {number for number, force in enumerate(forces) if force is not None}
+        model = self._model
+        # Upper bound of the motion in a step (m): a joint moves a point by at most its angle times the size of the model.
+        motion = model.opt.timestep * max(1.0, model.stat.extent) * float(np.abs(data.qvel).sum())
+        for number, size in enumerate(self._sizes):
+            if number in history.touching or (number not in touched and motion < size):
+                continue
+            poses = [side.pose(data) for side in self._sides[number]]
+            if self._contacts[number].pair.has_sunk_through(*poses):
+                raise RolloutError(
+                    f"{self._step_of(data)}: the bodies of {self._names[number]} have passed so deep into each other in one step that "
+                    "their contact no longer pushes them apart. Use shorter steps, lower speeds, or a higher modulus"
+                )
 
     def _check(self, data: Any, forces: Forces) -> None:
         """Raises an error if MuJoCo has reset the state. Then compares the evaluation with the evaluation a time step
@@ -627,6 +654,8 @@ class _History:
         self.watch = Watch(names, is_rk4=is_rk4)
         self.is_rk4 = is_rk4
         self.time = math.inf
+        # Contacts that acted at the last evaluation.
+        self.touching: set[int] = set()
         # Time (s) and Jᵀ w of each contact when it last acted, by its index.
         self.acted: dict[int, tuple[float, _Floats]] = {}
         # The last stage of RK4 has the time of the next step, but not its state.
