@@ -382,8 +382,8 @@ class Adapter:
             a, b = (self._bodies[self._world.index_of(name)] for name in names)
             law = a.material.combined_with(b.material, self._world.slip_tolerance)
             # The bodies touch, so both have shapes, and the first is compliant.
-            moduli: Any = a.material.modulus, b.material.modulus
-            self._pairs[names] = Pair(a.shape, b.shape, *moduli, law)  # type: ignore[arg-type]
+            moduli = a.material.modulus, b.material.modulus
+            self._pairs[names] = Pair(a.shape, b.shape, moduli[0], moduli[1], law)  # type: ignore[arg-type]
         return self._pairs[names]
 
     def _mount_of(self, body: Body) -> _Mount | None:
