@@ -8,7 +8,7 @@ use numpy::{
 };
 use pyo3::exceptions::{PyOverflowError, PyTypeError};
 use pyo3::prelude::*;
-use pyo3::types::{PyList, PyTuple};
+use pyo3::types::{PyDict, PyList, PyString, PyTuple};
 use std::collections::BTreeMap;
 
 /// Array of `float64` that is returned to Python.
@@ -96,6 +96,50 @@ pub fn optional_real(argument: &Bound<'_, PyAny>) -> PyResult<Option<f64>> {
         return Ok(None);
     }
     real(argument).map(Some)
+}
+
+/// Reads a number. `name` is the name of the number in error messages.
+pub fn named_real(argument: &Bound<'_, PyAny>, name: &str) -> PyResult<f64> {
+    real(argument).map_err(|error| {
+        if error.is_instance_of::<PyTypeError>(argument.py()) {
+            let kind = argument.get_type();
+            return PyTypeError::new_err(format!("{name} must be a number, but is {kind}"));
+        }
+        error
+    })
+}
+
+/// Reads a sequence of N parts. `name` is the name of the sequence in error messages, and `expected` describes its parts.
+pub fn parts<'py, const N: usize>(
+    argument: &Bound<'py, PyAny>,
+    name: &str,
+    expected: &str,
+) -> PyResult<[Bound<'py, PyAny>; N]> {
+    let items = argument.try_iter();
+    let items = items.and_then(Iterator::collect::<PyResult<Vec<_>>>);
+    let is_sequence =
+        !argument.is_instance_of::<PyString>() && !argument.is_instance_of::<PyDict>();
+    let Some(items) = items.ok().filter(|_| is_sequence) else {
+        let kind = argument.get_type();
+        return Err(PyTypeError::new_err(format!(
+            "{name} must be {expected}, but is {kind}"
+        )));
+    };
+    let count = items.len();
+    <[_; N]>::try_from(items)
+        .map_err(|_| value_error(format!("{name} must be {expected}, but has {count} parts")))
+}
+
+/// Converts an argument to pairs of names of bodies, or None.
+pub fn name_pairs(argument: &Bound<'_, PyAny>) -> PyResult<Option<Vec<(String, String)>>> {
+    let items: Option<Vec<Bound<'_, PyAny>>> = argument.extract()?;
+    let pair = |item: Bound<'_, PyAny>| {
+        let [first, second] = parts(&item, "an item of ignoring", "two names of bodies")?;
+        Ok((first.extract()?, second.extract()?))
+    };
+    items
+        .map(|items| items.into_iter().map(pair).collect())
+        .transpose()
 }
 
 /// Converts an argument to an integer. Booleans and integers beyond 128 bits are errors.
@@ -229,9 +273,8 @@ impl<T> Many<T> {
             Self::One(single) => Ok(Many::One(value(single)?)),
             Self::Each(values) => {
                 let mapped = |(item, item_value): (usize, &T)| {
-                    value(item_value).map_err(|error| {
-                        value_error(format!("{name}[{item}]: {}", message(&error)))
-                    })
+                    value(item_value)
+                        .map_err(|error| named_error(&format!("{name}[{item}]"), &error))
                 };
                 values
                     .iter()
@@ -246,6 +289,11 @@ impl<T> Many<T> {
 
 fn message(error: &PyErr) -> String {
     Python::attach(|py| error.value(py).to_string())
+}
+
+/// Adds the name of an argument to the error of its value.
+pub fn named_error(name: &str, error: &PyErr) -> PyErr {
+    value_error(format!("{name}: {}", message(error)))
 }
 
 /// Reads a one-dimensional `float64` array of `N` numbers. This is a fast path for the most frequent arguments.

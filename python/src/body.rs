@@ -35,7 +35,7 @@ fn mass_of(
     match (mass, density, center_of_mass, inertia) {
         (Some(mass), None, _, _) if !has_shape => link_mass(mass, center_of_mass, inertia),
         (Some(mass), None, None, None) => Ok(Mass::Total(mass)),
-        (None, Some(density), None, None) => Ok(Mass::Density(density)),
+        (None, Some(density), None, None) if has_shape => Ok(Mass::Density(density)),
         (Some(mass), None, Some(center), Some(inertia)) => Ok(Mass::Properties(MassProperties {
             mass,
             center_of_mass: row::<3>(center, "center_of_mass")?.into(),
@@ -44,6 +44,9 @@ fn mass_of(
         (Some(mass), Some(density), ..) => Err(value_error(format!(
             "a dynamic body has a mass or a density, but both were given, mass={mass:?} kg and density={density:?} kg/m³: leave one out"
         ))),
+        (None, Some(_), ..) if !has_shape => Err(value_error(
+            "a body without a shape has no volume: give mass, center_of_mass and inertia in place of density",
+        )),
         _ => Err(value_error(
             "a dynamic body needs its mass, or its density, or mass, center_of_mass and inertia together",
         )),

@@ -1,6 +1,6 @@
 //! Joints between bodies.
 
-use crate::arrays::{Floats, array, finite_row, list, optional_real, real};
+use crate::arrays::{Floats, array, finite_row, list, named_real, optional_real, parts, real};
 use crate::errors::value_error;
 use crate::pickle::{Reduced, loaded, reduced};
 use crate::poses::{entries, matrix, rotation, single_pose};
@@ -29,6 +29,34 @@ use pyo3::prelude::*;
 #[derive(Clone, Copy, PartialEq)]
 pub struct Stops(dynamics::Stops);
 
+/// Checks that a number is finite and in range.
+fn check_setting(
+    quantity: &'static str,
+    value: f64,
+    is_in_range: bool,
+    expected: &'static str,
+) -> PyResult<()> {
+    if is_in_range && value.is_finite() {
+        return Ok(());
+    }
+    Err(value_error(WorldError::Setting {
+        quantity,
+        value,
+        expected,
+    }))
+}
+
+/// Checks the stiffness and the dissipation of stops.
+pub fn check_stops(stiffness: f64, dissipation: f64) -> PyResult<()> {
+    for (quantity, value) in [
+        ("stiffness of stops", stiffness),
+        ("dissipation of stops", dissipation),
+    ] {
+        check_setting(quantity, value, value >= 0.0, "not negative and finite")?;
+    }
+    Ok(())
+}
+
 impl Stops {
     pub fn inner(self) -> dynamics::Stops {
         self.0
@@ -45,35 +73,9 @@ impl Stops {
         #[pyo3(from_py_with = real)] dissipation: f64,
     ) -> PyResult<Self> {
         let [low, high] = finite_row(range, "range")?;
-        let not_negative = "not negative and finite";
-        for (quantity, value, is_in_range, expected) in [
-            (
-                "largest position",
-                high,
-                high >= low,
-                "at least the smallest position",
-            ),
-            (
-                "stiffness of stops",
-                stiffness,
-                stiffness >= 0.0,
-                not_negative,
-            ),
-            (
-                "dissipation of stops",
-                dissipation,
-                dissipation >= 0.0,
-                not_negative,
-            ),
-        ] {
-            if !(is_in_range && value.is_finite()) {
-                return Err(value_error(WorldError::Setting {
-                    quantity,
-                    value,
-                    expected,
-                }));
-            }
-        }
+        let expected = "at least the smallest position";
+        check_setting("largest position", high, high >= low, expected)?;
+        check_stops(stiffness, dissipation)?;
         let stops = dynamics::Stops::new([low, high], stiffness, dissipation);
         Ok(Self(stops))
     }
@@ -181,24 +183,32 @@ type Leader = (String, f64, f64);
 
 /// Converts an argument to an interval and the values of a schedule, or None.
 pub fn timed(argument: &Bound<'_, PyAny>) -> PyResult<Option<Timed>> {
-    let pair: Option<(Bound<'_, PyAny>, Bound<'_, PyAny>)> = argument.extract()?;
-    let schedule = |(interval, values): (Bound<'_, PyAny>, Bound<'_, PyAny>)| {
-        Ok((real(&interval)?, list(&values, "values of a schedule")?))
-    };
-    pair.map(schedule).transpose()
+    if argument.is_none() {
+        return Ok(None);
+    }
+    let [interval, values] = parts(argument, "a schedule", "an interval and its values")?;
+    let interval = named_real(&interval, "the interval of a schedule")?;
+    Ok(Some((interval, list(&values, "values of a schedule")?)))
 }
 
 /// Converts an argument to a leader, or None.
 fn leader(argument: &Bound<'_, PyAny>) -> PyResult<Option<Leader>> {
-    let parts: Option<(String, Bound<'_, PyAny>, Bound<'_, PyAny>)> = argument.extract()?;
-    let leader = |(name, multiplier, offset): (String, Bound<'_, PyAny>, Bound<'_, PyAny>)| {
-        Ok((name, real(&multiplier)?, real(&offset)?))
-    };
-    parts.map(leader).transpose()
+    if argument.is_none() {
+        return Ok(None);
+    }
+    let expected = "the name of a leader, a multiplier and an offset";
+    let [name, multiplier, offset] = parts(argument, "mimic", expected)?;
+    let multiplier = named_real(&multiplier, "the multiplier of mimic")?;
+    let offset = named_real(&offset, "the offset of mimic")?;
+    Ok(Some((name.extract()?, multiplier, offset)))
 }
 
 impl Numbers {
-    fn applied(self, joint: dynamics::Joint) -> dynamics::Joint {
+    fn applied(self, joint: dynamics::Joint) -> PyResult<dynamics::Joint> {
+        let moves = self.position != 0.0 || self.velocity != 0.0;
+        if let Some((leader, ..)) = self.mimic.as_ref().filter(|_| moves) {
+            return Err(mimicking_state(joint.name(), leader));
+        }
         let mut joint = joint
             .with_position(self.position)
             .with_velocity(self.velocity)
@@ -223,8 +233,15 @@ impl Numbers {
         if let Some((leader, multiplier, offset)) = self.mimic {
             joint = joint.with_mimic(&leader, multiplier, offset);
         }
-        joint
+        Ok(joint)
     }
+}
+
+/// Creates the exception for the position or velocity of a joint that mimics another joint.
+pub fn mimicking_state(name: &str, leader: &str) -> PyErr {
+    value_error(format!(
+        "joint {name:?} mimics {leader:?}, which gives its position and velocity: leave out position and velocity"
+    ))
 }
 
 /// Reads the direction of an axis.
@@ -354,7 +371,7 @@ impl Joint {
             mimic,
         };
         let joint = dynamics::Joint::revolute(name, axis_of(axis)?);
-        Place { parent, origin }.applied(numbers.applied(joint))
+        Place { parent, origin }.applied(numbers.applied(joint)?)
     }
 
     /// Creates a joint that slides along an axis.
@@ -453,7 +470,7 @@ impl Joint {
             mimic,
         };
         let joint = dynamics::Joint::prismatic(name, axis_of(axis)?);
-        Place { parent, origin }.applied(numbers.applied(joint))
+        Place { parent, origin }.applied(numbers.applied(joint)?)
     }
 
     /// Creates a joint that rotates about all axes. It has no damping, friction, stops or actuator.

@@ -54,6 +54,16 @@ impl World {
     }
 }
 
+/// Returns terms of the equations of motion, or an error if a number is not finite.
+fn finite_terms(numbers: Vec<f64>) -> PyResult<Vec<f64>> {
+    if numbers.iter().all(|number| number.is_finite()) {
+        return Ok(numbers);
+    }
+    Err(value_error(
+        "a term of the equations of motion is not finite: a number of the state or of the arguments is too large",
+    ))
+}
+
 /// Converts a matrix to an array.
 fn array_of<'py, R: Dim, C: Dim, S: RawStorage<f64, R, C>>(
     py: Python<'py>,
@@ -61,11 +71,13 @@ fn array_of<'py, R: Dim, C: Dim, S: RawStorage<f64, R, C>>(
 ) -> PyResult<Floats<'py>> {
     let rows = matrix.row_iter();
     let numbers = rows.flat_map(|row| row.iter().copied().collect::<Vec<f64>>());
-    array(py, numbers.collect(), &[matrix.nrows(), matrix.ncols()])
+    let numbers = finite_terms(numbers.collect())?;
+    array(py, numbers, &[matrix.nrows(), matrix.ncols()])
 }
 
 fn vector_array<'py>(py: Python<'py>, vector: &DVector<f64>) -> PyResult<Floats<'py>> {
-    array(py, vector.as_slice().to_vec(), &[vector.len()])
+    let numbers = finite_terms(vector.as_slice().to_vec())?;
+    array(py, numbers, &[vector.len()])
 }
 
 /// Reads a vector of finite numbers.
@@ -199,7 +211,8 @@ impl Kinetics {
         let point = Vector3::from(finite_row::<3>(point, "point")?);
         let acceleration = self.inner.bias_acceleration(self.body(body)?, &point);
         let acceleration = acceleration.map_err(value_error)?;
-        array(py, acceleration.as_slice().to_vec(), &[6])
+        let numbers = finite_terms(acceleration.as_slice().to_vec())?;
+        array(py, numbers, &[6])
     }
 
     /// Returns the generalized forces of wrenches on bodies, such as the wrenches of contacts.

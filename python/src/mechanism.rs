@@ -1,9 +1,9 @@
 //! Mechanisms: bodies that are connected by joints, such as robots.
 
-use crate::arrays::optional_real;
+use crate::arrays::{name_pairs, optional_real};
 use crate::body::Body;
 use crate::errors::value_error;
-use crate::joint::{Joint, Stops, Timed, timed};
+use crate::joint::{Joint, Stops, Timed, mimicking_state, timed};
 use crate::world_joints::connecting_joint;
 use hydroelastic::dynamics::{self, JointKind};
 use pyo3::prelude::*;
@@ -53,6 +53,10 @@ impl Changes {
                 "joint {:?} is neither revolute nor prismatic, so it has no such numbers",
                 joint.name()
             )));
+        }
+        let moves = self.position.is_some() || self.velocity.is_some();
+        if let Some(mimic) = joint.mimic().filter(|_| moves) {
+            return Err(mimicking_state(joint.name(), &mimic.joint));
         }
         let mut law = *joint.law();
         let actuator = &mut law.actuator;
@@ -130,7 +134,10 @@ impl Mechanism {
 impl Mechanism {
     #[new]
     #[pyo3(signature = (bodies, *, ignoring=None))]
-    fn new(bodies: Vec<Bound<'_, Body>>, ignoring: Option<Vec<(String, String)>>) -> Self {
+    fn new(
+        bodies: Vec<Bound<'_, Body>>,
+        #[pyo3(from_py_with = name_pairs)] ignoring: Option<Vec<(String, String)>>,
+    ) -> Self {
         Self {
             bodies: bodies.iter().map(|body| body.get().clone()).collect(),
             ignored: ignoring.unwrap_or_default(),

@@ -1,7 +1,8 @@
 //! Poses as 4×4 homogeneous matrices, and twists as 6-vectors.
 
 use crate::arrays::{
-    Floats, Many, Numbers, array, check_finite, finite_row, numbers, short_matrix, wrong_shape,
+    Floats, Many, Numbers, array, check_finite, finite_row, named_error, numbers, short_matrix,
+    wrong_shape,
 };
 use crate::errors::value_error;
 use hydroelastic::nalgebra::{Matrix3, Vector3, Vector6};
@@ -107,10 +108,12 @@ pub fn poses(argument: &Bound<'_, PyAny>, name: &str) -> PyResult<Many<Pose>> {
 
 /// Reads one pose.
 pub fn single_pose(argument: &Bound<'_, PyAny>, name: &str) -> PyResult<Pose> {
-    match poses(argument, name)? {
-        Many::One(pose) => Ok(pose),
-        Many::Each(poses) => Err(wrong_shape(name, "(4, 4)", &[poses.len(), 4, 4])),
+    let Numbers { values, shape } = numbers(argument, name)?;
+    if shape != [4, 4] {
+        return Err(wrong_shape(name, "(4, 4)", &shape));
     }
+    let entries = std::array::from_fn(|index| values[index]);
+    pose_of(&entries).map_err(|error| named_error(name, &error))
 }
 
 /// Creates a twist from its components.
@@ -125,7 +128,8 @@ pub fn rotation(argument: &Bound<'_, PyAny>, name: &str) -> PyResult<Matrix3<f64
         return Err(wrong_shape(name, "(3, 3)", &shape));
     }
     let pose = Pose::restored(Matrix3::from_row_slice(&values), Vector3::zeros());
-    Ok(*pose.map_err(value_error)?.rotation())
+    let pose = pose.map_err(|error| named_error(name, &value_error(error)));
+    Ok(*pose?.rotation())
 }
 
 /// Entries of the matrix of a pose, row by row.

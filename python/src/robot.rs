@@ -1,9 +1,9 @@
 //! Robots from URDF files.
 
-use crate::arrays::{Whole, count, real, whole};
+use crate::arrays::{Whole, count, named_real, parts, real, whole};
 use crate::body::Body;
 use crate::errors::value_error;
-use crate::joint::Joint;
+use crate::joint::{Joint, check_stops};
 use crate::material::Material;
 use crate::mechanism::Mechanism;
 use crate::poses::single_pose;
@@ -25,14 +25,18 @@ pub struct Robot(urdf::Robot);
 
 /// Converts an argument to a law of stops, or None.
 fn stop_law(argument: &Bound<'_, PyAny>) -> PyResult<Option<StopLaw>> {
-    let pair: Option<(Bound<'_, PyAny>, Bound<'_, PyAny>)> = argument.extract()?;
-    let law = |(stiffness, dissipation)| {
-        Ok(StopLaw {
-            stiffness: real(&stiffness)?,
-            dissipation: real(&dissipation)?,
-        })
-    };
-    pair.map(law).transpose()
+    if argument.is_none() {
+        return Ok(None);
+    }
+    let expected = "a stiffness and a dissipation, or None";
+    let [stiffness, dissipation] = parts(argument, "the law of stops", expected)?;
+    let stiffness = named_real(&stiffness, "the stiffness of stops")?;
+    let dissipation = named_real(&dissipation, "the dissipation of stops")?;
+    check_stops(stiffness, dissipation)?;
+    Ok(Some(StopLaw {
+        stiffness,
+        dissipation,
+    }))
 }
 
 /// Reads the kind of the shapes of meshes.
@@ -304,7 +308,7 @@ impl World {
         pose: Option<&Bound<'_, PyAny>>,
         packages: Option<BTreeMap<String, PathBuf>>,
         meshes: &str,
-        servos: Option<BTreeMap<String, (Bound<'py, PyAny>, Bound<'py, PyAny>)>>,
+        servos: Option<BTreeMap<String, Bound<'py, PyAny>>>,
         bodies: Option<Vec<Bound<'py, Body>>>,
         #[pyo3(from_py_with = gravity)] gravity: Option<Vector3<f64>>,
     ) -> PyResult<Self> {
@@ -320,8 +324,15 @@ impl World {
         };
         let robot = Robot::read(path)?.0;
         let mut mechanism = converted(&robot.mechanism(&options).map_err(value_error)?);
-        for (joint, (stiffness, damping)) in servos.into_iter().flatten() {
-            mechanism = mechanism.with_servo(&joint, [real(&stiffness)?, real(&damping)?])?;
+        for (joint, servo) in servos.into_iter().flatten() {
+            let name = format!("the servo of joint {joint:?}");
+            let [stiffness, damping] = parts(&servo, &name, "a stiffness and a damping")?;
+            let number = |value, of| named_real(value, &format!("the {of} of {name}"));
+            let servo = [
+                number(&stiffness, "stiffness")?,
+                number(&damping, "damping")?,
+            ];
+            mechanism = mechanism.with_servo(&joint, servo)?;
         }
         let mechanisms = vec![Bound::new(py, mechanism)?];
         let bodies = bodies.unwrap_or_default();

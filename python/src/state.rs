@@ -1,6 +1,8 @@
 //! States of a world.
 
-use crate::arrays::{Floats, Many, array, finite, finite_row, real, wrong_shape};
+use crate::arrays::{
+    Floats, Many, array, finite, finite_row, named_real, parts, real, wrong_shape,
+};
 use crate::errors::value_error;
 use crate::path::many_twists;
 use crate::poses::{poses, rotation};
@@ -11,8 +13,8 @@ use pyo3::prelude::*;
 
 /// State of the n bodies and the joints of a world at one time.
 ///
-/// The bodies have the order of World.names. The states of the joints have the order of World.joints, without fixed joints. Bodies on
-/// joints follow their joints if a rollout starts from a state.
+/// The bodies have the order of World.names. The states of the joints have the order of World.joints, without fixed joints and joints
+/// that mimic. Bodies on joints follow their joints if a rollout starts from a state.
 ///
 /// Parameters
 /// ----------
@@ -44,22 +46,17 @@ pub enum JointNumber {
 
 /// Reads the state of a joint from a position and a velocity. The position of a ball joint is a rotation matrix.
 fn joint_of(item: &Bound<'_, PyAny>) -> PyResult<JointState> {
-    let pair = item.try_iter()?.collect::<PyResult<Vec<_>>>()?;
-    let [position, velocity] = &pair[..] else {
-        return Err(value_error(format!(
-            "the state of a joint must be a position and a velocity, but has {} parts",
-            pair.len()
-        )));
-    };
+    let [position, velocity] = parts(item, "the state of a joint", "a position and a velocity")?;
     if position.len().is_ok() {
         return Ok(JointState::Ball {
-            rotation: rotation(position, "rotation of a ball joint")?,
-            angular_velocity: finite_row(velocity, "angular velocity of a ball joint")?.into(),
+            rotation: rotation(&position, "the rotation of a ball joint")?,
+            angular_velocity: finite_row(&velocity, "the angular velocity of a ball joint")?.into(),
         });
     }
+    let number = |value, name| finite(named_real(value, name)?, name);
     Ok(JointState::Scalar {
-        position: finite(real(position)?, "position of a joint")?,
-        velocity: finite(real(velocity)?, "velocity of a joint")?,
+        position: number(&position, "the position of a joint")?,
+        velocity: number(&velocity, "the velocity of a joint")?,
     })
 }
 
@@ -122,8 +119,8 @@ impl State {
         self.array(py, 1)
     }
 
-    /// Position and velocity of each joint that is not fixed, in the order of World.joints. A revolute or prismatic joint has two numbers.
-    /// A ball joint has a rotation, (3, 3) float64, and an angular velocity, (3,) float64.
+    /// Position and velocity of each joint, in the order of World.joints, without fixed joints and joints that mimic. A revolute or
+    /// prismatic joint has two numbers. A ball joint has a rotation, (3, 3) float64, and an angular velocity, (3,) float64.
     #[getter]
     fn joints(&self, py: Python<'_>) -> PyResult<Vec<(JointNumber, JointNumber)>> {
         let ball = |values: &[f64], shape: &[usize]| {

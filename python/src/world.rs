@@ -1,6 +1,6 @@
 //! Worlds: bodies, forces and the initial state.
 
-use crate::arrays::{Floats, array, optional_real, real, row};
+use crate::arrays::{Floats, array, name_pairs, optional_real, real, row};
 use crate::body::Body;
 use crate::control::Control;
 use crate::errors::{gradient_error, value_error};
@@ -176,7 +176,7 @@ impl World {
         #[pyo3(from_py_with = forces)] forces: Option<Vec<AnyForce>>,
         #[pyo3(from_py_with = reals)] force_parameters: Option<BTreeMap<String, f64>>,
         controls: Option<Vec<Bound<'_, Control>>>,
-        ignoring: Option<Vec<(String, String)>>,
+        #[pyo3(from_py_with = name_pairs)] ignoring: Option<Vec<(String, String)>>,
         #[pyo3(from_py_with = optional_real)] slip_tolerance: Option<f64>,
         start: Option<&Bound<'_, State>>,
     ) -> PyResult<Self> {

@@ -1,6 +1,6 @@
 //! Joints of a world, and states with other joint positions and velocities.
 
-use crate::arrays::{finite_row, real};
+use crate::arrays::{finite_row, named_real};
 use crate::errors::value_error;
 use crate::joint::Joint;
 use crate::poses::rotation;
@@ -132,18 +132,20 @@ impl World {
             None => self.inner.initial_state(),
         };
         for (name, value) in positions.into_iter().flatten() {
+            let label = format!("the position of joint {name:?}");
             match self.joint_state_mut(&name, &mut changed)? {
-                JointState::Scalar { position, .. } => *position = real(&value)?,
-                JointState::Ball { rotation, .. } => *rotation = self::rotation(&value, &name)?,
+                JointState::Scalar { position, .. } => *position = named_real(&value, &label)?,
+                JointState::Ball { rotation, .. } => *rotation = self::rotation(&value, &label)?,
                 _ => {}
             }
         }
         for (name, value) in velocities.into_iter().flatten() {
+            let label = format!("the velocity of joint {name:?}");
             match self.joint_state_mut(&name, &mut changed)? {
-                JointState::Scalar { velocity, .. } => *velocity = real(&value)?,
+                JointState::Scalar { velocity, .. } => *velocity = named_real(&value, &label)?,
                 JointState::Ball {
                     angular_velocity, ..
-                } => *angular_velocity = finite_row(&value, &name)?.into(),
+                } => *angular_velocity = finite_row(&value, &label)?.into(),
                 _ => {}
             }
         }

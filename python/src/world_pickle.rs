@@ -6,7 +6,7 @@ use crate::path::{Kind, Path};
 use crate::pickle::{Reduced, loaded, reduced};
 use crate::world::{Inner, World};
 use crate::world_joints::connecting_joint;
-use hydroelastic::dynamics::{self, State};
+use hydroelastic::dynamics::{self, BodyState, State};
 use pyo3::prelude::*;
 use std::sync::Arc;
 
@@ -35,7 +35,7 @@ impl Body {
     /// Pickles a world that has only this body, at the time of its initial state, and the joint. The parent of the joint is not in the
     /// world.
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
-        // A free body without inertia is not a valid world, so such a body is welded to the world.
+        // A free body without inertia is not a valid world, so such a body is welded to the world, and its motion is saved apart.
         let free = self.inner.clone().without_joint();
         let pose = self.inner.initial_state().pose;
         let alone = dynamics::World::new(vec![free]).or_else(|_| {
@@ -57,21 +57,23 @@ impl Body {
             paths: paths.collect(),
         };
         let joint = connecting_joint(&self.inner);
-        reduced(py, "_load_body", &(world.saved()?, joint))
+        let start = self.inner.initial_state();
+        reduced(py, "_load_body", &(world.saved()?, joint, start))
     }
 }
 
 /// Restores a body from a pickle.
 #[pyfunction]
 pub fn _load_body(saved: &[u8]) -> PyResult<Body> {
-    let (world, joint): (Saved, Option<dynamics::Joint>) = loaded(saved)?;
+    let (world, joint, start): (Saved, Option<dynamics::Joint>, BodyState) = loaded(saved)?;
     let body = world_of(world)?.bodies().into_iter().next();
     let body = body.ok_or_else(|| value_error("there is no body in what was saved"))?;
-    let pose = body.inner.initial_state().pose;
     let inner = match joint {
         Some(joint) => body.inner.with_joint(joint).map_err(value_error)?,
         None if connecting_joint(&body.inner).is_some() => {
-            body.inner.without_joint().with_pose(pose)
+            let free = body.inner.without_joint().with_pose(start.pose);
+            free.with_velocity(start.twist.linear)
+                .with_angular_velocity(start.twist.angular)
         }
         None => return Ok(body),
     };

@@ -316,6 +316,10 @@ def test_wrong_joints_are_refused(arm):
         (lambda: arm.rollout(PLAN, start=no_joints), "the state has 0 joints, but the world has 3"),
         (lambda: arm.rollout(PLAN, start=unlike), 'the state of joint "socket" does not fit its kind'),
         (lambda: arm.state_with_joints({"weld": 0.1}), 'no joint with a position is named "weld"'),
+        (lambda: arm.state_with_joints({"elbow": np.eye(3)}), 'the position of joint "elbow" must be a number'),
+        (lambda: arm.state_with_joints({"socket": 2.0 * np.eye(3)}), 'the position of joint "socket": a rotation must be orthonormal'),
+        (lambda: arm.state_with_joints(velocities={"socket": [1.0]}), r'the velocity of joint "socket" must have the shape \(3,\)'),
+        (lambda: he.State(0.0, state.poses, state.twists, [(None, 0.0)]), "the position of a joint must be a number"),
         (lambda: arm.joint_index("knee"), 'no joint with a position is named "knee"'),
         (lambda: he.State(0.0, state.poses, state.twists, [(0.0,)]), "must be a position and a velocity"),
         (lambda: he.Trajectory([state, no_joints]), "the joints of state 1 of a trajectory differ"),
@@ -325,7 +329,7 @@ def test_wrong_joints_are_refused(arm):
         (lambda: vjp(*zero, by_joint_positions=np.zeros((5, 3))), r"by_joint_positions must have the shape \(5, 2\)"),
     ]
     for call, message in cases:
-        with pytest.raises(he.HydroelasticError, match=message):
+        with pytest.raises((he.HydroelasticError, TypeError), match=message):
             call()
 
 
@@ -400,6 +404,27 @@ def test_jax_scans_steps_with_joints(arm, jax):
     assert jax.numpy.isfinite(last.joint_positions).all()
     with pytest.raises(he.HydroelasticError, match="start needs joint_positions"):
         hj.step(arm, one, hj.State(start.poses, start.twists))
+
+
+def test_jax_differentiates_joints_that_mimic(jax):
+    hj, jnp = importlib.import_module("hydroelastic.jax"), jax.numpy
+    lead = link("lead", he.Joint.revolute("lead", [0, 1, 0], position=0.2))
+    follow = link("follow", he.Joint.revolute("follow", [0, 1, 0], parent="lead", mimic=("lead", -2.0, 0.1)))
+    world = he.World([lead, follow], gravity=-GRAVITY)
+    start = hj.initial_state(world)
+
+    def end(q):
+        return hj.final_state(world, STEADY, start=start._replace(joint_positions=q)).joint_positions[0]
+
+    slope = jax.jit(jax.grad(end))(start.joint_positions)[0]
+    step = 1e-6
+    assert abs((end(jnp.array([0.2 + step])) - end(jnp.array([0.2 - step]))) / (2.0 * step) - slope) < DIFFERENCES * abs(slope)
+    with pytest.raises(he.HydroelasticError, match="finite"):
+        end(jnp.array([jnp.nan]))
+    with pytest.raises(TypeError, match="joints is float: expected"):
+        hj.final_state(world, STEADY, {"joints": 1.0})
+    with pytest.raises(TypeError, match=r"joints\['lead'\] is float: expected"):
+        hj.final_state(world, STEADY, {"joints": {"lead": 1.0}})
 
 
 def test_torch_differentiates_joints(arm):

@@ -506,6 +506,27 @@ def test_evaluations_outside_a_step_raise_nothing():
         mujoco.mj_step(model, data)
 
 
+@pytest.mark.parametrize("kind", LIMITS)
+def test_a_motion_that_blows_up_names_step_time_body_and_contact(kind):
+    """The plane throws the cube up in steps that are much too long, without the stability check."""
+    model, data, contacts = cube_on_plane(1e7 / np.sqrt(RATE), kind=kind, gravity="0 0 0", check_stability=False)
+    message = (
+        r"after step \d+ \(t = .* s\) the motion has diverged, and MuJoCo resets the state: q\w+\[2\] was not finite or beyond "
+        r"1e10. This is a number of the joint of body 'cube'. The contact of geom 'cube' and geom 'floor' was the last to act on it, "
+        r"at t = 0 s, with a joint force of "
+    )
+    with pytest.raises(he.RolloutError, match=message), contacts:
+        mujoco.mj_step(model, data, 300)
+
+
+@pytest.mark.parametrize("kind", LIMITS)
+@pytest.mark.parametrize("excess", [10.0, 1000.0])
+def test_a_body_that_a_step_moves_into_the_ground_is_an_error(kind, excess):
+    model, data, contacts = cube_on_plane(excess / np.sqrt(RATE), height=EDGE / 2 + 0.05, kind=kind)
+    with pytest.raises(he.RolloutError, match=r"step \d+ .*geom 'cube' and geom 'floor'"), contacts:
+        mujoco.mj_step(model, data, 2000)
+
+
 def test_an_error_in_a_thread_of_mujoco_is_raised_at_the_end():
     rollout = pytest.importorskip("mujoco.rollout")
     model, data, contacts = cube_on_plane(1.25 * 2.0 / np.sqrt(RATE))
@@ -547,7 +568,7 @@ def test_a_state_that_is_not_finite_is_named_with_its_step():
         mujoco.mj_step(model, data)
     data = mujoco.MjData(model)
     data.time, data.qpos[2], data.qvel[0] = 3e-4, 0.19, np.nan
-    with pytest.raises(he.RolloutError, match=r"step 3 \(t = 0.0003 s\): qvel\[0\] is not finite"), contacts:
+    with pytest.raises(he.RolloutError, match=r"step 3 \(t = 0.0003 s\): qvel\[0\] is not finite.*of body 'ball'"), contacts:
         mujoco.mj_fwdPosition(model, data)
         mujoco.mj_fwdVelocity(model, data)
 
@@ -555,8 +576,8 @@ def test_a_state_that_is_not_finite_is_named_with_its_step():
 @pytest.mark.parametrize(
     ("flag", "message"),
     [
-        ("enable", r"after step 4 \(t = 0.0004 s\) the motion has diverged, .*qacc\[0\]"),
-        ("disable", r"step 5 \(t = 0.0005 s\): qpos\[0\] is not finite"),
+        ("enable", r"after step 4 \(t = 0.0004 s\) the motion has diverged, .*qacc\[0\].*of body 1, on which no contact has acted"),
+        ("disable", r"step 5 \(t = 0.0005 s\): qpos\[0\] is not finite.*of body 1, on which no contact has acted"),
     ],
 )
 def test_a_nan_of_a_body_without_contacts_is_an_error_without_a_stability_check(flag, message):

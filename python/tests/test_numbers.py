@@ -11,7 +11,7 @@ import pytest
 import hydroelastic as he
 
 # Names in the annotations of numeric arguments.
-NUMERIC = {"float", "int", "_Floats", "_Numbers", "_Rows", "_Indices", "_Whole", "_Array", "_Tensor", "Controller", "NDArray"}
+NUMERIC = {"float", "int", "_Floats", "_Numbers", "_Rows", "_Indices", "_Whole", "_Array", "_Tensor", "NDArray"}
 REFUSED = (he.HydroelasticError, TypeError, ValueError)
 HUGE = 1e308
 
@@ -33,9 +33,7 @@ class Signed(int):
 
 
 # Arrays of numbers that must not be negative.
-NOT_NEGATIVE = {"moduli", "law", "materials"}
-# Numbers that may be infinite: the modulus of a rigid body.
-INFINITE = {"materials"}
+NOT_NEGATIVE = {"moduli", "law"}
 
 
 def refused_values(name, value):
@@ -47,8 +45,6 @@ def refused_values(name, value):
         numbers = {"NaN": np.nan, "infinite": np.inf, "minus infinity": -np.inf}
         if name in NOT_NEGATIVE:
             numbers["negative"] = -1.0
-        if name in INFINITE:
-            del numbers["infinite"]
         return invalid | {what: changed(value, number) for what, number in numbers.items()}
     if isinstance(value, bool | Signed):
         return {"NaN": np.nan, "a fraction": 1.5}
@@ -565,44 +561,26 @@ def test_jax_refuses_what_the_package_refuses():
 def test_pinocchio_refuses_what_the_package_refuses():
     pinocchio = pytest.importorskip("pinocchio")
     soft = importlib.import_module("hydroelastic.pin")
-    model = pinocchio.Model()
-    joint = 0
-    for kind in (pinocchio.JointModelPZ(), pinocchio.JointModelPX()):
-        joint = model.addJoint(joint, kind, pinocchio.SE3.Identity(), f"slide {joint}")
-        model.appendBodyToJoint(joint, pinocchio.Inertia.FromSphere(1.0, 0.1), pinocchio.SE3.Identity())
-    model.addFrame(pinocchio.Frame("ball", joint, pinocchio.SE3.Identity(), pinocchio.FrameType.BODY))
-    pair = he.Pair(he.Shape.icosphere(0.1, 1), he.HalfSpace(), 1e5, law=he.SurfaceLaw(0.1, 0.2))
-    robot = soft.Robot(model, [soft.ContactPair(pair, "ball")])
-    two = np.full(2, 0.09)
-    state = {"q": two, "v": two}
-    driven = state | {"tau": two}
-    stepped = driven | {"time_step": Positive(1e-4)}
-    rolled = stepped | {"steps": 2, "record_every": 1}
+    skin, model = he.Material(1e5, 0.1, 0.2), pinocchio.Model()
+    slide = he.Joint.prismatic("slide", [0.0, 0.0, 1.0])
+    ball = he.Body.dynamic("ball", he.Shape.icosphere(0.1, 1), skin, 1.0, joint=slide)
+    world = he.World([ball, he.Body.fixed("ground", he.HalfSpace(), he.Material.rigid())])
+    joint = model.addJoint(0, pinocchio.JointModelPZ(), pinocchio.SE3.Identity(), "slide")
+    model.appendBodyToJoint(joint, pinocchio.Inertia.FromSphere(1.0, 0.1), pinocchio.SE3.Identity())
+    model.addBodyFrame("ball", joint, pinocchio.SE3.Identity(), 0)
+    robot = soft.Adapter(world, model)
+    state = {"q": np.full(1, 0.09), "v": np.full(1, 0.09)}
     table = {
-        "ContactPair": (lambda **it: soft.ContactPair(pair, "ball", **it), {"pose_a": EYE, "pose_b": EYE}),
-        "Robot.with_materials": (robot.with_materials, {"materials": np.array([[1e5, np.inf, 0.1, 0.2]])}),
-        "Robot.acceleration": (robot.acceleration, driven),
-        "Robot.linearized": (robot.linearized, driven),
-        "Robot.wrenches": (robot.wrenches, state),
-        "Robot.linearized_wrenches": (robot.linearized_wrenches, state),
-        "Robot.poses": (robot.poses, {"q": two}),
-        "Robot.contact_energy": (robot.contact_energy, {"q": two}),
-        "Robot.step": (robot.step, stepped),
-        "Robot.linearized_step": (robot.linearized_step, stepped),
-        "Robot.rollout": (robot.rollout, rolled),
-        "Robot.linearized_rollout": (robot.linearized_rollout, rolled),
+        "Adapter.state": (robot.state, state),
+        "Adapter.velocity_map": (robot.velocity_map, {"q": state["q"]}),
+        "Adapter.contact_torques": (robot.contact_torques, state),
+        "Adapter.linearized_contact_torques": (robot.linearized_contact_torques, state),
     }
-    # A frame is a name or an index that is looked up in the model.
-    assert_complete(callables_of(soft), table, {"ContactPair": {"frame_a", "frame_b"}})
-    materials = table.pop("Robot.with_materials")
+    assert_complete(callables_of(soft), table, {})
     for call, arguments in table.values():
         check(call, arguments)
-    good = materials[1]["materials"]
-    for bad in [*refused_values("materials", good).values(), changed(good, np.inf), changed(good, HUGE * 10)]:
-        with pytest.raises(REFUSED):
-            robot.with_materials(bad)
     # Integers and lists are converted.
-    assert np.array_equal(robot.acceleration([0, 0], [0, 0], np.zeros(2, dtype=int)), robot.acceleration(*np.zeros((3, 2))))
+    assert robot.contact_torques([0], np.zeros(1, dtype=int)) == robot.contact_torques(*np.zeros((2, 1)))
 
 
 def test_mujoco_refuses_what_the_package_refuses():

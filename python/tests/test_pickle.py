@@ -68,6 +68,19 @@ def test_bodies_of_a_world_at_a_later_time():
         same(he.World(bodies, start=world.initial_state).initial_state.poses, world.initial_state.poses)
 
 
+def test_free_bodies_without_mass_keep_their_motion():
+    pose = he.pose([0.1, 0.2, 0.3], [0.3, -0.2, 0.1])
+    hub = he.Body.dynamic("hub", None, mass=0.0, pose=pose, velocity=[1.0, 2.0, 3.0], angular_velocity=[0.4, 0.5, 0.6])
+    inertia = np.diag([0.1, 0.2, 0.3])
+    load = he.Body.dynamic("load", None, mass=2.0, inertia=inertia, joint=he.Joint.fixed("weld", parent="hub"))
+    for bodies in ([hub, load], again([hub, load]), again(he.Mechanism([hub, load])).bodies, copy.deepcopy([hub, load])):
+        same(bodies[0].pose, pose)
+        same(bodies[0].twist, np.array([0.4, 0.5, 0.6, 1.0, 2.0, 3.0]))
+        assert bodies[0].joint is None and bodies[0].mass == 0.0
+        # The center of mass of the hub is at its origin, and the load moves with it.
+        same(he.World(bodies).initial_state.twists[1], he.World([hub, load]).initial_state.twists[1])
+
+
 def test_states_and_trajectories(scene):
     trajectory = scene.rollout(he.Plan(2e-4, 500, record_every=100)).run()
     loaded = again(trajectory)

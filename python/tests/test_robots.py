@@ -122,6 +122,68 @@ def test_errors_say_what_is_wrong(tmp_path):
         he.World([], mechanisms=two)
 
 
+LEADER = 'mimic must be the name of a leader, a multiplier and an offset, but '
+STOPS = "the law of stops must be a stiffness and a dissipation, or None, but "
+
+
+def test_arguments_of_wrong_form_say_what_is_expected(tmp_path):
+    path = tmp_path / "gripper.urdf"
+    path.write_text(GRIPPER)
+    gripper = he.Robot.parse(GRIPPER)
+
+    def hinge(**numbers):
+        return he.Joint.revolute("hinge", [0, 0, 1], **numbers)
+
+    def servos(servo):
+        return he.World.from_urdf(path, SKIN, servos={"drive": servo})
+
+    cases = [
+        (lambda: servos((1.0, 2.0, 3.0)), he.HydroelasticError, 'the servo of joint "drive" must be a stiffness and a damping, but has 3 parts'),
+        (lambda: servos(1.0), TypeError, "must be a stiffness and a damping, but is <class 'float'>"),
+        (lambda: servos("ab"), TypeError, "must be a stiffness and a damping, but is <class 'str'>"),
+        (lambda: servos((None, 1.0)), TypeError, 'the stiffness of the servo of joint "drive" must be a number, but is'),
+        (lambda: servos((np.nan, 1.0)), he.HydroelasticError, "is NaN, but must be not negative and finite"),
+        (lambda: gripper.mechanism(SKIN, revolute_stops=(1.0,)), he.HydroelasticError, STOPS + "has 1 parts"),
+        (lambda: gripper.mechanism(SKIN, revolute_stops=3.0), TypeError, STOPS + "is"),
+        # The gripper has no revolute joints, but the numbers are checked.
+        (lambda: gripper.mechanism(SKIN, revolute_stops=(np.nan, 1.0)), he.HydroelasticError, "the stiffness of stops is NaN"),
+        (lambda: gripper.mechanism(SKIN, prismatic_stops=(1.0, -1.0)), he.HydroelasticError, "the dissipation of stops is -1"),
+        (lambda: gripper.mechanism(SKIN, pose=[0.0, 0.0, 1.0]), he.HydroelasticError, r"pose must have the shape \(4, 4\), but has \(3,\)"),
+        (lambda: hinge(torques=(0.1,)), he.HydroelasticError, "a schedule must be an interval and its values, but has 1 parts"),
+        (lambda: hinge(targets=3.0), TypeError, "a schedule must be an interval and its values, but is"),
+        (lambda: hinge(mimic=("lead",)), he.HydroelasticError, LEADER + "has 1 parts"),
+        (lambda: hinge(mimic="lead"), TypeError, LEADER + "is"),
+        (lambda: hinge(mimic=("lead", 1.0, 0.0), position=0.1), he.HydroelasticError, 'joint "hinge" mimics "lead", which gives its position'),
+        (
+            lambda: gripper.mechanism(SKIN).with_joint("follower", position=0.1),
+            he.HydroelasticError,
+            'joint "follower" mimics "drive", which gives its position and velocity',
+        ),
+        (lambda: he.Mechanism([], ignoring=[("a", "b", "c")]), he.HydroelasticError, "must be two names of bodies, but has 3 parts"),
+        (lambda: he.World([], ignoring=["ab"]), TypeError, "must be two names of bodies, but is <class 'str'>"),
+        (lambda: he.Body.dynamic("a", None, density=1.0), he.HydroelasticError, "a body without a shape has no volume"),
+    ]
+    for call, kind, message in cases:
+        with pytest.raises(kind, match=message):
+            call()
+    # Lists and arrays have parts too.
+    for servo in ([5.0, 2.0], np.array([5.0, 2.0])):
+        assert servos(servo).joints[0].servo_stiffness == 5.0
+
+
+def test_terms_beyond_the_range_of_floats_are_errors(world):
+    kinetics = world.kinetics()
+    fast = world.kinetics(world.state_with_joints(velocities={"shoulder": 1e160, "elbow": 1e160}))
+    for call in (
+        lambda: fast.bias,
+        lambda: fast.bias_acceleration("lower", [0.4, 0.0, 0.0]),
+        lambda: kinetics.inverse_dynamics_derivatives([1e308, 1e308]),
+        lambda: kinetics.generalized_forces({"lower": np.full(6, 1e308), "upper": np.full(6, 1e308)}),
+    ):
+        with pytest.raises(he.HydroelasticError, match="finite"):
+            call()
+
+
 def test_gravity_bias_holds_the_arm(world):
     kinetics = world.kinetics()
     torques = kinetics.inverse_dynamics([0.0, 0.0])

@@ -134,6 +134,19 @@ def test_bodies_of_the_same_shape_share_it():
     assert len(head["shapes"]) == 1 and [body["shape"] for body in head["bodies"]] == [0, 0, 0]
 
 
+def test_bodies_without_a_shape_are_not_drawn():
+    arm = he.Body.dynamic("arm", None, mass=1.0, inertia=np.eye(3), pose=he.pose([0.0, 0.0, 0.5]))
+    ball = he.Body.dynamic("ball", he.Shape.icosphere(0.1, 1), he.Material(1e5), 1.0)
+    for bodies, count in (([arm, ball], 1), ([arm], 0)):
+        world = he.World(bodies)
+        content = Content(world.show().html)
+        assert len(content.head["shapes"]) == count
+        assert ["shape" in body for body in content.head["bodies"]] == [body.shape is not None for body in bodies]
+        # The box includes the position of the arm.
+        assert content.head["high"][2] >= 0.5
+        world.rollout(he.Plan(1e-3, 5)).run().show(world)
+
+
 def test_creases_of_a_cuboid_are_its_edges_and_a_ball_has_none():
     def of(shape):
         used, triangles = np.unique(shape.surface_triangles, return_inverse=True)

@@ -194,7 +194,7 @@ impl<T: Scalar> Kinetics<T> {
     /// axes, as in [`Contact::wrench`](super::Contact::wrench). Wrenches on fixed and kinematic bodies have no effect.
     ///
     /// # Errors
-    /// If an index is not the index of a body.
+    /// If an index is not the index of a body, or the result is not finite.
     pub fn generalized_forces(
         &self,
         wrenches: &[(usize, Wrench<T>)],
@@ -208,9 +208,10 @@ impl<T: Scalar> Kinetics<T> {
                 about_centers[link] += wrench.about(&offset).to_vector();
             }
         }
-        Ok(self
+        let forces = self
             .multibody
-            .generalized_forces(&self.kinematics, &about_centers))
+            .generalized_forces(&self.kinematics, &about_centers);
+        finite("generalized force", forces)
     }
 
     /// Jacobian J (6×n) of the velocity of a point (m, in the body frame) of the body with this index. J·u is the angular velocity (rad/s)
@@ -345,7 +346,7 @@ impl Kinetics {
     /// Derivatives of [`Self::inverse_dynamics`] in closed form.
     ///
     /// # Errors
-    /// If the number of accelerations is not the [number of velocities](Self::velocity_count).
+    /// As [`Self::inverse_dynamics`].
     pub fn inverse_dynamics_derivatives(
         &self,
         accelerations: &DVector<f64>,
@@ -356,6 +357,9 @@ impl Kinetics {
             .multibody
             .inverse_dynamics_slopes(&self.kinematics, &accelerations);
         let [by_positions, by_velocities] = slopes;
+        for derivative in [&by_positions, &by_velocities] {
+            check_finite("derivative of the generalized force", derivative.as_slice())?;
+        }
         Ok(InverseDynamicsDerivatives {
             by_positions,
             by_velocities,

@@ -509,3 +509,42 @@ fn wrong_sizes_and_indices_are_refused() {
         expected
     );
 }
+
+#[test]
+fn results_beyond_the_range_of_floats_are_refused() {
+    let link = |name: &str, joint: Joint| {
+        let body = Body::dynamic(name, ball_shape(), SKIN, Mass::Total(1e5)).unwrap();
+        body.with_joint(joint).unwrap()
+    };
+    let first = Joint::revolute("first", Vector3::x_axis());
+    let second = Joint::revolute("second", Vector3::x_axis())
+        .with_parent("upper")
+        .with_origin(Pose::from_translation(vector![0.0, 1.0, 0.0]))
+        .with_position(1.0);
+    let third = Joint::revolute("third", Vector3::x_axis())
+        .with_parent("lower")
+        .with_origin(Pose::from_translation(vector![0.0, 1.0, 0.0]));
+    let links = vec![
+        link("upper", first),
+        link("lower", second),
+        link("hand", third),
+    ];
+    let kinetics = kinetics(&World::new(links).unwrap());
+    let huge = dvector![1e307, 1e307, 1e307];
+    assert!(matches!(
+        kinetics.inverse_dynamics_derivatives(&huge),
+        Err(WorldError::Setting {
+            quantity: "derivative of the generalized force",
+            ..
+        })
+    ));
+    let mut wrench = Wrench::zero();
+    wrench.torque.x = 1e308;
+    assert!(matches!(
+        kinetics.generalized_forces(&[(0, wrench), (1, wrench)]),
+        Err(WorldError::Setting {
+            quantity: "generalized force",
+            ..
+        })
+    ));
+}

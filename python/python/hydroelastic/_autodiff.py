@@ -247,7 +247,7 @@ class Rollout(Function):
             poses, rotations, twists, positions, velocities, spins = parts
             scalars = iter(zip(positions, velocities))
             balls = iter(zip(rotations.reshape(-1, 4, 4)[:, :3, :3], spins.reshape(-1, 3)))
-            kinds = [joint.kind for joint in world.joints if joint.kind != "fixed"]
+            kinds = [joint.kind for joint in world.joints if joint.kind != "fixed" and joint.mimic is None]
             joints = [next(balls if kind == "ball" else scalars) for kind in kinds]
             time = world.initial_state.time + steps[0] * self._plan.time_step
             world = world.replace(start=State(time, poses.reshape(-1, 4, 4), twists.reshape(-1, TWIST), joints))
@@ -390,8 +390,8 @@ def _leaves(world: World, values: Mapping[str, Any]) -> Iterator[tuple[str, Any,
     """Yields the names, parameters, sizes and values of nested values, in the order of sorted keys, as JAX orders them."""
     for name, value in sorted(values.items()):
         if name == "joints":
-            for joint, quantities in sorted(value.items()):
-                for quantity, number in sorted(quantities.items()):
+            for joint, quantities in sorted(_mapping(value, "joints").items()):
+                for quantity, number in sorted(_mapping(quantities, f"joints[{joint!r}]").items()):
                     parameter = Parameter.joint(joint, quantity)
                     yield joint, parameter, parameter.dimension if parameter.dimension > 1 else 0, number
         elif isinstance(value, Mapping):
@@ -406,6 +406,12 @@ def _leaves(world: World, values: Mapping[str, Any]) -> Iterator[tuple[str, Any,
             yield name, Parameter.gravity(), 3, value
         else:
             yield name, Parameter.force_parameter, 0, value
+
+
+def _mapping(value: Any, name: str) -> Mapping[str, Any]:
+    if not isinstance(value, Mapping):
+        raise TypeError(f'{name} is {type(value).__name__}: expected {{"joints": {{joint: {{quantity: value}}}}}}')
+    return value
 
 
 def states(

@@ -1,4 +1,4 @@
-"""Stability check of explicit steps, which ``mujoco`` and ``pin`` share.
+"""Stability check of the explicit steps of ``mujoco``.
 
 Let K and C be the stiffness and damping of the contacts in joint coordinates, and M the mass matrix. A semi-implicit
 Euler step h is stable if no eigenvalue of M⁻¹(h²K + 2hC) exceeds 4, as in ``World.largest_stable_step``. K and C are
@@ -128,7 +128,7 @@ class Rates(NamedTuple):
 
 
 def resistance(
-    pair: Pair, poses: Sequence[Floats], twists: Sequence[Floats], jacobian: Floats, moduli: Floats | None, law: Floats
+    pair: Pair, poses: Sequence[Floats], twists: Sequence[Floats], jacobian: Floats, law: Floats
 ) -> tuple[Floats, Floats]:
     """Computes stiffness and damping of a contact, (nv, nv). Its two twists are ``jacobian`` (12, nv) times the
     velocity.
@@ -136,8 +136,8 @@ def resistance(
     Friction adds nothing to the stiffness, because its derivative with respect to the poses is on one side of the
     diagonal only.
     """
-    _, elastic = pair.linearized(*poses, *twists, moduli=moduli, law=law * [1.0, 0.0])
-    _, of_law = pair.linearized(*poses, *twists, moduli=moduli, law=law)
+    _, elastic = pair.linearized(*poses, *twists, law=law * [1.0, 0.0])
+    _, of_law = pair.linearized(*poses, *twists, law=law)
     return -jacobian.T @ elastic[:, :12] @ jacobian, -jacobian.T @ of_law[:, 12:24] @ jacobian
 
 
@@ -153,11 +153,6 @@ class Watch:
         self._turn = 0
         self._alarm = _ALARM
         self._rest = 0
-
-    def forget(self) -> None:
-        """Forgets the last evaluation."""
-        self._last = None
-        self._age = _MASS_AGE
 
     def keep(self, forces: Forces, velocity: Floats) -> None:
         """Stores the forces and the velocity (nv,) of an evaluation without a test."""

@@ -25,12 +25,14 @@ Limits:
   bodies as free: MuJoCo's own constraints do not raise the limit, and its springs and actuators do not lower it.
 - Sticking friction has the shortest limit. Above it, friction chatters but does not grow without bound. The check
   allows up to 2.5 times this limit. There, bodies chatter at about 2.3 slip tolerances and creep 2.5 times as fast.
-  ``hydroelastic.pin`` allows no chatter, because derivatives grow in it. ``World.largest_stable_step`` allows none
-  either.
-- If a position, a velocity or an acceleration is not finite, ``RolloutError`` names the number, the step and the time.
-  This does not depend on ``check_stability``. MuJoCo itself only writes a warning and resets the state.
-- ``mjd_transitionFD`` differentiates through the callback by finite differences. ``hydroelastic.pin`` has exact
-  derivatives.
+  ``World.largest_stable_step`` allows none.
+- If a position, a velocity or an acceleration is not finite or beyond 1e10, ``RolloutError`` names the number, the
+  joint, the body, the step, the time, and the contact that last acted on the joint. This does not depend on
+  ``check_stability``. MuJoCo itself only writes a warning and resets the state.
+- If a step moves two bodies so deep into each other that their contact no longer acts, ``RolloutError`` names the
+  contact. A body that a single step moves through another body and out of it is not detected.
+- ``mjd_transitionFD`` differentiates through the callback by finite differences. ``hydroelastic.pin`` and
+  ``hydroelastic.World`` have exact derivatives.
 - The callback takes the GIL, so threads wait for each other in it, including the threads of ``mujoco.rollout``. Use
   processes instead. An error in a thread of ``mujoco.rollout`` is raised at the end of the context, because MuJoCo
   would end the process.
@@ -52,7 +54,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._core import HydroelasticError, Pair, RolloutError, Shape, SurfaceLaw, moved_pose
-from ._pin_checks import check_count, checked_pose
+from ._checks import check_count, checked_pose
 from ._stability import Forces, Rates, TimeStepError, Watch, resistance
 
 try:
@@ -65,6 +67,9 @@ __all__ = ["Attachment", "ContactPair", "PassiveContacts", "TimeStepError", "bod
 _Floats: TypeAlias = NDArray[np.float64]
 
 _KINDS = {"geom": mujoco.mjtObj.mjOBJ_GEOM, "body": mujoco.mjtObj.mjOBJ_BODY, "site": mujoco.mjtObj.mjOBJ_SITE}
+_JOINT = mujoco.mjtObj.mjOBJ_JOINT
+# Numbers of positions and velocities of joints with more than one of each.
+_SIZES = {int(mujoco.mjtJoint.mjJNT_FREE): (7, 6), int(mujoco.mjtJoint.mjJNT_BALL): (4, 3)}
 _IDENTITY = np.eye(4)
 # Passive forces are off if springs and dampers are both disabled. Older versions have one bit for both.
 _PASSIVE_BITS = ("mjDSBL_SPRING", "mjDSBL_DAMPER", "mjDSBL_PASSIVE")
@@ -352,7 +357,10 @@ class PassiveContacts:
         self._checks_stability = check_stability
         pairs = [contact.pair for contact in self._contacts]
         self._chattering = [_with_slip_tolerance(pair, _CHATTER * pair.law.slip_tolerance) for pair in pairs]
+        # Half of the smallest extent (m) of the shape of A of each contact.
+        self._sizes = [0.5 * float(np.ptp(pair.shapes[0].vertices, axis=0).min()) for pair in pairs]
         self._mass_indices = _mass_indices(model)
+        self._joints = [_joint_of(model, joint) for joint in range(model.njnt)]
         self._histories: dict[int, _History] = {}
         self._failure: HydroelasticError | None = None
         for names, (a, b) in zip(self._names, self._sides, strict=True):
@@ -453,6 +461,7 @@ class PassiveContacts:
         try:
             self._check_finite(data)
             forces = [self._joint_forces(number, data) for number in range(len(self._sides))]
+            self._check_depth(data, forces)
             self._check(data, forces)
         except HydroelasticError as error:
             if not isinstance(threading.current_thread(), threading._DummyThread):
@@ -514,7 +523,46 @@ class PassiveContacts:
             is_finite = np.isfinite(getattr(data, name))
             if not is_finite.all():
                 index = int(np.argmin(is_finite))
-                raise RolloutError(f"{self._step_of(data)}: {name}[{index}] is not finite: the motion has diverged")
+                raise RolloutError(
+                    f"{self._step_of(data)}: {name}[{index}] is not finite: the motion has diverged. {self._cause(data, name, index)}"
+                )
+
+    def _cause(self, data: Any, name: str, index: int) -> str:
+        """Returns the joint and the body of a number, and the contact that last acted on the joint."""
+        owners = (owner for owner in self._joints if index in owner[1 if name == "qpos" else 2])
+        joint, _, dofs = next(owners)
+        history = self._histories.get(data._address)
+        acted = {} if history is None else history.acted
+        forces = [(time, float(np.abs(force[dofs]).max()), number) for number, (time, force) in acted.items()]
+        time, force, number = max((item for item in forces if item[1] > 0.0), default=(0.0, 0.0, -1))
+        if number < 0:
+            return f"This is a number of {joint}, on which no contact has acted"
+        return (
+            f"This is a number of {joint}. The contact of {self._names[number]} was the last to act on it, at t = {time:.6g} s, "
+            f"with a joint force of {force:.3g} N or N m"
+        )
+
+    def _check_depth(self, data: Any, forces: Forces) -> None:
+        """Raises an error if two bodies have passed into each other in a step, so deep that contact no longer acts.
+
+        Only a contact that has just ended, or a step that is longer than the shape of A, can lead there.
+        """
+        history = self._histories.get(data._address)
+        if history is None:
+            return
+        touched, history.touching = history.touching, {number for number, force in enumerate(forces) if force is not None}
+        model = self._model
+        # Upper bound of the motion in a step (m): a joint moves a point by at most its angle times the size of the model.
+        motion = model.opt.timestep * max(1.0, model.stat.extent) * float(np.abs(data.qvel).sum())
+        for number, size in enumerate(self._sizes):
+            if number in history.touching or (number not in touched and motion < size):
+                continue
+            poses = [side.pose(data) for side in self._sides[number]]
+            if self._contacts[number].pair.has_sunk_through(*poses):
+                raise RolloutError(
+                    f"{self._step_of(data)}: the bodies of {self._names[number]} have passed so deep into each other in one step that "
+                    "their contact no longer pushes them apart. Use shorter steps, lower speeds, or a higher modulus"
+                )
 
     def _check(self, data: Any, forces: Forces) -> None:
         """Raises an error if MuJoCo has reset the state. Then compares the evaluation with the evaluation a time step
@@ -541,14 +589,16 @@ class PassiveContacts:
                 where = "at the first step" if is_first else f"after step {round(before / time_step)} (t = {before:.6g} s)"
                 raise RolloutError(
                     f"{where} the motion has diverged, and MuJoCo resets the state: {name}[{warning.lastinfo}] was not "
-                    "finite or beyond 1e10"
+                    f"finite or beyond 1e10. {self._cause(data, name, warning.lastinfo)}"
                 )
+            history.record(forces)
             history.watch.keep(forces, velocity)
             return
         if history.is_rk4 and not history.saw_last_stage:
             history.saw_last_stage = True
             return
         history.time, history.saw_last_stage = time, False
+        history.record(forces)
         if not self._checks_stability:
             return
         fault = history.watch.fault(
@@ -582,7 +632,7 @@ class PassiveContacts:
             jacobian = np.vstack([side.jacobian(data, pose[:3, 3]) for side, pose in zip(sides, poses, strict=True)])
             law = np.array([pair.law.dissipation, pair.law.friction])
             twists = jacobian.dot(velocity).reshape(2, 6)
-            stiffness[number], damping[number] = resistance(pair, poses, twists, jacobian, None, law)
+            stiffness[number], damping[number] = resistance(pair, poses, twists, jacobian, law)
         integrator = int(model.opt.integrator)
         is_implicit = integrator != _RK4 and not int(model.opt.disableflags) & _NO_EULER_DAMPING
         joints = np.diag(model.dof_damping)
@@ -604,8 +654,17 @@ class _History:
         self.watch = Watch(names, is_rk4=is_rk4)
         self.is_rk4 = is_rk4
         self.time = math.inf
+        # Contacts that acted at the last evaluation.
+        self.touching: set[int] = set()
+        # Time (s) and Jᵀ w of each contact when it last acted, by its index.
+        self.acted: dict[int, tuple[float, _Floats]] = {}
         # The last stage of RK4 has the time of the next step, but not its state.
         self.saw_last_stage = False
+
+
+    def record(self, forces: Forces) -> None:
+        """Records the forces of the contacts that act."""
+        self.acted |= {number: (self.time, force) for number, force in enumerate(forces) if force is not None}
 
 
 class _Dispatch:
@@ -679,6 +738,16 @@ def _dofs(model: Any, body: int) -> NDArray[np.intp]:
         dofs += range(start, start + int(model.body_dofnum[body])) if start >= 0 else ()
         body = int(model.body_parentid[body])
     return np.array(dofs, dtype=np.intp)
+
+
+def _joint_of(model: Any, joint: int) -> tuple[str, range, range]:
+    """Returns the name of a joint with that of its body, and the indices of its positions and velocities."""
+    body = int(model.jnt_bodyid[joint])
+    names = [mujoco.mj_id2name(model, kind, index) for kind, index in ((_JOINT, joint), (_KINDS["body"], body))]
+    owner = f"body {names[1]!r}" if names[1] else f"body {body}"
+    q_count, v_count = _SIZES.get(int(model.jnt_type[joint]), (1, 1))
+    q, v = int(model.jnt_qposadr[joint]), int(model.jnt_dofadr[joint])
+    return f"joint {names[0]!r} of {owner}" if names[0] else f"the joint of {owner}", range(q, q + q_count), range(v, v + v_count)
 
 
 def _mass_indices(model: Any) -> tuple[NDArray[np.intp], NDArray[np.intp]]:

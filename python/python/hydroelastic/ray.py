@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from . import _core, _progress
 from ._core import HydroelasticError, Parameter, Plan, RolloutError, State, Trajectory, TrajectoryJacobian, World
-from ._pin_checks import check_count
+from ._checks import check_count
 
 try:
     import ray  # type: ignore[import-not-found, unused-ignore]

@@ -28,7 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._core import HalfSpace, HydroelasticError, RigidShape, Shape, State, Surface, Trajectory, World
-from ._pin_checks import check_count
+from ._checks import check_count
 
 __all__ = ["Picture", "html", "of_surface", "of_trajectory", "of_world", "picture", "save"]
 
@@ -375,6 +375,9 @@ class _Scene:
             self._bodies.append({"name": body.name, "color": color, "moves": moves})
             if isinstance(body.shape, HalfSpace):
                 self._half_spaces[len(self._bodies) - 1] = body.shape
+                continue
+            if body.shape is None:
+                self._bodies[-1]["reach"] = 0.0
                 continue
             vertices, triangles = _outline(body.shape)
             key = (vertices.tobytes(), triangles.tobytes())
