@@ -309,12 +309,12 @@ pub enum WorldError {
     },
     /// A change of a state has the wrong size.
     #[error(
-        "a change of a state has {found} numbers, but must have {expected}: 12 for each dynamic body"
+        "a change of a state has {found} numbers, but must have {expected}: 2 for each degree of freedom of the world"
     )]
     ChangeSize {
         /// Number of values in the vector.
         found: usize,
-        /// Expected number: 12 for each dynamic body.
+        /// Expected number: 2 for each degree of freedom of the world.
         expected: usize,
     },
     /// A number of a world, plan, force, control or state is out of range.

@@ -30,7 +30,7 @@ pub(crate) struct Model<T = f64> {
     /// Time (s) of the initial state.
     pub(crate) start: f64,
     pub(super) ignored: BTreeSet<(usize, usize)>,
-    articulation: Arc<Articulation>,
+    pub(super) articulation: Arc<Articulation>,
     pub(super) slip_tolerance: f64,
 }
 
@@ -263,7 +263,7 @@ impl<T: Scalar> Model<T> {
     }
 
     /// Sets the bodies on joints to the states that their joints give. Other bodies must have their states.
-    fn place_joints(&self, state: &mut State<T>) {
+    pub(super) fn place_joints(&self, state: &mut State<T>) {
         if self.has_joints() {
             let (multibody, kinematics) = self.kinematics_at(state);
             multibody.store(&kinematics, state);

@@ -37,11 +37,6 @@ pub enum GradientError {
         /// The parameter.
         parameter: String,
     },
-    /// A linearization of a world with joints is requested.
-    #[error(
-        "worlds with joints cannot be linearized in coordinates of their bodies: use Experiment::jacobian with Parameter::joint"
-    )]
-    JointsNotLinearized,
     /// Derivatives with respect to the shapes of a world with joints are requested.
     #[error("derivatives with respect to shapes are not available in worlds with joints")]
     JointsWithShapes,

@@ -258,16 +258,16 @@ impl Slot {
     }
 
     fn values(&self, model: &mut Model) -> Vec<f64> {
-        let rotation_vector = |pose: &Pose| {
-            let turn = turn_between(&Pose::identity(), pose);
+        let rotation_vector = |rotation: &Matrix3<f64>| {
+            let turn = turn_between(&Matrix3::identity(), rotation);
             turn.iter().copied().collect()
         };
         if let Some(rotation) = self.ball_rotation(model) {
-            return rotation_vector(&Pose::from_parts(*rotation, Vector3::zeros()));
+            return rotation_vector(rotation);
         }
         match self.pose(model) {
             Some((pose, Quantity::Position)) => pose.translation().iter().copied().collect(),
-            Some((pose, _)) => rotation_vector(pose),
+            Some((pose, _)) => rotation_vector(pose.rotation()),
             None => self
                 .numbers(model)
                 .into_iter()

@@ -51,7 +51,7 @@ fn link(name: &str, mass: f64, length: f64) -> Body {
 }
 
 /// An arm of three joints whose ball at the end rubs on the floor, and a free ball beside it.
-fn arm() -> World {
+pub fn arm() -> World {
     let shoulder = Joint::revolute("shoulder", Vector3::z_axis())
         .with_origin(at(0.0, 0.0, 0.685))
         .with_velocity(0.8)
@@ -149,7 +149,7 @@ fn both_modes_agree_for_an_arm_that_rubs_on_the_floor() {
 }
 
 /// A pendulum with a ball joint and a welded tip on a fixed post. The tip rubs on the floor.
-fn pendulum() -> World {
+pub fn pendulum() -> World {
     let socket = Joint::ball("socket")
         .with_parent("post")
         .with_origin(at(0.0, 0.0, 0.1));
@@ -202,7 +202,7 @@ fn derivatives_of_an_arm_are_those_of_differences() {
 }
 
 /// Gripper with coupled fingers on a fixed palm. It holds a free ball.
-fn gripper() -> World {
+pub fn gripper() -> World {
     let finger = |name: &str, joint: Joint| {
         let properties = MassProperties::solid_ball(0.1, 0.03);
         let pad = icosphere(0.03, 1);
