@@ -29,7 +29,7 @@ impl<T: Scalar> Model<T> {
         let bodies = self.bodies.iter().enumerate();
         bodies.filter_map(|(body, data)| {
             let kind = data.joint()?.kind;
-            let joint = self.articulation.state_indices[body];
+            let joint = self.joint_state_index(body);
             (kind == JointKind::Free || joint.is_some()).then_some(TangentPart {
                 body,
                 joint,

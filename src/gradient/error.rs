@@ -37,6 +37,18 @@ pub enum GradientError {
         /// The parameter.
         parameter: String,
     },
+    /// The initial state of a mimicking joint is a parameter.
+    #[error(
+        "the {quantity} of joint {joint:?} is not a parameter, because the joint mimics {leader:?}: use the {quantity} of joint {leader:?}"
+    )]
+    MimickingJoint {
+        /// Name of the joint.
+        joint: String,
+        /// Quantity of the parameter.
+        quantity: JointQuantity,
+        /// Name of the leader that has a state.
+        leader: String,
+    },
     /// Derivatives with respect to the shapes of a world with joints are requested.
     #[error("derivatives with respect to shapes are not available in worlds with joints")]
     JointsWithShapes,

@@ -225,6 +225,8 @@ pub fn gripper() -> World {
         .with_parent("palm")
         .with_origin(at(0.1, 0.0, -0.1))
         .with_mimic("left", -1.0, 0.0)
+        .with_torques(0.01, vec![0.5, -0.3])
+        .with_armature(0.02)
         .with_damping(2.0);
     let properties = MassProperties::solid_ball(0.2, 0.04);
     let ball = Body::dynamic(
@@ -253,6 +255,10 @@ fn both_modes_and_differences_agree_for_coupled_fingers() {
         Parameter::joint("left", JointQuantity::InitialVelocity),
         Parameter::joint("left", JointQuantity::Torque),
         Parameter::joint("left", JointQuantity::Damping),
+        Parameter::joint("right", JointQuantity::Torque),
+        Parameter::joint("right", JointQuantity::Damping),
+        Parameter::joint("right", JointQuantity::Armature),
+        Parameter::joint("right", JointQuantity::ScheduledTorque(1)),
     ];
     for integrator in [Integrator::Sdirk3, Integrator::ImplicitEuler] {
         let plan = Plan::new(5e-3, 20).unwrap().with_integrator(integrator);
@@ -262,6 +268,15 @@ fn both_modes_and_differences_agree_for_coupled_fingers() {
     let plan = plan.with_integrator(Integrator::ImplicitEuler);
     let check = Experiment::new(gripper(), &plan).difference_check(&parameters, &Joints);
     assert!(check.unwrap().best() < DIFFERENCES);
+}
+
+#[test]
+fn the_initial_state_of_a_follower_is_refused_with_the_name_of_its_leader() {
+    let by = [Parameter::joint("right", JointQuantity::InitialVelocity)];
+    let error = gripper().values(&by).unwrap_err();
+    let expected = "the initial velocity of joint \"right\" is not a parameter, because the joint mimics \"left\": \
+        use the initial velocity of joint \"left\"";
+    assert_eq!(error.to_string(), expected);
 }
 
 /// Joint states in the last state: positions and velocities, and rotation matrices and angular velocities of ball joints.
