@@ -1,11 +1,11 @@
 //! Trajectories in Parquet files, read by the `parquet` crate.
 
 use hydroelastic::contact::Shape;
-use hydroelastic::dynamics::{Body, Mass, Material, Plan, Trajectory, World};
+use hydroelastic::dynamics::{Body, Joint, Mass, Material, Plan, Trajectory, World};
 use hydroelastic::io::{FileError, write_trajectory};
 use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::Pose;
-use nalgebra::{Isometry3, vector};
+use nalgebra::{Isometry3, Vector3, vector};
 use parquet::basic::{LogicalType, Repetition, Type};
 use parquet::file::metadata::RowGroupMetaData;
 use parquet::file::reader::{FileReader, SerializedFileReader};
@@ -119,6 +119,35 @@ fn the_columns_are_those_of_the_csv_file() {
         };
         let logical = info.logical_type_ref().cloned();
         assert_eq!((column.physical_type(), logical), expected);
+    }
+}
+
+#[test]
+fn joints_are_in_optional_columns() {
+    let hinge = Joint::revolute("hinge", Vector3::z_axis())
+        .with_position(20.0)
+        .with_velocity(0.3);
+    let [free, fixed] = [world().bodies()[0].clone(), world().bodies()[1].clone()];
+    let arm = free.with_joint(hinge).unwrap();
+    let world = World::new(vec![fixed, arm]).unwrap();
+    let start = vec![world.initial_state(); 2];
+    let path = file("joints.parquet");
+    write_trajectory(&path, &world, &Trajectory::new(start).unwrap()).unwrap();
+    let reader = reader(&path);
+    let columns = reader.metadata().file_metadata().schema_descr().columns();
+    let names: Vec<&str> = columns[15..].iter().map(|column| column.name()).collect();
+    assert_eq!(names, ["joint", "joint_position", "joint_velocity"]);
+    let rows: Vec<_> = reader.get_row_iter(None).unwrap().collect();
+    assert_eq!(rows.len(), 4);
+    for (index, row) in rows.into_iter().enumerate() {
+        let row = row.unwrap();
+        if index % 2 == 0 {
+            assert!(row.get_string(15).is_err() && row.get_double(16).is_err());
+        } else {
+            assert_eq!(row.get_string(15).unwrap(), "hinge");
+            let numbers = [16, 17].map(|column| row.get_double(column).unwrap().to_bits());
+            assert_eq!(numbers, [20.0_f64, 0.3].map(f64::to_bits));
+        }
     }
 }
 

@@ -8,8 +8,9 @@ use numpy::{
 };
 use pyo3::exceptions::{PyOverflowError, PyTypeError};
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyList, PyString, PyTuple};
+use pyo3::types::{PyDict, PyList, PySlice, PyString, PyTuple};
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 /// Array of `float64` that is returned to Python.
 pub type Floats<'py> = Bound<'py, PyArrayDyn<f64>>;
@@ -438,6 +439,12 @@ pub fn array<'py>(py: Python<'py>, values: Vec<f64>, shape: &[usize]) -> PyResul
             Ok(array.into_pyarray(py))
         }
     }
+}
+
+/// Python slice of a range of indices.
+pub fn slice<'py>(py: Python<'py>, indices: &Range<usize>) -> PyResult<Bound<'py, PySlice>> {
+    let end = |index: usize| isize::try_from(index).map_err(value_error);
+    Ok(PySlice::new(py, end(indices.start)?, end(indices.end)?, 1))
 }
 
 /// Creates an array of a shape with a single NumPy allocation. This is faster than [`array`] for a few numbers.

@@ -30,7 +30,13 @@ pub fn value_error(why: impl Display) -> PyErr {
 
 /// Creates the exception for a rollout that ended early, without recorded states.
 pub fn rollout_error_without_trajectory(why: &RolloutCause) -> PyErr {
-    RolloutError::new_err(why.to_string())
+    let message = match why {
+        RolloutCause::Joints { body, .. } => format!(
+            "explicit steps cannot integrate joints, but body {body:?} is on one: use Integrator.SDIRK3 or Integrator.IMPLICIT_EULER"
+        ),
+        why => why.to_string(),
+    };
+    RolloutError::new_err(message)
 }
 
 /// Creates the exception for a rollout that ended early, with the recorded states.

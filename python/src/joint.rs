@@ -57,12 +57,6 @@ pub fn check_stops(stiffness: f64, dissipation: f64) -> PyResult<()> {
     Ok(())
 }
 
-impl Stops {
-    pub fn inner(self) -> dynamics::Stops {
-        self.0
-    }
-}
-
 #[pymethods]
 impl Stops {
     #[new]
@@ -155,31 +149,32 @@ impl Place<'_, '_> {
     }
 }
 
-/// Numbers of a revolute or prismatic joint.
-struct Numbers {
-    position: f64,
-    velocity: f64,
-    armature: f64,
-    damping: f64,
-    friction: f64,
-    slip_tolerance: f64,
-    stops: Option<Stops>,
-    servo_stiffness: f64,
-    servo_damping: f64,
-    target_position: f64,
-    target_velocity: f64,
-    torque: f64,
-    torque_limit: Option<f64>,
-    torques: Option<Timed>,
-    targets: Option<Timed>,
-    mimic: Option<Leader>,
+/// Numbers of a revolute or prismatic joint, or None to keep the number of the joint.
+#[derive(Default)]
+pub struct Numbers {
+    pub position: Option<f64>,
+    pub velocity: Option<f64>,
+    pub armature: Option<f64>,
+    pub damping: Option<f64>,
+    pub friction: Option<f64>,
+    pub slip_tolerance: Option<f64>,
+    pub stops: Option<Stops>,
+    pub servo_stiffness: Option<f64>,
+    pub servo_damping: Option<f64>,
+    pub target_position: Option<f64>,
+    pub target_velocity: Option<f64>,
+    pub torque: Option<f64>,
+    pub torque_limit: Option<f64>,
+    pub torques: Option<Timed>,
+    pub targets: Option<Timed>,
+    pub mimic: Option<Leader>,
 }
 
 /// Interval (s) and values of a schedule.
 pub type Timed = (f64, Vec<f64>);
 
 /// Name of a leader, multiplier and offset.
-type Leader = (String, f64, f64);
+pub type Leader = (String, f64, f64);
 
 /// Converts an argument to an interval and the values of a schedule, or None.
 pub fn timed(argument: &Bound<'_, PyAny>) -> PyResult<Option<Timed>> {
@@ -204,25 +199,38 @@ fn leader(argument: &Bound<'_, PyAny>) -> PyResult<Option<Leader>> {
 }
 
 impl Numbers {
-    fn applied(self, joint: dynamics::Joint) -> PyResult<dynamics::Joint> {
-        let moves = self.position != 0.0 || self.velocity != 0.0;
-        if let Some((leader, ..)) = self.mimic.as_ref().filter(|_| moves) {
+    /// Sets the numbers of a joint.
+    pub fn applied(self, mut joint: dynamics::Joint) -> PyResult<dynamics::Joint> {
+        let moves = [self.position, self.velocity];
+        let moves = moves.into_iter().flatten().any(|number| number != 0.0);
+        let leader = self.mimic.as_ref().map(|(leader, ..)| leader.as_str());
+        let leader = leader.or(joint.mimic().map(|mimic| mimic.joint.as_str()));
+        if let Some(leader) = leader.filter(|_| moves) {
             return Err(mimicking_state(joint.name(), leader));
         }
-        let mut joint = joint
-            .with_position(self.position)
-            .with_velocity(self.velocity)
-            .with_armature(self.armature)
-            .with_damping(self.damping)
-            .with_friction(self.friction, self.slip_tolerance)
-            .with_servo(self.servo_stiffness, self.servo_damping)
-            .with_target(self.target_position, self.target_velocity)
-            .with_torque(self.torque);
-        if let Some(stops) = self.stops {
-            joint = joint.with_stops(stops.0);
+        let mut law = *joint.law();
+        let actuator = &mut law.actuator;
+        for (number, change) in [
+            (&mut law.armature, self.armature),
+            (&mut law.damping, self.damping),
+            (&mut law.friction, self.friction),
+            (&mut law.slip_tolerance, self.slip_tolerance),
+            (&mut actuator.stiffness, self.servo_stiffness),
+            (&mut actuator.damping, self.servo_damping),
+            (&mut actuator.target_position, self.target_position),
+            (&mut actuator.target_velocity, self.target_velocity),
+            (&mut actuator.torque, self.torque),
+        ] {
+            *number = change.unwrap_or(*number);
         }
-        if let Some(limit) = self.torque_limit {
-            joint = joint.with_torque_limit(limit);
+        actuator.limit = self.torque_limit.or(actuator.limit);
+        law.stops = self.stops.map(|stops| stops.0).or(law.stops);
+        joint = joint.with_law(law);
+        if let Some(position) = self.position {
+            joint = joint.with_position(position);
+        }
+        if let Some(velocity) = self.velocity {
+            joint = joint.with_velocity(velocity);
         }
         if let Some((interval, values)) = self.torques {
             joint = joint.with_torques(interval, values);
@@ -353,18 +361,18 @@ impl Joint {
         #[pyo3(from_py_with = leader)] mimic: Option<Leader>,
     ) -> PyResult<Self> {
         let numbers = Numbers {
-            position,
-            velocity,
-            armature,
-            damping,
-            friction,
-            slip_tolerance,
+            position: Some(position),
+            velocity: Some(velocity),
+            armature: Some(armature),
+            damping: Some(damping),
+            friction: Some(friction),
+            slip_tolerance: Some(slip_tolerance),
             stops: stops.map(|stops| *stops),
-            servo_stiffness,
-            servo_damping,
-            target_position,
-            target_velocity,
-            torque,
+            servo_stiffness: Some(servo_stiffness),
+            servo_damping: Some(servo_damping),
+            target_position: Some(target_position),
+            target_velocity: Some(target_velocity),
+            torque: Some(torque),
             torque_limit,
             torques,
             targets,
@@ -452,18 +460,18 @@ impl Joint {
         #[pyo3(from_py_with = leader)] mimic: Option<Leader>,
     ) -> PyResult<Self> {
         let numbers = Numbers {
-            position,
-            velocity,
-            armature,
-            damping,
-            friction,
-            slip_tolerance,
+            position: Some(position),
+            velocity: Some(velocity),
+            armature: Some(armature),
+            damping: Some(damping),
+            friction: Some(friction),
+            slip_tolerance: Some(slip_tolerance),
             stops: stops.map(|stops| *stops),
-            servo_stiffness,
-            servo_damping,
-            target_position,
-            target_velocity,
-            torque,
+            servo_stiffness: Some(servo_stiffness),
+            servo_damping: Some(servo_damping),
+            target_position: Some(target_position),
+            target_velocity: Some(target_velocity),
+            torque: Some(torque),
             torque_limit,
             torques,
             targets,

@@ -1,6 +1,6 @@
 //! Equations of motion in generalized coordinates.
 
-use crate::arrays::{Floats, array, finite_row, list};
+use crate::arrays::{Floats, array, finite_row, list, slice};
 use crate::errors::value_error;
 use crate::state::State;
 use crate::world::World;
@@ -125,8 +125,7 @@ impl Kinetics {
     ///     If the world has no such body.
     fn columns<'py>(&self, py: Python<'py>, body: &str) -> PyResult<Bound<'py, PySlice>> {
         let columns = self.inner.columns(self.body(body)?).map_err(value_error)?;
-        let end = |index: usize| isize::try_from(index).map_err(value_error);
-        Ok(PySlice::new(py, end(columns.start)?, end(columns.end)?, 1))
+        slice(py, &columns)
     }
 
     /// Mass matrix M with the armatures, (n, n) float64. Kinetic energy is ½ uᵀMu if all parents are at rest.

@@ -3,7 +3,7 @@
 use crate::arrays::{name_pairs, optional_real};
 use crate::body::Body;
 use crate::errors::value_error;
-use crate::joint::{Joint, Stops, Timed, mimicking_state, timed};
+use crate::joint::{Joint, Numbers, Stops, Timed, timed};
 use crate::world_joints::connecting_joint;
 use hydroelastic::dynamics::{self, JointKind};
 use pyo3::prelude::*;
@@ -25,74 +25,6 @@ pub struct Mechanism {
     pub ignored: Vec<(String, String)>,
 }
 
-/// Changes of the numbers of a revolute or prismatic joint.
-#[derive(Default)]
-struct Changes {
-    position: Option<f64>,
-    velocity: Option<f64>,
-    armature: Option<f64>,
-    damping: Option<f64>,
-    friction: Option<f64>,
-    slip_tolerance: Option<f64>,
-    stops: Option<Stops>,
-    servo: [Option<f64>; 2],
-    target: [Option<f64>; 2],
-    torque: Option<f64>,
-    torque_limit: Option<f64>,
-    torques: Option<Timed>,
-    targets: Option<Timed>,
-}
-
-impl Changes {
-    fn applied(self, joint: &dynamics::Joint) -> PyResult<dynamics::Joint> {
-        if !matches!(
-            joint.kind(),
-            JointKind::Revolute(_) | JointKind::Prismatic(_)
-        ) {
-            return Err(value_error(format!(
-                "joint {:?} is neither revolute nor prismatic, so it has no such numbers",
-                joint.name()
-            )));
-        }
-        let moves = self.position.is_some() || self.velocity.is_some();
-        if let Some(mimic) = joint.mimic().filter(|_| moves) {
-            return Err(mimicking_state(joint.name(), &mimic.joint));
-        }
-        let mut law = *joint.law();
-        let actuator = &mut law.actuator;
-        for (number, change) in [
-            (&mut law.armature, self.armature),
-            (&mut law.damping, self.damping),
-            (&mut law.friction, self.friction),
-            (&mut law.slip_tolerance, self.slip_tolerance),
-            (&mut actuator.stiffness, self.servo[0]),
-            (&mut actuator.damping, self.servo[1]),
-            (&mut actuator.target_position, self.target[0]),
-            (&mut actuator.target_velocity, self.target[1]),
-            (&mut actuator.torque, self.torque),
-        ] {
-            *number = change.unwrap_or(*number);
-        }
-        actuator.limit = self.torque_limit.or(actuator.limit);
-        law.stops = self.stops.map(Stops::inner).or(law.stops);
-        let mut joint = joint.clone().with_law(law);
-        if let Some(position) = self.position {
-            joint = joint.with_position(position);
-        }
-        if let Some(velocity) = self.velocity {
-            joint = joint.with_velocity(velocity);
-        }
-        if let Some((interval, values)) = self.torques {
-            joint = joint.with_torques(interval, values);
-        }
-        if let Some((interval, values)) = self.targets {
-            joint = joint.with_targets(interval, values);
-        }
-        joint.check().map_err(value_error)?;
-        Ok(joint)
-    }
-}
-
 impl Mechanism {
     /// Joints of the bodies that are not free.
     fn connecting(&self) -> impl Iterator<Item = &dynamics::Joint> {
@@ -102,24 +34,30 @@ impl Mechanism {
 
     /// Sets the stiffness and the damping of the servo of the named joint.
     pub fn with_servo(&self, name: &str, [stiffness, damping]: [f64; 2]) -> PyResult<Self> {
-        let changes = Changes {
-            servo: [Some(stiffness), Some(damping)],
-            ..Changes::default()
+        let numbers = Numbers {
+            servo_stiffness: Some(stiffness),
+            servo_damping: Some(damping),
+            ..Numbers::default()
         };
-        self.changed(name, |joint| changes.applied(joint))
+        self.changed(name, numbers)
     }
 
-    /// Replaces the named joint by a function of it.
-    fn changed(
-        &self,
-        name: &str,
-        change: impl FnOnce(&dynamics::Joint) -> PyResult<dynamics::Joint>,
-    ) -> PyResult<Self> {
+    /// Sets numbers of the named joint.
+    fn changed(&self, name: &str, numbers: Numbers) -> PyResult<Self> {
         let mut copy = self.clone();
         for body in &mut copy.bodies {
             let joint = connecting_joint(&body.inner).filter(|joint| joint.name() == name);
             let Some(joint) = joint else { continue };
-            let joint = change(joint)?;
+            if !matches!(
+                joint.kind(),
+                JointKind::Revolute(_) | JointKind::Prismatic(_)
+            ) {
+                return Err(value_error(format!(
+                    "joint {name:?} is neither revolute nor prismatic, so it has no such numbers"
+                )));
+            }
+            let joint = numbers.applied(joint.clone())?;
+            joint.check().map_err(value_error)?;
             body.inner = body.inner.clone().with_joint(joint).map_err(value_error)?;
             return Ok(copy);
         }
@@ -208,7 +146,7 @@ impl Mechanism {
         #[pyo3(from_py_with = timed)] torques: Option<Timed>,
         #[pyo3(from_py_with = timed)] targets: Option<Timed>,
     ) -> PyResult<Self> {
-        let changes = Changes {
+        let numbers = Numbers {
             position,
             velocity,
             armature,
@@ -216,14 +154,17 @@ impl Mechanism {
             friction,
             slip_tolerance,
             stops: stops.map(|stops| *stops),
-            servo: [servo_stiffness, servo_damping],
-            target: [target_position, target_velocity],
+            servo_stiffness,
+            servo_damping,
+            target_position,
+            target_velocity,
             torque,
             torque_limit,
             torques,
             targets,
+            mimic: None,
         };
-        self.changed(name, |joint| changes.applied(joint))
+        self.changed(name, numbers)
     }
 
     /// Copies the mechanism with another body at its end, for example a tool on a joint.

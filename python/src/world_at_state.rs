@@ -1,6 +1,6 @@
 //! Queries of a world at a state: energies, contacts, stable steps and differences between states.
 
-use crate::arrays::{Floats, array, list};
+use crate::arrays::{Floats, array, list, slice};
 use crate::contacts::{Contact, ContactTopology};
 use crate::diagnostics::Diagnostics;
 use crate::errors::value_error;
@@ -9,6 +9,7 @@ use crate::rollout::Rollout;
 use crate::state::State;
 use crate::world::World;
 use pyo3::prelude::*;
+use pyo3::types::PySlice;
 
 #[pymethods]
 impl World {
@@ -183,7 +184,16 @@ impl World {
             .map_err(value_error)
     }
 
-    /// Computes the change that moves one state to another. The inverse is integrate.
+    /// Computes the change that moves one state to another, in tangent-space coordinates. The inverse is integrate.
+    ///
+    /// The coordinates are in the order of the bodies. Each body has the coordinates of its joint:
+    ///
+    /// - free body: rotation vector (rad, at most half a turn) and translation (m) of its pose, then the changes of its angular velocity
+    ///   (rad/s) and of its velocity (m/s).
+    /// - revolute or prismatic joint: changes of its position (rad or m) and of its velocity (rad/s or m/s). The change of an angle
+    ///   includes full turns.
+    /// - ball joint: rotation vector (rad) and change of the angular velocity (rad/s), in the axes of the joint frame.
+    /// - fixed or mimicking joint, fixed body, body on a path: none.
     ///
     /// Parameters
     /// ----------
@@ -192,9 +202,8 @@ impl World {
     ///
     /// Returns
     /// -------
-    /// (12 d,) ndarray of float64
-    ///     12 numbers for each of d dynamic bodies: the rotation vector (rad, at most half a turn) and the translation (m) of its pose,
-    ///     then the change of its angular velocity (rad/s) and of its velocity (m/s).
+    /// (n,) ndarray of float64
+    ///     Change, with n = tangent_dimension.
     ///
     /// Raises
     /// ------
@@ -214,15 +223,14 @@ impl World {
         array(py, change.as_slice().to_vec(), &[change.len()])
     }
 
-    /// Moves a state by a change.
+    /// Moves a state by a change in tangent-space coordinates. Bodies on joints follow the joints.
     ///
     /// Parameters
     /// ----------
     /// state : State
     ///     State of this world.
-    /// change : (12 d,) array_like
-    ///     12 numbers for each of d dynamic bodies: the rotation vector (rad) and the translation (m) of its pose, then the change of its
-    ///     angular velocity (rad/s) and of its velocity (m/s).
+    /// change : (n,) array_like
+    ///     Change, with the coordinates of difference.
     ///
     /// Returns
     /// -------
@@ -239,5 +247,34 @@ impl World {
             .integrate(&state.0, &change)
             .map(State)
             .map_err(value_error)
+    }
+
+    /// Number of tangent-space coordinates of a state, int: 2 for each degree of freedom.
+    #[getter]
+    fn tangent_dimension(&self) -> usize {
+        self.inner.tangent_dimension()
+    }
+
+    /// Returns the indices of the tangent-space coordinates of a body, as rows and columns of linearize.
+    ///
+    /// Parameters
+    /// ----------
+    /// body : str
+    ///     Name of the body.
+    ///
+    /// Returns
+    /// -------
+    /// slice
+    ///     Indices. The first half are positions, the second half are velocities. The slice is empty for a body that is welded, mimicking,
+    ///     fixed or on a path.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If the world has no such body.
+    fn tangent_columns<'py>(&self, py: Python<'py>, body: &str) -> PyResult<Bound<'py, PySlice>> {
+        let body = self.inner.index_of(body).map_err(value_error)?;
+        let columns = self.inner.tangent_columns(body).map_err(value_error)?;
+        slice(py, &columns)
     }
 }

@@ -201,9 +201,10 @@ impl World {
         Ok(experiment.mode_for(&by) == Mode::Reverse && is_cheaper)
     }
 
-    /// Linearizes the last state of a rollout in local coordinates.
+    /// Linearizes the last state of a rollout in the n tangent-space coordinates of difference.
     ///
-    /// Each of d dynamic bodies has 12 local coordinates, as in integrate. A plan with one step gives the linearization of the step.
+    /// A plan with one step gives the linearization of the step. Inputs of a robot are parameters such as
+    /// ``Parameter.joint("elbow", "torque")``.
     ///
     /// Parameters
     /// ----------
@@ -218,9 +219,9 @@ impl World {
     /// -------
     /// end : State
     ///     Last state.
-    /// a : (12 d, 12 d) ndarray of float64
+    /// a : (n, n) ndarray of float64
     ///     Derivatives with respect to the initial state.
-    /// b : (12 d, p) ndarray of float64
+    /// b : (n, p) ndarray of float64
     ///     Derivatives with respect to the parameters.
     ///
     /// Raises
@@ -238,12 +239,7 @@ impl World {
         progress: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<(State, Floats<'py>, Floats<'py>)> {
         let by = inner(&parameters);
-        let dynamic = self
-            .inner
-            .bodies()
-            .iter()
-            .filter(|body| body.inertia().is_some());
-        let watched = (12 * dynamic.count() + width(&by), progress);
+        let watched = (self.inner.tangent_dimension() + width(&by), progress);
         let linearization =
             self.experiment(py, plan, watched, |experiment| experiment.linearize(&by))?;
         Ok((

@@ -254,6 +254,27 @@ def test_a_pullback_is_a_product_with_the_jacobian(arm):
     assert not np.array_equal(vjp(by["poses"], by["twists"]), actual)
 
 
+def test_a_linearized_arm_agrees_with_differences(arm):
+    inputs = [he.Parameter.joint("slide", "torque"), he.Parameter.joint("elbow", "torque")]
+    end, a, b = arm.linearize(STEADY, inputs)
+    size = arm.tangent_dimension
+    columns = [range(size)[arm.tangent_columns(name)] for name in ("floor", "upper", "lower", "wrist", "hand")]
+    assert columns == [range(0), range(6), range(6, 8), range(8, 10), range(10, 10)]
+    assert a.shape == (size, size) and b.shape == (size, 2)
+
+    def slopes(changed, count, step):
+        def column(index):
+            ends = [changed(sign * step * np.eye(count)[index]).rollout(STEADY).run()[-1] for sign in (1.0, -1.0)]
+            return (arm.difference(end, ends[0]) - arm.difference(end, ends[1])) / (2.0 * step)
+
+        return np.stack([column(index) for index in range(count)], axis=1)
+
+    by_start = slopes(lambda change: arm.replace(start=arm.integrate(arm.initial_state, change)), size, 1e-6)
+    assert np.abs(by_start - a).max() < DIFFERENCES * np.abs(a).max()
+    by_inputs = slopes(lambda change: arm.perturbed(inputs, change), 2, 1e-3)
+    assert np.abs(by_inputs - b).max() < DIFFERENCES * np.abs(b).max()
+
+
 def test_values_of_joint_parameters(arm):
     values = arm.values(BY)
     assert np.array_equal(values[:10], [0.0, 0.0, 0.0, -0.02, 0.0, 500.0, 5.0, 0.0, 0.0, 0.1])
@@ -312,7 +333,7 @@ def test_wrong_joints_are_refused(arm):
         (lambda: he.Body.dynamic("a", ball, skin, 1.0, pose=he.pose(), joint=hinge), 'body "a" is on a joint'),
         (lambda: he.World([he.Body.dynamic(name, ball, skin, 1.0, joint=hinge) for name in "ab"]), "two joints have the name"),
         (lambda: he.World([link("a", he.Joint.fixed("j", parent="b"))]), 'joint "j" connects body "a" to "b"'),
-        (lambda: arm.rollout(plan).run(), "steps of Leapfrog cannot integrate joints"),
+        (lambda: arm.rollout(plan).run(), 'explicit steps cannot integrate joints, but body "upper" is on one: use Integrator.SDIRK3'),
         (lambda: arm.rollout(PLAN, start=no_joints), "the state has 0 joints, but the world has 3"),
         (lambda: arm.rollout(PLAN, start=unlike), 'the state of joint "socket" does not fit its kind'),
         (lambda: arm.state_with_joints({"weld": 0.1}), 'no joint with a position is named "weld"'),

@@ -88,14 +88,23 @@ fn mimics(bodies: &[Body]) -> Result<Vec<Option<BodyMimic>>, WorldError> {
                 .joint()
                 .and_then(|joint| joint.mimic.as_ref());
         }
-        match next {
-            None => Ok(Some(BodyMimic {
-                leader,
+        if let Some(mimic) = next {
+            return Err(error(&mimic.joint));
+        }
+        if multiplier == 0.0 || !multiplier.is_finite() || !offset.is_finite() {
+            let leader = bodies[leader].joint().map(Joint::name);
+            return Err(WorldError::MimicChain {
+                joint: joint.name.clone(),
+                leader: leader.unwrap_or_default().to_owned(),
                 multiplier,
                 offset,
-            })),
-            Some(mimic) => Err(error(&mimic.joint)),
+            });
         }
+        Ok(Some(BodyMimic {
+            leader,
+            multiplier,
+            offset,
+        }))
     };
     bodies.iter().map(resolve).collect()
 }

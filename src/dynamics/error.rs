@@ -141,6 +141,21 @@ pub enum WorldError {
         /// Largest allowed distance and angle.
         tolerance: f64,
     },
+    /// A chain of leaders gives a multiplier that is zero or not finite, or an offset that is not finite. The multiplier is the product of
+    /// the multipliers along the chain.
+    #[error(
+        "joint {joint:?} mimics {leader:?} with the multiplier {multiplier} and the offset {offset} in total, but the multiplier must be finite and not zero, and the offset finite"
+    )]
+    MimicChain {
+        /// Name of the joint.
+        joint: String,
+        /// Name of the leader that has a state.
+        leader: String,
+        /// Product of the multipliers.
+        multiplier: f64,
+        /// Position (rad or m) if the position of the leader is zero.
+        offset: f64,
+    },
     /// A joint connects a body to a body that does not come before it.
     #[error(
         "joint {joint:?} connects body {body:?} to {parent:?}, but no earlier body has this name: list parents before children"
@@ -342,12 +357,12 @@ pub enum WorldError {
     },
     /// A change of a state has the wrong size.
     #[error(
-        "a change of a state has {found} numbers, but must have {expected}: 12 for each dynamic body"
+        "a change of a state has {found} numbers, but must have {expected}: 2 for each degree of freedom of the world"
     )]
     ChangeSize {
         /// Number of values in the vector.
         found: usize,
-        /// Expected number: 12 for each dynamic body.
+        /// Expected number: 2 for each degree of freedom of the world.
         expected: usize,
     },
     /// A number of a world, plan, force, control or state is out of range.

@@ -690,8 +690,8 @@ impl<T: Scalar> JointState<T> {
         }
     }
 
-    /// Adds a rotation vector and a change of the angular velocity, whose real parts are zero. A revolute or prismatic joint uses only the
-    /// first component of each vector.
+    /// Adds a rotation vector and a change of the angular velocity. A revolute or prismatic joint uses only the first component of each
+    /// vector.
     pub(crate) fn displace(&mut self, turn: &Vector3<T>, spin: &Vector3<T>) {
         match self {
             Self::Scalar { position, velocity } => {

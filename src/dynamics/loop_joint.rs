@@ -138,7 +138,9 @@ impl LoopJoint {
         let turn = match self.kind {
             JointKind::Ball | JointKind::Free => 0.0,
             JointKind::Revolute(axis) => (between.rotation() * *axis).cross(&axis).norm(),
-            JointKind::Prismatic(_) | JointKind::Fixed => turn_between(&a, &b).norm(),
+            JointKind::Prismatic(_) | JointKind::Fixed => {
+                turn_between(a.rotation(), b.rotation()).norm()
+            }
         };
         if let JointKind::Prismatic(axis) = self.kind {
             shift -= *axis * axis.dot(&shift);

@@ -118,7 +118,7 @@ pub use rollout::Rollout;
 pub use rollout_error::RolloutError;
 pub use schedule::Schedule;
 pub use state::{BodyState, State};
-pub(crate) use tangent::STATE_DIM;
+pub(crate) use tangent::{STATE_DIM, TangentPart};
 pub use trajectory::{RolloutFailure, RolloutResult, Trajectory};
 pub(crate) use validate::check_positive;
 pub use world::World;

@@ -221,34 +221,47 @@ impl<T: Scalar> Model<T> {
         self.loop_joints.iter().map(|joint| joint.bodies)
     }
 
+    /// Name of the leader of the joint of a body, or `None` if the joint does not mimic.
+    pub(crate) fn leader_name(&self, body: usize) -> Option<&str> {
+        let leader = self.articulation.mimics[body]?.leader;
+        self.bodies[leader].joint().map(Joint::name)
+    }
+
     /// Indices of each body on a mimicking joint and of the body of its leader.
     pub(super) fn leaders(&self) -> impl Iterator<Item = (usize, usize)> {
         let mimics = self.articulation.mimics.iter().enumerate();
         mimics.filter_map(|(body, mimic)| Some((body, mimic.as_ref()?.leader)))
     }
 
-    /// Indices of the body and of the state of a ball joint (`is_ball`), or of a revolute or prismatic joint.
-    pub(crate) fn joint(&self, name: &str, is_ball: bool) -> Result<(usize, usize), WorldError> {
-        let joint = |body: &'_ Body<T>| {
-            let joint = body.joint_with_state()?;
-            ((joint.kind == JointKind::Ball) == is_ball).then(|| joint.name.clone())
+    /// Index of the body on a ball joint (`is_ball`), or on a revolute or prismatic joint.
+    pub(crate) fn body_on(&self, joint: &str, is_ball: bool) -> Result<usize, WorldError> {
+        let name_of = |body: &Body<T>| {
+            let joint = body.connecting_joint()?;
+            let is_of_kind = if is_ball {
+                joint.kind == JointKind::Ball
+            } else {
+                joint.kind.is_scalar()
+            };
+            is_of_kind.then(|| joint.name.clone())
         };
-        let names: Vec<Option<String>> = self.bodies.iter().map(joint).collect();
-        let body = names
-            .iter()
-            .position(|joint| joint.as_deref() == Some(name));
-        match body.and_then(|body| Some((body, self.articulation.state_indices[body]?))) {
-            Some(indices) => Ok(indices),
+        let names: Vec<Option<String>> = self.bodies.iter().map(name_of).collect();
+        match names.iter().position(|name| name.as_deref() == Some(joint)) {
+            Some(body) => Ok(body),
             None => Err(WorldError::UnknownJoint {
                 kind: if is_ball {
                     "ball joint"
                 } else {
                     "revolute or prismatic joint"
                 },
-                name: name.to_owned(),
+                name: joint.to_owned(),
                 known: names.into_iter().flatten().collect(),
             }),
         }
+    }
+
+    /// Index of the state of the joint of a body, or `None` for a free, fixed or mimicking joint.
+    pub(crate) fn joint_state_index(&self, body: usize) -> Option<usize> {
+        self.articulation.state_indices[body]
     }
 
     /// Returns an error if the world has joints. `quantity` is the requested quantity.
@@ -339,7 +352,7 @@ impl<T: Scalar> Model<T> {
     }
 
     /// Sets the bodies on joints to the states that their joints give. Other bodies must have their states.
-    fn place_joints(&self, state: &mut State<T>) {
+    pub(super) fn place_joints(&self, state: &mut State<T>) {
         if self.has_joints() {
             let (multibody, kinematics) = self.kinematics_at(state);
             multibody.store(&kinematics, state);

@@ -91,7 +91,10 @@ pub(in crate::dynamics) fn displaced_back(
 /// Displacement of a body from one pose to another.
 pub(in crate::dynamics) fn displacement(inertia: &Inertia, from: &Pose, to: &Pose) -> Vector6<f64> {
     let [before, after] = [from, to].map(|pose| pose.transformed_point(&inertia.center_of_mass));
-    six(&turn_between(from, to), &(after - before))
+    six(
+        &turn_between(from.rotation(), to.rotation()),
+        &(after - before),
+    )
 }
 
 /// 6-vector of an angular and a linear part.
@@ -105,9 +108,9 @@ pub(in crate::dynamics) fn zero6<T: Scalar>() -> Vector6<T> {
     Vector6::from_element(lift(0.0))
 }
 
-/// Rotation vector (rad, at most half a turn) from one pose to another.
-pub(crate) fn turn_between(from: &Pose, to: &Pose) -> Vector3<f64> {
-    let turn = Rotation3::from_matrix_unchecked(to.rotation() * from.rotation().transpose());
+/// Rotation vector (rad, at most half a turn) from one rotation to another.
+pub(crate) fn turn_between(from: &Matrix3<f64>, to: &Matrix3<f64>) -> Vector3<f64> {
+    let turn = Rotation3::from_matrix_unchecked(to * from.transpose());
     let quaternion = UnitQuaternion::from_rotation_matrix(&turn);
     quaternion.axis().map_or_else(Vector3::zeros, |axis| {
         let half_angle = atan2(quaternion.imag().norm(), quaternion.w.abs());

@@ -37,11 +37,18 @@ pub enum GradientError {
         /// The parameter.
         parameter: String,
     },
-    /// A linearization of a world with joints is requested.
+    /// The initial state of a mimicking joint is a parameter.
     #[error(
-        "worlds with joints cannot be linearized in coordinates of their bodies: use Experiment::jacobian with Parameter::joint"
+        "the {quantity} of joint {joint:?} is not a parameter, because the joint mimics {leader:?}: use the {quantity} of joint {leader:?}"
     )]
-    JointsNotLinearized,
+    MimickingJoint {
+        /// Name of the joint.
+        joint: String,
+        /// Quantity of the parameter.
+        quantity: JointQuantity,
+        /// Name of the leader that has a state.
+        leader: String,
+    },
     /// Derivatives with respect to the shapes of a world with joints are requested.
     #[error("derivatives with respect to shapes are not available in worlds with joints")]
     JointsWithShapes,

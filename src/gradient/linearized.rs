@@ -1,15 +1,13 @@
-use super::outcome::numbers;
-use super::{Experiment, GradientError, Outcome, OutcomeJacobian, Parameter};
-use crate::dynamics::{BodyState, STATE_DIM, State, Trajectory};
-use crate::scalar::{Scalar, lift};
-use crate::spatial::{Pose, Twist};
-use nalgebra::{DMatrix, Matrix3, Vector3};
-use std::sync::Arc;
+use super::{Experiment, GradientError, JointQuantity, Outcome, Parameter};
+use crate::dynamics::{BodyState, Joint, JointState, Model, State, TangentPart, Trajectory};
+use crate::scalar::Scalar;
+use crate::spatial::turn_from_real;
+use nalgebra::DMatrix;
+use std::sync::{Arc, OnceLock};
 
 /// Linearization of the final state of a rollout: δx⁺ = A·δx + B·δu, with the initial state x and the parameters u.
 ///
-/// Changes of states are in tangent-space coordinates, 12 numbers for each dynamic body, as in
-/// [`World::difference`](crate::dynamics::World::difference).
+/// Changes of states are in tangent-space coordinates, as in [`World::difference`](crate::dynamics::World::difference).
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
@@ -22,38 +20,69 @@ pub struct LinearizedRollout {
     pub by_parameters: DMatrix<f64>,
 }
 
-/// Numbers of the state of a body in an outcome: position, columns of the rotation matrix, velocity, angular velocity.
-const NUMBERS: usize = 18;
+/// Outcome whose derivatives are the derivatives of the final state in tangent-space coordinates. The values of rotations are zero.
+struct FinalState {
+    parts: Vec<TangentPart>,
+    /// Final state without derivatives, set by the first evaluation.
+    end: OnceLock<State>,
+}
 
-/// Outcome: the final states of all bodies, then their time.
-struct FinalStates;
-
-impl Outcome for FinalStates {
+impl Outcome for FinalState {
     fn of<T: Scalar>(&self, trajectory: &Trajectory<T>) -> Vec<T> {
         let end = trajectory.last();
-        let states = (0..end.bodies.len()).flat_map(|body| numbers(end, body));
-        states.chain([lift(end.time)]).collect()
+        self.end.get_or_init(|| end.real());
+        let parts = self.parts.iter();
+        parts
+            .flat_map(|part| match part.joint {
+                Some(joint) => joint_numbers(&end.joints[joint]),
+                None => body_numbers(&end.bodies[part.body]),
+            })
+            .collect()
     }
 }
 
-/// The state whose numbers are a value of [`FinalStates`].
-fn state_of(values: &[f64]) -> State {
-    let (bodies, time) = values.split_at(values.len() - 1);
-    let body = |numbers: &[f64]| BodyState {
-        pose: Pose::from_parts(
-            Matrix3::from_column_slice(&numbers[3..12]),
-            Vector3::from_column_slice(&numbers[..3]),
-        ),
-        twist: Twist {
-            linear: Vector3::from_column_slice(&numbers[12..15]),
-            angular: Vector3::from_column_slice(&numbers[15..]),
-        },
-    };
-    State {
-        time: time[0],
-        bodies: bodies.chunks(NUMBERS).map(body).collect(),
-        joints: Vec::new(),
+fn body_numbers<T: Scalar>(BodyState { pose, twist }: &BodyState<T>) -> Vec<T> {
+    let turn = turn_from_real(pose.rotation());
+    let pose = turn.iter().chain(pose.translation());
+    pose.chain(&twist.to_vector()).copied().collect()
+}
+
+fn joint_numbers<T: Scalar>(state: &JointState<T>) -> Vec<T> {
+    match state {
+        JointState::Scalar { position, velocity } => vec![*position, *velocity],
+        JointState::Ball {
+            rotation,
+            angular_velocity,
+        } => {
+            let turn = turn_from_real(rotation);
+            turn.iter().chain(angular_velocity).copied().collect()
+        }
     }
+}
+
+/// Parameters for the initial values of the tangent-space coordinates of a part.
+fn initial_values(part: TangentPart, model: &Model) -> Vec<Parameter> {
+    use JointQuantity::{
+        InitialAngularVelocity, InitialOrientation, InitialPosition, InitialVelocity,
+    };
+    let body = &model.bodies[part.body];
+    if part.joint.is_none() {
+        let name: Arc<str> = body.name().into();
+        return vec![
+            Parameter::InitialOrientation(Arc::clone(&name)),
+            Parameter::InitialPosition(Arc::clone(&name)),
+            Parameter::InitialAngularVelocity(Arc::clone(&name)),
+            Parameter::InitialVelocity(name),
+        ];
+    }
+    let joint: Arc<str> = body.joint().map_or("", Joint::name).into();
+    let quantities = if part.dimension == 2 {
+        [InitialPosition, InitialVelocity]
+    } else {
+        [InitialOrientation, InitialAngularVelocity]
+    };
+    let parameters = quantities.map(|quantity| Parameter::Joint(Arc::clone(&joint), quantity));
+    parameters.into()
 }
 
 impl Experiment {
@@ -81,57 +110,25 @@ impl Experiment {
     /// ```
     ///
     /// # Errors
-    /// As [`Self::jacobian`]. If derivatives are not finite, the error holds the Jacobian of the final states of all bodies in the
-    /// layout of [`FinalState`](super::FinalState), then of the time. Its columns are orientation, position, angular velocity and
-    /// velocity of each dynamic body, then the parameters.
+    /// As [`Self::jacobian`]. If derivatives are not finite, the error holds A and B beside each other, as the Jacobian of an outcome.
     pub fn linearize(&self, parameters: &[Parameter]) -> Result<LinearizedRollout, GradientError> {
         let model = self.model();
-        if model.has_joints() {
-            return Err(GradientError::JointsNotLinearized);
-        }
-        let bodies: Vec<usize> = model.dynamic_bodies().collect();
-        let initial_states = bodies.iter().flat_map(|&body| {
-            let name: Arc<str> = model.bodies[body].name().into();
-            [
-                Parameter::InitialOrientation(Arc::clone(&name)),
-                Parameter::InitialPosition(Arc::clone(&name)),
-                Parameter::InitialAngularVelocity(Arc::clone(&name)),
-                Parameter::InitialVelocity(name),
-            ]
-        });
-        let all: Vec<_> = initial_states.chain(parameters.iter().cloned()).collect();
-        let size = STATE_DIM * bodies.len();
-        let jacobian = self.jacobian(&all, &FinalStates)?;
-        let tangent = in_tangent_coordinates(&jacobian, &bodies);
-        let parameter_count = tangent.ncols() - size;
+        let outcome = FinalState {
+            parts: model.tangent_parts().collect(),
+            end: OnceLock::new(),
+        };
+        let parts = outcome.parts.iter();
+        let initial_values = parts.flat_map(|part| initial_values(*part, model));
+        let all: Vec<_> = initial_values.chain(parameters.iter().cloned()).collect();
+        let jacobian = self.jacobian(&all, &outcome)?.jacobian;
+        let (size, count) = jacobian.shape();
         Ok(LinearizedRollout {
-            end: state_of(jacobian.value.as_slice()),
-            by_state: tangent.columns(0, size).into_owned(),
-            by_parameters: tangent.columns(size, parameter_count).into_owned(),
+            by_state: jacobian.columns(0, size).into_owned(),
+            by_parameters: jacobian.columns(size, count - size).into_owned(),
+            end: match outcome.end.into_inner() {
+                Some(end) => end,
+                None => self.trajectory()?.last().clone(),
+            },
         })
     }
-}
-
-/// Converts the rows of the dynamic bodies in a Jacobian of [`FinalStates`] to tangent-space coordinates.
-fn in_tangent_coordinates(states: &OutcomeJacobian, dynamic: &[usize]) -> DMatrix<f64> {
-    let mut tangent = DMatrix::zeros(STATE_DIM * dynamic.len(), states.jacobian.ncols());
-    for (block, &body) in dynamic.iter().enumerate() {
-        let values = &states.value.as_slice()[NUMBERS * body..];
-        let rotation = Matrix3::from_column_slice(&values[3..12]);
-        let columns = states.jacobian.column_iter();
-        for (derivatives, mut column) in columns.zip(tangent.column_iter_mut()) {
-            let derivatives = derivatives.rows(NUMBERS * body, NUMBERS);
-            let of_rotation = Matrix3::from_iterator(derivatives.rows(3, 9).iter().copied());
-            // The rotation vector of a change dR is the axial vector of the skew-symmetric matrix dR·Rᵀ.
-            let skew = of_rotation * rotation.transpose();
-            let axial = |i: usize, j: usize| (skew[(i, j)] - skew[(j, i)]) / 2.0;
-            let angular = Vector3::new(axial(2, 1), axial(0, 2), axial(1, 0));
-            let mut rows = column.rows_mut(STATE_DIM * block, STATE_DIM);
-            rows.rows_mut(0, 3).copy_from(&angular);
-            rows.rows_mut(3, 3).copy_from(&derivatives.rows(0, 3));
-            rows.rows_mut(6, 3).copy_from(&derivatives.rows(15, 3));
-            rows.rows_mut(9, 3).copy_from(&derivatives.rows(12, 3));
-        }
-    }
-    tangent
 }

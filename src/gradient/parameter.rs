@@ -93,6 +93,11 @@ impl JointQuantity {
         )
     }
 
+    /// Whether the quantity is a part of the initial state.
+    pub(super) fn is_initial(self) -> bool {
+        matches!(self, Self::InitialPosition | Self::InitialVelocity) || self.is_for_ball_joint()
+    }
+
     /// Index among the numbers of a joint law, or `None` for the initial state and for schedules.
     pub(super) fn law_index(self) -> Option<usize> {
         match self {

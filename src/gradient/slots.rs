@@ -16,8 +16,8 @@ enum Slot {
     ForceParameter(usize),
     /// Index of a control, and of an interval.
     Control(usize, usize),
-    /// Index of the body on a joint, index of the state of the joint, and a quantity of the joint.
-    Joint(usize, usize, JointQuantity),
+    /// Index of the body on a joint, index of the state of the joint (`None` for a mimicking joint), and a quantity of the joint.
+    Joint(usize, Option<usize>, JointQuantity),
     /// Index of a body, and a quantity of the body.
     Body(usize, Quantity),
 }
@@ -163,8 +163,16 @@ impl Slot {
                 return Self::of_control(body, *interval, model);
             }
             Parameter::Joint(name, quantity) => {
-                let (body, state_index) = model.joint(name, quantity.is_for_ball_joint())?;
+                let body = model.body_on(name, quantity.is_for_ball_joint())?;
                 check_schedule(model.bodies[body].joint(), *quantity)?;
+                let state_index = model.joint_state_index(body);
+                if quantity.is_initial() && state_index.is_none() {
+                    return Err(GradientError::MimickingJoint {
+                        joint: name.to_string(),
+                        quantity: *quantity,
+                        leader: model.leader_name(body).unwrap_or_default().to_owned(),
+                    });
+                }
                 return Ok(Self::Joint(body, state_index, *quantity));
             }
             Parameter::InitialPosition(_) => Quantity::Position,
@@ -258,16 +266,16 @@ impl Slot {
     }
 
     fn values(&self, model: &mut Model) -> Vec<f64> {
-        let rotation_vector = |pose: &Pose| {
-            let turn = turn_between(&Pose::identity(), pose);
+        let rotation_vector = |rotation: &Matrix3<f64>| {
+            let turn = turn_between(&Matrix3::identity(), rotation);
             turn.iter().copied().collect()
         };
         if let Some(rotation) = self.ball_rotation(model) {
-            return rotation_vector(&Pose::from_parts(*rotation, Vector3::zeros()));
+            return rotation_vector(rotation);
         }
         match self.pose(model) {
             Some((pose, Quantity::Position)) => pose.translation().iter().copied().collect(),
-            Some((pose, _)) => rotation_vector(pose),
+            Some((pose, _)) => rotation_vector(pose.rotation()),
             None => self
                 .numbers(model)
                 .into_iter()
@@ -349,19 +357,21 @@ impl Slot {
                 gradient.controls[control][interval].as_slice().to_vec()
             }
             Self::Joint(body, state_index, quantity) => {
-                let (initial, by_body) = (&gradient.joints[state_index], &gradient.bodies[body]);
+                let by_body = &gradient.bodies[body];
                 if let Some(index) = quantity.law_index() {
                     return vec![by_body.joint_law[index]];
                 }
+                let by_state = state_index.map(|index| &gradient.joints[index]);
                 let by_state = match quantity {
                     JointQuantity::ScheduledTorque(index) => return vec![by_body.torques[index]],
                     JointQuantity::ScheduledTarget(index) => return vec![by_body.targets[index]],
                     JointQuantity::InitialVelocity | JointQuantity::InitialAngularVelocity => {
-                        &initial.velocity
+                        by_state.map(|by_state| by_state.velocity)
                     }
-                    _ => &initial.position,
+                    _ => by_state.map(|by_state| by_state.position),
                 };
-                by_state.as_slice()[..quantity.dimension()].to_vec()
+                let numbers = by_state.iter().flat_map(|by_state| by_state.iter());
+                numbers.take(quantity.dimension()).copied().collect()
             }
             Self::Body(body, quantity) => {
                 let by_body = &gradient.bodies[body];

@@ -8,7 +8,7 @@ use hydroelastic::dynamics::{
 };
 use hydroelastic::mesh::shapes;
 use hydroelastic::spatial::MassProperties;
-use nalgebra::{Matrix3, Unit, Vector3, vector};
+use nalgebra::{DVector, Matrix3, Unit, Vector3, vector};
 use std::f64::consts::PI;
 
 /// Gravity (m/s²).
@@ -342,25 +342,78 @@ fn numbers_of_joints_out_of_range_are_refused() {
 }
 
 #[test]
-fn differences_of_states_with_joints_are_refused() {
+fn the_stability_limit_of_a_world_with_joints_is_refused() {
     let world = double_pendulum([1.0, 0.7]);
-    let state = world.initial_state();
-    let expected = |quantity| WorldError::OnJoint {
-        body: "upper".into(),
-        quantity,
+    assert_eq!(
+        world
+            .largest_stable_step(&world.initial_state())
+            .unwrap_err(),
+        WorldError::OnJoint {
+            body: "upper".into(),
+            quantity: "the stability limit",
+        }
+    );
+}
+
+/// A free body that carries a ball joint, a weld, a revolute joint and a mimicking joint, with the free body in the second place.
+fn tree() -> World {
+    let mut bodies = vec![ball("pendulum", bob(1.0, 0.2, 0.01))];
+    bodies
+        .extend(["base", "head", "cap", "arm", "hand"].map(|name| ball(name, bob(0.5, 0.1, 0.01))));
+    let joints = [
+        (0, Joint::prismatic("rail", Vector3::z_axis())),
+        (2, Joint::ball("neck").with_parent("base")),
+        (3, Joint::fixed("weld").with_parent("head")),
+        (
+            4,
+            Joint::revolute("elbow", Vector3::x_axis()).with_parent("base"),
+        ),
+        (
+            5,
+            Joint::revolute("wrist", Vector3::y_axis())
+                .with_parent("arm")
+                .with_mimic("elbow", 2.0, 0.1),
+        ),
+    ];
+    for (body, joint) in joints {
+        bodies[body] = bodies[body].clone().with_joint(joint).unwrap();
+    }
+    world(bodies)
+}
+
+#[test]
+fn tangent_coordinates_are_those_of_the_joints_in_the_order_of_their_bodies() {
+    let world = tree();
+    let columns = (0..6).map(|body| world.tangent_columns(body).unwrap());
+    let expected = [0..2, 2..14, 14..20, 20..20, 20..22, 22..22];
+    assert!(columns.eq(expected));
+    assert_eq!(world.tangent_dimension(), 22);
+    assert!(matches!(
+        world.tangent_columns(6).unwrap_err(),
+        WorldError::BodyIndex { index: 6, .. }
+    ));
+}
+
+#[test]
+fn a_change_of_joints_is_undone_and_moves_their_bodies() {
+    let world = tree();
+    let start = world.initial_state();
+    let mut change: Vec<f64> = (0..22).map(|i| 0.3 * f64::sin(f64::from(i))).collect();
+    change[20] = 30.0; // A revolute joint counts full turns.
+    let moved = world.integrate(&start, &change).unwrap();
+    let found = world.difference(&start, &moved).unwrap();
+    assert!((found - DVector::from_vec(change)).amax() < 1e-14);
+    let followed = world.clone().with_initial_state(&moved).unwrap();
+    for (body, expected) in moved.bodies.iter().zip(followed.initial_state().bodies) {
+        assert!((body.position() - expected.position()).amax() < 1e-14);
+        assert!((body.twist.to_vector() - expected.twist.to_vector()).amax() < 1e-13);
+    }
+    let short = world.integrate(&start, &[0.0; 72]).unwrap_err();
+    let expected = WorldError::ChangeSize {
+        found: 72,
+        expected: 22,
     };
-    assert_eq!(
-        world.difference(&state, &state).unwrap_err(),
-        expected("the difference of states")
-    );
-    assert_eq!(
-        world.integrate(&state, &[0.0; 24]).unwrap_err(),
-        expected("the change of a state")
-    );
-    assert_eq!(
-        world.largest_stable_step(&state).unwrap_err(),
-        expected("the stability limit")
-    );
+    assert_eq!(short, expected);
 }
 
 #[test]

@@ -145,6 +145,31 @@ fn missing_and_cyclic_leaders_and_ball_followers_are_refused() {
 }
 
 #[test]
+fn a_product_of_multipliers_that_is_zero_or_not_finite_is_refused() {
+    for (multiplier, product) in [(0.0, 0.0), (1e-200, 0.0), (1e200, f64::INFINITY)] {
+        let second = axle("second").with_mimic("first", multiplier, 0.0);
+        let third = axle("third").with_mimic("second", multiplier, 0.0);
+        let followers = [("b", second), ("c", third)].map(|(name, joint)| wheel(name, 0.1, joint));
+        let bodies = [wheel("a", 0.1, axle("first"))]
+            .into_iter()
+            .chain(followers);
+        let error = World::new(bodies.collect()).unwrap_err();
+        let WorldError::MimicChain {
+            joint,
+            leader,
+            multiplier: found,
+            ..
+        } = &error
+        else {
+            panic!("{error}")
+        };
+        let expected = if multiplier == 0.0 { "second" } else { "third" };
+        assert_eq!((joint.as_str(), leader.as_str()), (expected, "first"));
+        assert_eq!(found.to_bits(), product.to_bits());
+    }
+}
+
+#[test]
 fn the_armature_of_a_follower_counts_in_the_energy() {
     let driven = axle("driven")
         .with_mimic("driver", -5.0, 0.0)

@@ -51,7 +51,7 @@ fn link(name: &str, mass: f64, length: f64) -> Body {
 }
 
 /// An arm of three joints whose ball at the end rubs on the floor, and a free ball beside it.
-fn arm() -> World {
+pub fn arm() -> World {
     let shoulder = Joint::revolute("shoulder", Vector3::z_axis())
         .with_origin(at(0.0, 0.0, 0.685))
         .with_velocity(0.8)
@@ -149,7 +149,7 @@ fn both_modes_agree_for_an_arm_that_rubs_on_the_floor() {
 }
 
 /// A pendulum with a ball joint and a welded tip on a fixed post. The tip rubs on the floor.
-fn pendulum() -> World {
+pub fn pendulum() -> World {
     let socket = Joint::ball("socket")
         .with_parent("post")
         .with_origin(at(0.0, 0.0, 0.1));
@@ -202,7 +202,7 @@ fn derivatives_of_an_arm_are_those_of_differences() {
 }
 
 /// Gripper with coupled fingers on a fixed palm. It holds a free ball.
-fn gripper() -> World {
+pub fn gripper() -> World {
     let finger = |name: &str, joint: Joint| {
         let properties = MassProperties::solid_ball(0.1, 0.03);
         let pad = icosphere(0.03, 1);
@@ -225,6 +225,8 @@ fn gripper() -> World {
         .with_parent("palm")
         .with_origin(at(0.1, 0.0, -0.1))
         .with_mimic("left", -1.0, 0.0)
+        .with_torques(0.01, vec![0.5, -0.3])
+        .with_armature(0.02)
         .with_damping(2.0);
     let properties = MassProperties::solid_ball(0.2, 0.04);
     let ball = Body::dynamic(
@@ -253,6 +255,10 @@ fn both_modes_and_differences_agree_for_coupled_fingers() {
         Parameter::joint("left", JointQuantity::InitialVelocity),
         Parameter::joint("left", JointQuantity::Torque),
         Parameter::joint("left", JointQuantity::Damping),
+        Parameter::joint("right", JointQuantity::Torque),
+        Parameter::joint("right", JointQuantity::Damping),
+        Parameter::joint("right", JointQuantity::Armature),
+        Parameter::joint("right", JointQuantity::ScheduledTorque(1)),
     ];
     for integrator in [Integrator::Sdirk3, Integrator::ImplicitEuler] {
         let plan = Plan::new(5e-3, 20).unwrap().with_integrator(integrator);
@@ -262,6 +268,15 @@ fn both_modes_and_differences_agree_for_coupled_fingers() {
     let plan = plan.with_integrator(Integrator::ImplicitEuler);
     let check = Experiment::new(gripper(), &plan).difference_check(&parameters, &Joints);
     assert!(check.unwrap().best() < DIFFERENCES);
+}
+
+#[test]
+fn the_initial_state_of_a_follower_is_refused_with_the_name_of_its_leader() {
+    let by = [Parameter::joint("right", JointQuantity::InitialVelocity)];
+    let error = gripper().values(&by).unwrap_err();
+    let expected = "the initial velocity of joint \"right\" is not a parameter, because the joint mimics \"left\": \
+        use the initial velocity of joint \"left\"";
+    assert_eq!(error.to_string(), expected);
 }
 
 /// Joint states in the last state: positions and velocities, and rotation matrices and angular velocities of ball joints.

@@ -9,6 +9,7 @@ mod dimensions;
 mod force_parameters;
 mod joints;
 mod kinks;
+mod linearized_joints;
 mod loops;
 mod no_derivative;
 mod random_scenes;

@@ -1,8 +1,10 @@
 //! Trajectory files, written and read back.
 
 use crate::support::worlds::{cuboid, dynamic, falling, fixed, icosphere, turned};
-use hydroelastic::dynamics::{BodyState, Material, Plan, State, Trajectory, World};
-use hydroelastic::io::{FileError, write_trajectory};
+use hydroelastic::dynamics::{
+    BodyState, Integrator, Joint, Material, Plan, State, Trajectory, World,
+};
+use hydroelastic::io::{FileError, TrajectoryFile, write_trajectory};
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3, vector};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -118,6 +120,74 @@ fn the_first_line_names_the_columns() {
     write_trajectory(&path, &world, &trajectory(&world)).unwrap();
     let text = fs::read_to_string(path).unwrap();
     assert_eq!(text.lines().next().unwrap(), COLUMNS);
+}
+
+/// An arm with a revolute, a ball, a mimicking and a prismatic joint, beside a free ball.
+fn arm() -> World {
+    let skin = Material::elastic(1e5);
+    let part = |name: &str| dynamic(name, Arc::new(icosphere(0.02, 0)), skin, 1.0);
+    let on = |body: &str, joint: Joint| part(body).with_joint(joint).unwrap();
+    let hinge = Joint::revolute("hinge", Vector3::z_axis())
+        .with_position(20.0)
+        .with_velocity(0.3);
+    let gear = Joint::revolute("gear", Vector3::x_axis()).with_mimic("hinge", 2.0, 0.0);
+    let slide = Joint::prismatic("slide", Vector3::x_axis())
+        .with_parent("upper")
+        .with_velocity(-0.1);
+    falling(vec![
+        part("free"),
+        on("upper", hinge),
+        on("head", Joint::ball("neck").with_parent("upper")),
+        on("wheel", gear),
+        on("hand", slide),
+    ])
+}
+
+#[test]
+fn a_table_has_the_positions_and_velocities_of_joints() {
+    let world = arm();
+    let plan = Plan::new(1e-3, 2).unwrap();
+    let plan = plan.with_integrator(Integrator::ImplicitEuler);
+    let trajectory = world.rollout(&plan).run().unwrap();
+    let whole = file("joints.csv");
+    write_trajectory(&whole, &world, &trajectory).unwrap();
+    let text = fs::read_to_string(&whole).unwrap();
+    let columns = format!("{COLUMNS},joint,joint_position,joint_velocity");
+    assert_eq!(text.lines().next().unwrap(), columns);
+    let mut reader = csv::Reader::from_path(&whole).unwrap();
+    let mut found = reader.records().map(|record| {
+        let record = record.unwrap();
+        let numbers = [16, 17].map(|column| record[column].parse::<f64>().ok());
+        (record[15].to_owned(), numbers.map(|x| x.map(f64::to_bits)))
+    });
+    for state in trajectory.states() {
+        let of = |name: &str, index: usize| {
+            let joint = &state.joints[index];
+            let numbers = [joint.position(), joint.velocity()];
+            (name.to_owned(), numbers.map(|x| x.map(f64::to_bits)))
+        };
+        let none = || (String::new(), [None; 2]);
+        let expected = [none(), of("hinge", 0), none(), none(), of("slide", 2)];
+        assert!(found.by_ref().take(5).eq(expected));
+    }
+    let growing = file("growing_joints.csv");
+    let _ = fs::remove_file(&growing);
+    let mut rows = TrajectoryFile::create_new(&growing, &world).unwrap();
+    for state in trajectory.states() {
+        rows.push(state).unwrap();
+    }
+    assert_eq!(fs::read_to_string(growing).unwrap(), text);
+    let mut jointless = trajectory.last().clone();
+    jointless.joints.pop();
+    assert!(matches!(
+        rows.push(&jointless).unwrap_err(),
+        FileError::OtherWorld {
+            quantity: "joints with a state",
+            found: 2,
+            expected: 3,
+            ..
+        }
+    ));
 }
 
 #[test]

@@ -98,7 +98,7 @@ impl KickedBody<'_> {
         let by_twist = wrench.dot(&mean) * time_step;
         match (last_pose, &self.inertia) {
             (Some(last), None) => {
-                let turn = turn_between(last, &self.pose);
+                let turn = turn_between(last.rotation(), self.pose.rotation());
                 let shift = self.pose.translation() - last.translation();
                 let displacement = Twist {
                     angular: turn,

@@ -187,15 +187,17 @@ pub enum FileError {
     },
     /// The trajectory belongs to another world. Nothing is written.
     #[error(
-        "nothing was written to {}: the trajectory has {found} bodies, but the world has {expected}",
+        "nothing was written to {}: the trajectory has {found} {quantity}, but the world has {expected}",
         path.display()
     )]
     OtherWorld {
         /// The file.
         path: PathBuf,
-        /// Number of bodies in a state of the trajectory.
+        /// "bodies" or "joints with a state".
+        quantity: &'static str,
+        /// Number in a state of the trajectory.
         found: usize,
-        /// Number of bodies in the world.
+        /// Number in the world.
         expected: usize,
     },
     /// The file contains no valid mesh or pressure field. Indices of vertices do not count vertices that no tetrahedron uses.

@@ -1,4 +1,4 @@
-use super::{check_count, csv_file, rows_of};
+use super::{check_count, columns, csv_file, rows_of};
 use crate::dynamics::{Body, Force, State, World};
 use crate::io::FileError;
 use crate::io::files::extension::known_extension;
@@ -74,7 +74,9 @@ impl TrajectoryFile {
             bodies: world.bodies().to_vec(),
             length: 0,
         };
-        if let Err(source) = csv_file::header().and_then(|line| trajectory_file.append(&line)) {
+        if let Err(source) = csv_file::header(&columns(world.bodies()))
+            .and_then(|line| trajectory_file.append(&line))
+        {
             // An error is ignored, because a file without its header contains no data.
             let _ = fs::remove_file(path);
             return Err(write_error(path, source));
@@ -85,11 +87,11 @@ impl TrajectoryFile {
     /// Appends the rows of a state, and passes them to the operating system.
     ///
     /// # Errors
-    /// - If the number of bodies differs between the state and the world.
+    /// - If the number of bodies or joints differs between the state and the world.
     /// - If the file cannot be written. The file then ends with the previous state.
     pub fn push(&mut self, state: &State) -> Result<(), FileError> {
         check_count(&self.path, &self.bodies, state)?;
-        let lines = csv_file::lines(rows_of(&self.bodies, state));
+        let lines = csv_file::lines(&columns(&self.bodies), rows_of(&self.bodies, state));
         let appended = lines.and_then(|lines| self.append(&lines));
         appended.map_err(|source| write_error(&self.path, source))
     }

@@ -8,7 +8,7 @@ mod parquet_file;
 use super::FileError;
 use super::atomic_write::atomic_write;
 use super::extension::known_extension;
-use crate::dynamics::{Body, BodyState, Force, State, Trajectory, World};
+use crate::dynamics::{Body, BodyState, Force, Joint, JointKind, State, Trajectory, World};
 pub use csv_appender::TrajectoryFile;
 use nalgebra::Isometry3;
 use std::path::Path;
@@ -20,7 +20,7 @@ const EXTENSIONS: &[&str] = if cfg!(feature = "parquet") {
     &["csv"]
 };
 
-/// Names of the columns: time, body, and the numbers of a row.
+/// Names of the columns of every table: time, body, and the numbers of a row.
 const COLUMNS: [&str; 15] = [
     "time",
     "body",
@@ -39,6 +39,9 @@ const COLUMNS: [&str; 15] = [
     "spin_z",
 ];
 
+/// Names of the further columns of a table with joints.
+const JOINT_COLUMNS: [&str; 3] = ["joint", "joint_position", "joint_velocity"];
+
 /// State of a body at one time.
 struct Row<'a> {
     /// Time (s).
@@ -47,6 +50,16 @@ struct Row<'a> {
     body: &'a str,
     /// Position (m), orientation (quaternion w x y z), velocity (m/s), angular velocity (rad/s).
     numbers: [f64; 13],
+    joint: Option<JointCells<'a>>,
+}
+
+/// State of a revolute or prismatic joint at one time.
+struct JointCells<'a> {
+    name: &'a str,
+    /// Position (rad or m).
+    position: f64,
+    /// Velocity (rad/s or m/s).
+    velocity: f64,
 }
 
 /// Writes a trajectory of a world as a table, with a row for each state and body, in the order of the states. The extension of the
@@ -63,6 +76,13 @@ struct Row<'a> {
 /// - orientation as a unit quaternion (w x y z, arbitrary sign),
 /// - velocity of the center of mass (m/s), or of the origin for a kinematic body,
 /// - angular velocity (rad/s).
+///
+/// If the world has revolute or prismatic joints, there are three further columns with the joint of the body. They are empty (null in
+/// Parquet) for other bodies and for mimicking joints:
+///
+/// - name of the joint,
+/// - position (rad, including full turns, or m),
+/// - velocity (rad/s or m/s).
 ///
 /// An existing file is replaced atomically after the new file has reached the disk. After a failure (a full disk, a killed process),
 /// the existing file is unchanged. To write states to the disk during a rollout, use a [`TrajectoryFile`].
@@ -88,7 +108,7 @@ struct Row<'a> {
 ///
 /// # Errors
 /// - If the extension is unknown.
-/// - If the number of bodies differs between a state and the world.
+/// - If the number of bodies or joints differs between a state and the world.
 /// - If the file cannot be written.
 pub fn write_trajectory<F: Force>(
     path: impl AsRef<Path>,
@@ -103,10 +123,28 @@ pub fn write_trajectory<F: Force>(
     };
     let bodies = world.bodies();
     check_fits(path, bodies, trajectory)?;
-    atomic_write(path, |file| write(file, &mut rows(bodies, trajectory)))
+    let columns = columns(bodies);
+    atomic_write(path, |file| {
+        write(file, &columns, &mut rows(bodies, trajectory))
+    })
 }
 
-/// Checks that all states have as many bodies as the world.
+/// Names of the columns.
+fn columns(bodies: &[Body]) -> Vec<&'static str> {
+    let mut columns = COLUMNS.to_vec();
+    let mut joints = bodies.iter().filter_map(joint_with_state);
+    if joints.any(|joint| *joint.kind() != JointKind::Ball) {
+        columns.extend(JOINT_COLUMNS);
+    }
+    columns
+}
+
+/// The joint of a body, if a [`JointState`](crate::dynamics::JointState) belongs to it.
+fn joint_with_state(body: &Body) -> Option<&Joint> {
+    body.joint().filter(|joint| joint.initial_state().is_some())
+}
+
+/// Checks that all states have as many bodies and joints as the world.
 pub(super) fn check_fits(
     path: &Path,
     bodies: &[Body],
@@ -116,17 +154,23 @@ pub(super) fn check_fits(
     states.try_for_each(|state| check_count(path, bodies, state))
 }
 
-/// Checks that a state has as many bodies as the world.
+/// Checks that a state has as many bodies and joints as the world.
 fn check_count(path: &Path, bodies: &[Body], state: &State) -> Result<(), FileError> {
-    let (found, expected) = (state.bodies.len(), bodies.len());
-    if found == expected {
-        return Ok(());
+    let joints = bodies.iter().filter_map(joint_with_state).count();
+    for (quantity, found, expected) in [
+        ("bodies", state.bodies.len(), bodies.len()),
+        ("joints with a state", state.joints.len(), joints),
+    ] {
+        if found != expected {
+            return Err(FileError::OtherWorld {
+                path: path.into(),
+                quantity,
+                found,
+                expected,
+            });
+        }
     }
-    Err(FileError::OtherWorld {
-        path: path.into(),
-        found,
-        expected,
-    })
+    Ok(())
 }
 
 /// Rows of the table: all bodies of the first state, then all bodies of the second state, and so on.
@@ -137,14 +181,24 @@ fn rows<'a>(bodies: &'a [Body], trajectory: &'a Trajectory) -> impl Iterator<Ite
 
 /// Rows of a state.
 fn rows_of<'a>(bodies: &'a [Body], state: &'a State) -> impl Iterator<Item = Row<'a>> {
-    bodies
-        .iter()
-        .zip(&state.bodies)
-        .map(|(body, body_state)| Row {
+    let mut joints = state.joints.iter();
+    let bodies = bodies.iter().zip(&state.bodies);
+    bodies.map(move |(body, body_state)| {
+        let joint = joint_with_state(body).and_then(|joint| {
+            let state = joints.next()?;
+            Some(JointCells {
+                name: joint.name(),
+                position: state.position()?,
+                velocity: state.velocity()?,
+            })
+        });
+        Row {
             time: state.time,
             body: body.name(),
             numbers: numbers(body_state),
-        })
+            joint,
+        }
+    })
 }
 
 fn numbers(state: &BodyState) -> [f64; 13] {

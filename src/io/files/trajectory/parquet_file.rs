@@ -1,4 +1,4 @@
-use super::{COLUMNS, Row};
+use super::{COLUMNS, JointCells, Row};
 use parquet::basic::{LogicalType, Repetition, Type as PhysicalType};
 use parquet::data_type::{ByteArray, ByteArrayType, DoubleType};
 use parquet::errors::ParquetError;
@@ -10,17 +10,26 @@ use std::{fs::File, io, sync::Arc};
 /// Number of rows in a row group: 15 MB of numbers.
 const ROWS_PER_GROUP: usize = 1 << 17;
 
-/// Index of the column with the names of the bodies. All other columns are numbers.
-const NAME_COLUMN: usize = 1;
+/// Indices of the columns with the names of the bodies and of the joints. All other columns are numbers.
+const BODY_COLUMN: usize = 1;
+const JOINT_COLUMN: usize = COLUMNS.len();
 
 /// Writes the rows as Apache Parquet.
-pub(super) fn write(file: &mut File, rows: &mut dyn Iterator<Item = Row>) -> io::Result<()> {
-    write_groups(file, rows).map_err(system_error)
+pub(super) fn write(
+    file: &mut File,
+    columns: &[&str],
+    rows: &mut dyn Iterator<Item = Row>,
+) -> io::Result<()> {
+    write_groups(file, columns, rows).map_err(system_error)
 }
 
-fn write_groups(file: &mut File, rows: &mut dyn Iterator<Item = Row>) -> Result<(), ParquetError> {
+fn write_groups(
+    file: &mut File,
+    columns: &[&str],
+    rows: &mut dyn Iterator<Item = Row>,
+) -> Result<(), ParquetError> {
     let properties = Arc::new(WriterProperties::new());
-    let mut writer = SerializedFileWriter::new(file, Arc::new(schema()?), properties)?;
+    let mut writer = SerializedFileWriter::new(file, Arc::new(schema(columns)?), properties)?;
     loop {
         let group: Vec<Row> = rows.take(ROWS_PER_GROUP).collect();
         if group.is_empty() {
@@ -34,17 +43,20 @@ fn write_groups(file: &mut File, rows: &mut dyn Iterator<Item = Row>) -> Result<
     Ok(())
 }
 
-fn schema() -> Result<Type, ParquetError> {
-    let columns = COLUMNS.iter().enumerate().map(|(column, name)| {
-        let is_name = column == NAME_COLUMN;
-        let (physical, logical) = if is_name {
-            (PhysicalType::BYTE_ARRAY, Some(LogicalType::String))
+fn schema(columns: &[&str]) -> Result<Type, ParquetError> {
+    let columns = columns.iter().enumerate().map(|(column, name)| {
+        let (physical, logical) = match column {
+            BODY_COLUMN | JOINT_COLUMN => (PhysicalType::BYTE_ARRAY, Some(LogicalType::String)),
+            _ => (PhysicalType::DOUBLE, None),
+        };
+        let repetition = if column < JOINT_COLUMN {
+            Repetition::REQUIRED
         } else {
-            (PhysicalType::DOUBLE, None)
+            Repetition::OPTIONAL
         };
         let column = Type::primitive_type_builder(name, physical)
             .with_logical_type(logical)
-            .with_repetition(Repetition::REQUIRED)
+            .with_repetition(repetition)
             .build()?;
         Ok(Arc::new(column))
     });
@@ -61,14 +73,19 @@ fn write_columns(
 ) -> Result<(), ParquetError> {
     let mut column = 0;
     while let Some(mut column_writer) = writer.next_column()? {
-        if column == NAME_COLUMN {
-            let names: Vec<ByteArray> = rows.iter().map(|row| row.body.into()).collect();
+        // The definition level of a value is 1, and of a null 0. Values of required columns have none.
+        let is_joint = rows.iter().map(|row| i16::from(row.joint.is_some()));
+        let levels: Option<Vec<i16>> = (column >= JOINT_COLUMN).then(|| is_joint.collect());
+        let levels = levels.as_deref();
+        if let BODY_COLUMN | JOINT_COLUMN = column {
+            let names = rows.iter().filter_map(|row| name(row, column));
+            let names: Vec<ByteArray> = names.map(ByteArray::from).collect();
             let typed = column_writer.typed::<ByteArrayType>();
-            typed.write_batch(&names, None, None)?;
+            typed.write_batch(&names, levels, None)?;
         } else {
-            let numbers: Vec<f64> = rows.iter().map(|row| number(row, column)).collect();
+            let numbers = rows.iter().filter_map(|row| number(row, column));
             let typed = column_writer.typed::<DoubleType>();
-            typed.write_batch(&numbers, None, None)?;
+            typed.write_batch(&numbers.collect::<Vec<_>>(), levels, None)?;
         }
         column_writer.close()?;
         column += 1;
@@ -76,13 +93,30 @@ fn write_columns(
     Ok(())
 }
 
-/// Number of a row in a numeric column.
-fn number(row: &Row, column: usize) -> f64 {
-    if column < NAME_COLUMN {
-        row.time
-    } else {
-        row.numbers[column - NAME_COLUMN - 1]
+/// Name of a row in a column of names, or `None` for null.
+fn name<'a>(row: &Row<'a>, column: usize) -> Option<&'a str> {
+    if column == BODY_COLUMN {
+        return Some(row.body);
     }
+    row.joint.as_ref().map(|joint| joint.name)
+}
+
+/// Number of a row in a numeric column, or `None` for null.
+fn number(row: &Row, column: usize) -> Option<f64> {
+    if column < BODY_COLUMN {
+        return Some(row.time);
+    }
+    if column < JOINT_COLUMN {
+        return Some(row.numbers[column - BODY_COLUMN - 1]);
+    }
+    let JointCells {
+        position, velocity, ..
+    } = row.joint.as_ref()?;
+    Some(if column == JOINT_COLUMN + 1 {
+        *position
+    } else {
+        *velocity
+    })
 }
 
 /// Extracts the error of the operating system, if it is the cause.
