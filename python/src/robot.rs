@@ -339,6 +339,7 @@ impl World {
         Self::new(
             bodies,
             Some(mechanisms),
+            None,
             gravity,
             None,
             None,
