@@ -11,6 +11,9 @@ use nalgebra::{Matrix3, Vector3, vector};
 /// Relative error of differences of rollouts.
 const DIFFERENCES: f64 = 1e-6;
 
+/// Relative error of differences with respect to numbers whose effect is small. The round-off of a rollout is 1e-12.
+const SMALL_DIFFERENCES: f64 = 1e-5;
+
 /// Bar along x, with a ball at its origin.
 fn bar(name: &str, mass: f64, length: f64) -> Body {
     let properties = MassProperties {
@@ -86,9 +89,15 @@ fn parameters() -> Vec<Parameter> {
         Parameter::friction("lower"),
         Parameter::mass("hanging"),
         Parameter::initial_velocity("hanging"),
-        Parameter::initial_angular_velocity("hanging"),
         Parameter::joint("left hinge", JointQuantity::InitialVelocity),
         Parameter::joint("left hinge", JointQuantity::Torque),
+    ]
+}
+
+/// Parameters whose effect is small.
+fn small_parameters() -> Vec<Parameter> {
+    vec![
+        Parameter::initial_angular_velocity("hanging"),
         Parameter::joint("right hinge", JointQuantity::Damping),
     ]
 }
@@ -109,6 +118,7 @@ fn both_modes_agree() {
     for integrator in [Integrator::Sdirk3, Integrator::ImplicitEuler] {
         let plan = Plan::new(5e-3, 20).unwrap().with_integrator(integrator);
         let mut all = parameters();
+        all.extend(small_parameters());
         all.extend([
             Parameter::initial_position("post"),
             Parameter::initial_orientation("post"),
@@ -123,11 +133,14 @@ fn derivatives_are_those_of_differences() {
     let plan = Plan::new(2e-3, 10)
         .unwrap()
         .with_integrator(Integrator::ImplicitEuler)
-        // The default tolerance of the solver changes joint velocities by 1e-10.
         .with_solver_tolerance(1e-13)
         .unwrap();
-    let check = Experiment::new(linkage(), &plan)
-        .difference_check(&parameters(), &JointSum)
-        .unwrap();
-    assert!(check.best() < DIFFERENCES, "{:e}", check.best());
+    for (parameters, tolerance) in [
+        (parameters(), DIFFERENCES),
+        (small_parameters(), SMALL_DIFFERENCES),
+    ] {
+        let experiment = Experiment::new(linkage(), &plan);
+        let check = experiment.difference_check(&parameters, &JointSum).unwrap();
+        assert!(check.best() < tolerance, "{:e}", check.best());
+    }
 }

@@ -3,10 +3,12 @@
 use crate::support::worlds::{cuboid, fixed, icosphere};
 use crate::text_and_bits::{TIME_STEP, refusal, reloaded, saved, trajectory_bits};
 use hydroelastic::contact::Shape;
-use hydroelastic::dynamics::{Body, BodyState, Control, Mass, Material, Plan, Spring, World};
+use hydroelastic::dynamics::{
+    Body, BodyState, Control, JointKind, LoopJoint, Mass, Material, Plan, Spring, World,
+};
 use hydroelastic::gradient::{Experiment, FinalPosition, Parameter};
 use hydroelastic::spatial::{Pose, Twist, Wrench};
-use nalgebra::{Matrix3, Vector3, vector};
+use nalgebra::{Matrix3, Unit, Vector3, vector};
 use std::sync::Arc;
 
 /// Returns a ball and a brick of one material on a floor, with a spring, a control and an ignored pair.
@@ -154,6 +156,39 @@ fn what_is_no_world_is_refused() {
         let refused = changed(from, to);
         assert!(refused.contains(reason), "{refused}");
     }
+}
+
+#[test]
+fn loop_joints_are_saved_with_their_world() {
+    let link = |name: &str| {
+        Body::dynamic(
+            name,
+            icosphere(0.1, 0),
+            Material::elastic(1e5),
+            Mass::Total(1.0),
+        )
+        .unwrap()
+    };
+    let axis = Unit::new_normalize(vector![1.0, 2.0, 2.0]);
+    let frames = [0.1, -0.2].map(|x| Pose::from_translation(vector![x, 0.0, 0.0]));
+    let hinge = LoopJoint::new(
+        "hinge",
+        JointKind::Revolute(axis),
+        ("one", frames[0]),
+        ("other", frames[1]),
+    );
+    let world = World::builder()
+        .body(link("one"))
+        .body(link("other").with_pose(frames[0] * frames[1].inverse()))
+        .loop_joint(hinge)
+        .build()
+        .unwrap();
+    let text = saved(&world);
+    assert_eq!(saved(&reloaded(&world)), text);
+    let open = text.replace("[0.1,0.0,0.0]", "[0.2,0.0,0.0]");
+    assert!(refusal::<World>(&open).contains("loop joint \"hinge\" is open by"));
+    let unknown = text.replace("[\"one\",\"other\"]", "[\"one\",\"another\"]");
+    assert!(refusal::<World>(&unknown).contains("no body is named \"another\""));
 }
 
 #[test]
