@@ -49,9 +49,6 @@ pub enum GradientError {
         /// Name of the leader that has a state.
         leader: String,
     },
-    /// Derivatives with respect to the shapes of a world with joints are requested.
-    #[error("derivatives with respect to shapes are not available in worlds with joints")]
-    JointsWithShapes,
     /// The modulus of a rigid body is a parameter.
     #[error("body {body:?} is rigid: it has no modulus to differentiate with respect to")]
     NoModulus {
