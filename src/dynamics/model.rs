@@ -216,6 +216,11 @@ impl<T: Scalar> Model<T> {
         })
     }
 
+    /// Whether the world has loop joints.
+    pub(crate) fn has_loops(&self) -> bool {
+        !self.loop_joints.is_empty()
+    }
+
     /// Indices of the bodies of each loop joint.
     pub(super) fn loop_pairs(&self) -> impl Iterator<Item = [usize; 2]> {
         self.loop_joints.iter().map(|joint| joint.bodies)

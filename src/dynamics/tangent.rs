@@ -27,11 +27,11 @@ impl<T: Scalar> Model<T> {
     /// Parts of a state, in the order of their coordinates.
     pub(crate) fn tangent_parts(&self) -> impl Iterator<Item = TangentPart> {
         let bodies = self.bodies.iter().enumerate();
-        bodies.filter_map(|(body, data)| {
-            let kind = data.joint()?.kind;
-            let joint = self.joint_state_index(body);
+        bodies.filter_map(|(index, body)| {
+            let kind = body.joint()?.kind;
+            let joint = self.joint_state_index(index);
             (kind == JointKind::Free || joint.is_some()).then_some(TangentPart {
-                body,
+                body: index,
                 joint,
                 dimension: 2 * kind.width(),
             })
@@ -59,13 +59,11 @@ impl<F: Force> World<f64, F> {
                 bodies,
             });
         }
-        let dimension = |is_counted: &dyn Fn(usize) -> bool| -> usize {
-            let parts = self.model.tangent_parts();
-            let counted = parts.filter(|part| is_counted(part.body));
-            counted.map(|part| part.dimension).sum()
-        };
-        let start = dimension(&|other| other < body);
-        Ok(start..start + dimension(&|other| other == body))
+        let parts = self.model.tangent_parts();
+        let parts: Vec<_> = parts.filter(|part| part.body <= body).collect();
+        let own = parts.last().filter(|part| part.body == body);
+        let end: usize = parts.iter().map(|part| part.dimension).sum();
+        Ok(end - own.map_or(0, |part| part.dimension)..end)
     }
 
     /// Change from one state to another in tangent-space coordinates. Every dynamic body has a joint to its parent, and the joint of a free

@@ -49,9 +49,9 @@ pub enum GradientError {
         /// Name of the leader that has a state.
         leader: String,
     },
-    /// Derivatives with respect to the shapes of a world with joints are requested.
-    #[error("derivatives with respect to shapes are not available in worlds with joints")]
-    JointsWithShapes,
+    /// Derivatives with respect to the shapes of a world with loop joints are requested.
+    #[error("derivatives with respect to shapes are not available in worlds with loop joints")]
+    LoopsWithShapes,
     /// The modulus of a rigid body is a parameter.
     #[error("body {body:?} is rigid: it has no modulus to differentiate with respect to")]
     NoModulus {

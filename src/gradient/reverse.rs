@@ -129,8 +129,8 @@ impl Experiment {
     ) -> Result<ModelGradient, GradientError> {
         let plan = self.plan();
         let mut reversal = ReverseSweep::of(world, plan, self.stop());
-        if by_shapes && self.model().has_joints() {
-            return Err(GradientError::JointsWithShapes);
+        if by_shapes && self.model().has_loops() {
+            return Err(GradientError::LoopsWithShapes);
         }
         if by_shapes {
             reversal = reversal.with_shapes();

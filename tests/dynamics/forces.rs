@@ -305,7 +305,7 @@ fn derivatives_through_forces_and_controls_are_those_of_differences() {
     assert!(check.best() < 1e-6, "{check}");
 }
 
-/// Returns central differences of the final state with respect to the initial state and a control, in local coordinates.
+/// Returns central differences of the final state with respect to the initial state and a control, in tangent-space coordinates.
 fn differences<F: Force>(world: &World<f64, F>, plan: &Plan, control: &Parameter) -> DMatrix<f64> {
     // The step is in m, rad, m/s and rad/s, and in N and N m, of which a millionth moves bodies only by some rounding errors.
     const STEP: f64 = 1e-6;

@@ -23,13 +23,13 @@ fn plan(steps: usize) -> Plan {
 
 /// Worlds and the parameters of B.
 fn cases() -> [(World, Vec<Parameter>); 3] {
+    use JointQuantity::{ScheduledTarget, ScheduledTorque, TargetPosition, Torque};
     let by = |joint: &str, quantities: &[JointQuantity]| {
         let quantities = quantities.iter();
         quantities
             .map(|quantity| Parameter::joint(joint, *quantity))
             .collect::<Vec<_>>()
     };
-    use JointQuantity::{ScheduledTarget, ScheduledTorque, TargetPosition, Torque};
     let of_arm = [
         by("shoulder", &[ScheduledTorque(0), ScheduledTorque(1)]),
         by("elbow", &[Torque, TargetPosition]),

@@ -16,6 +16,7 @@ mod random_scenes;
 mod reverse;
 mod reverse_implicit;
 mod shapes;
+mod shapes_on_joints;
 mod stacks;
 mod switched_forces;
 mod trajectory_gradients;

@@ -21,7 +21,7 @@ use std::sync::Arc;
 const DIFFERENCES: f64 = 1e-7;
 
 /// Error of [`compare_slope`] with implicit steps, whose stages are solved to 1e-13 only.
-const IMPLICIT_DIFFERENCES: f64 = 1e-6;
+pub const IMPLICIT_DIFFERENCES: f64 = 1e-6;
 
 /// Rounding error of hundreds of steps. The independent program used complex steps, which have no other error.
 const SAME: f64 = 1e-11;
@@ -102,7 +102,7 @@ fn a_ball_by_its_size_equals_an_independent_program() {
 }
 
 /// Weighted sum of squares of the components of all final states.
-struct Squares;
+pub struct Squares;
 
 impl Outcome for Squares {
     fn of<T: Scalar>(&self, trajectory: &Trajectory<T>) -> Vec<T> {
@@ -119,7 +119,7 @@ impl Outcome for Squares {
 }
 
 /// Returns a field whose vertices move while each keeps its extent.
-fn moved(field: &PressureField, velocities: &[Vector3<f64>], time: f64) -> Shape {
+pub fn moved(field: &PressureField, velocities: &[Vector3<f64>], time: f64) -> Shape {
     let mesh = moved_mesh(field.mesh(), velocities, time);
     Shape::new(PressureField::new(mesh, field.extents().to_vec()).unwrap())
 }
@@ -143,12 +143,12 @@ fn thrown(shape: Shape, block: Shape, mass: Mass, law: [f64; 2]) -> World {
     world.with_slip_tolerance(0.05).unwrap()
 }
 
-fn loss(world: &World, plan: &Plan) -> f64 {
+pub fn loss(world: &World, plan: &Plan) -> f64 {
     Experiment::new(world, plan).value(&Squares).unwrap()[0]
 }
 
 /// Returns pseudorandom velocities of the vertices, of the size of the body per second.
-fn velocities(field: &PressureField) -> Vec<Vector3<f64>> {
+pub fn velocities(field: &PressureField) -> Vec<Vector3<f64>> {
     let number = |i: usize| (1.0 + 7.3 * i as f64).sin() * 0.1;
     let count = field.mesh().vertex_count();
     let velocity = |vertex: usize| Vector3::from_fn(|axis, _| number(3 * vertex + axis));
@@ -160,7 +160,7 @@ fn compare(slope: f64, value: impl Fn(f64) -> f64, label: &str) {
 }
 
 /// Returns the directional derivative along velocities of the vertices.
-fn along(by_vertices: &[Vector3<f64>], velocities: &[Vector3<f64>]) -> f64 {
+pub fn along(by_vertices: &[Vector3<f64>], velocities: &[Vector3<f64>]) -> f64 {
     let pairs = by_vertices.iter().zip(velocities);
     pairs.map(|(by, velocity)| by.dot(velocity)).sum()
 }

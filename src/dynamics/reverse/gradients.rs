@@ -27,7 +27,7 @@ impl StateGradient {
     }
 }
 
-/// Gradient of a number with respect to the state of a body, in local coordinates (see
+/// Gradient of a number with respect to the state of a body, in tangent-space coordinates (see
 /// [`World::difference`](crate::dynamics::World::difference)), along the axes of the world.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BodyStateGradient {

@@ -235,6 +235,12 @@ impl StepBack<'_, '_> {
         let multibody = replay.multibody();
         let virtual_twists = multibody.twists(&stage.end, &adjoint.adjoint, 0.0);
         self.add_by_loops(replay, stage, (&virtual_twists, &adjoint.by_loops));
+        if with_shapes {
+            let products = [&virtual_twists[..], &adjoint.wrenches];
+            let duration = stage.start().duration;
+            self.pullback
+                .add_by_centers_in_forces(multibody, &stage.end, products, duration);
+        }
         for (index, (twist, wrench)) in virtual_twists.iter().zip(&adjoint.wrenches).enumerate() {
             if let Some(neighbor) = multibody.carrier(index) {
                 // A turn of the carrier turns the motions of the links, but not the wrenches.
@@ -336,13 +342,19 @@ impl StepBack<'_, '_> {
         })
     }
 
-    /// Propagates the gradient with respect to projected momenta (S − τṠ)ᵀH to masses and inertias, at a duration τ (s).
+    /// Propagates the gradient with respect to projected momenta (S − τṠ)ᵀH to masses, inertias and centers of mass, at a
+    /// duration τ (s).
     fn add_by_inertia(
         &mut self,
         multibody: &Multibody,
         kinematics: &Kinematics,
         (by_momenta, duration): (&DVector<f64>, f64),
     ) {
+        if self.pullback.wants_shapes() {
+            let by_momenta = (by_momenta, duration);
+            self.pullback
+                .add_by_centers_in_momenta(multibody, kinematics, by_momenta);
+        }
         let twists = multibody.twists(kinematics, by_momenta, duration);
         for ((link, state), twist) in multibody.links.iter().zip(&kinematics.states).zip(&twists) {
             let inertia = &link.inertia;

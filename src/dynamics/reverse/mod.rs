@@ -17,6 +17,7 @@
 //! root. From λ, the gradient propagates through the residual at constant velocities to the earlier
 //! stages.
 
+mod centers_of_mass;
 mod contact;
 mod explicit;
 mod forces;

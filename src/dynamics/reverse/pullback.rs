@@ -151,9 +151,11 @@ impl<'w> Pullback<'w> {
             DVector::zeros(multibody.width()),
             DVector::zeros(multibody.width()),
         ];
+        let mut by_twists = Vec::new();
         for (index, link) in multibody.links.iter().enumerate() {
             let [by_pose, by_twist] =
                 self.take_state_gradient(link.body, &kinematics.states[index]);
+            by_twists.push(by_twist);
             if let Some(neighbor) = multibody.carrier(index) {
                 let carrier = &kinematics.states[multibody.links.len() + neighbor];
                 let center = kinematics.states[index]
@@ -184,6 +186,7 @@ impl<'w> Pullback<'w> {
                 }
             }
         }
+        self.add_by_centers_in_states(multibody, kinematics, &by_twists, &gradients);
         gradients
     }
 
@@ -232,12 +235,16 @@ impl<'w> Pullback<'w> {
     fn take_state_gradient(&mut self, body: usize, state: &BodyState) -> [Vector6<f64>; 2] {
         let arm = self.model().arm(body, state);
         let by_state = mem::replace(&mut self.states[body], BodyStateGradient::zero());
-        self.add_by_center(body, state, &-by_state.shift);
         by_state.about(&arm).parts()
     }
 
     /// Adds the gradient with respect to the position of the center of mass of a body, at a constant origin.
-    fn add_by_center(&mut self, body: usize, state: &BodyState, by_position: &Vector3<f64>) {
+    pub(super) fn add_by_center(
+        &mut self,
+        body: usize,
+        state: &BodyState,
+        by_position: &Vector3<f64>,
+    ) {
         self.gradient.bodies[body].center += state.pose.rotation().tr_mul(by_position);
     }
 }

@@ -16,7 +16,7 @@ pub(super) fn write(
 pub(super) fn header(columns: &[&str]) -> io::Result<Vec<u8>> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     writer.write_record(columns).map_err(system_error)?;
-    writer.into_inner().map_err(|error| error.into_error())
+    writer.into_inner().map_err(csv::IntoInnerError::into_error)
 }
 
 /// Lines of the rows.
