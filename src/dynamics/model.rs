@@ -77,7 +77,10 @@ impl Model {
         if !self.has_joints() && inertias.all(|inertia| inertia.principal.is_of_solid()) {
             return Ok(());
         }
-        let (multibody, kinematics) = self.kinematics_at(&self.initial_state());
+        let start = self.initial_state();
+        // At coordinates so large that a pose overflows, the error is not about inertia.
+        start.check_fits(&self.bodies)?;
+        let (multibody, kinematics) = self.kinematics_at(&start);
         let factors = multibody.positive_mass_factors(&kinematics);
         factors.map(|_| ()).map_err(|link| {
             let body = multibody.links[link].body;

@@ -113,6 +113,14 @@ fn a_joint_that_moves_no_inertia_is_refused_by_name() {
 }
 
 #[test]
+fn coordinates_beyond_the_range_of_floats_are_refused_as_such() {
+    let far = hinge("shoulder").with_position(1e308);
+    let world = World::new(vec![link("arm", bob()).with_joint(far).unwrap()]);
+    let error = world.unwrap_err().to_string();
+    assert!(error.contains("the pose of body \"arm\""), "{error}");
+}
+
+#[test]
 fn inertia_that_no_solid_has_is_accepted_for_links_only() {
     let impossible = MassProperties {
         mass: 1.0,
