@@ -13,6 +13,7 @@ mod no_derivative;
 mod random_scenes;
 mod reverse;
 mod reverse_implicit;
+mod robots;
 mod shapes;
 mod stacks;
 mod switched_forces;
