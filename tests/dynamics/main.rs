@@ -20,6 +20,7 @@ mod motion;
 mod partners;
 mod reference_trajectory;
 mod refusals;
+mod robots;
 mod rollout;
 mod scenes;
 mod schedules;

@@ -15,6 +15,7 @@ mod no_derivative;
 mod random_scenes;
 mod reverse;
 mod reverse_implicit;
+mod robots;
 mod shapes;
 mod shapes_on_joints;
 mod stacks;

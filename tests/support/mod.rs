@@ -15,6 +15,7 @@ pub mod moved_meshes;
 pub mod moving;
 pub mod octahedra;
 pub mod reference;
+pub mod robots;
 pub mod scenes;
 pub mod starts;
 pub mod subdivisions;

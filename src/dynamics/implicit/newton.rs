@@ -138,8 +138,9 @@ impl StageEquations<'_> {
             }
             fraction *= 0.5;
         }
-        // New contacts change the matrix that measures corrections, so a correction that does not grow is also accepted.
-        best.filter(|best| best.size <= from.size)
+        // New contacts change the matrix that measures corrections. A correction that does not grow is therefore also accepted, and with
+        // more contacts, one of any size.
+        best.filter(|best| best.size <= from.size || best.contacts.len() > from.contacts.len())
             .ok_or_else(|| Unsolved(step.clone()))
     }
 
