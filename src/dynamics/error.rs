@@ -129,7 +129,7 @@ pub enum WorldError {
     ForwardDynamicsOfLoops,
     /// The joint frames of a loop joint do not coincide in the first state of a motion.
     #[error(
-        "loop joint {joint:?} is open by {distance:e} m and {angle:e} rad, but at most {tolerance:e} is allowed: change the positions of the joints, or the frames of the loop joint"
+        "loop joint {joint:?} is open by {distance:.1e} m and {angle:.1e} rad, but at most {tolerance:e} is allowed: change the positions of the joints, or the frames of the loop joint"
     )]
     OpenLoop {
         /// Name of the loop joint.

@@ -320,7 +320,7 @@ fn impossible_loop_joints_are_refused() {
     let error = refused(between(ball, both, 2e-3));
     assert_eq!(
         error.to_string(),
-        "loop joint \"pin\" is open by 2e-3 m and 0e0 rad, but at most 1e-3 is allowed: change the positions of the joints, or the frames of the loop joint"
+        "loop joint \"pin\" is open by 2.0e-3 m and 0.0e0 rad, but at most 1e-3 is allowed: change the positions of the joints, or the frames of the loop joint"
     );
     // The motion that a joint allows is no gap.
     with_loop(between(JointKind::Prismatic(Vector3::z_axis()), both, 0.3)).unwrap();

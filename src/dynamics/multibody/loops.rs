@@ -257,15 +257,6 @@ impl Multibody {
         DVector::from_fn(self.constraint_count(), |k, _| compliance(k))
     }
 
-    /// G·M⁻¹·Gᵀ.
-    fn loop_mobility(&self, forces: &DMatrix<f64>, masses: &MassFactors) -> DMatrix<f64> {
-        let mut velocities = forces.clone();
-        for mut column in velocities.column_iter_mut() {
-            column.copy_from(&masses.velocities(column.clone_owned()));
-        }
-        forces.tr_mul(&velocities)
-    }
-
     /// Adds the accelerations M⁻¹Gᵀλ that satisfy the constraints. `rates` contains the rates of G·u at zero accelerations.
     pub fn add_loop_accelerations(
         &self,
@@ -274,13 +265,18 @@ impl Multibody {
         rates: &DVector<f64>,
     ) {
         let forces = self.constraint_forces(kinematics);
-        let mut mobility = self.loop_mobility(&forces, masses);
+        let mut velocities = forces.clone();
+        for mut column in velocities.column_iter_mut() {
+            column.copy_from(&masses.velocities(column.clone_owned()));
+        }
+        // G·M⁻¹·Gᵀ.
+        let mut mobility = forces.tr_mul(&velocities);
         for (k, compliance) in self.loop_compliances(kinematics).iter().enumerate() {
             mobility[(k, k)] += compliance;
         }
         let open = rates + forces.tr_mul(accelerations);
         if let Some(multipliers) = mobility.lu().solve(&open) {
-            *accelerations -= masses.velocities(forces * multipliers);
+            *accelerations -= velocities * multipliers;
         }
     }
 

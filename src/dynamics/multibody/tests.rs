@@ -117,6 +117,7 @@ impl Random {
                 .map(|link| self.position(&link.kind))
                 .collect(),
             velocities: self.numbers(forest.width()),
+            multipliers: zeros(0),
         }
     }
 
@@ -196,6 +197,7 @@ fn for_all(
         let Coordinates {
             positions,
             velocities,
+            ..
         } = &start;
         let zero = DVector::zeros(forest.width());
         for by in [By::StageVelocities, By::Positions, By::Velocities] {
@@ -212,6 +214,7 @@ fn for_all(
                 Coordinates {
                     positions: dual_positions,
                     velocities: dual_velocities,
+                    multipliers: zeros(0),
                 },
                 &dual_neighbor,
             );
@@ -221,6 +224,7 @@ fn for_all(
                 Coordinates {
                     positions: real_positions,
                     velocities: velocities.clone(),
+                    multipliers: zeros(0),
                 },
                 &[neighbor],
             );
@@ -371,6 +375,7 @@ fn chain(links: &[(Vector3<f64>, bool)], armature: f64) -> (Multibody, Kinematic
     let coordinates = Coordinates {
         positions,
         velocities,
+        multipliers: zeros(0),
     };
     let kinematics = chain.kinematics(coordinates, &[]);
     (chain, kinematics)
