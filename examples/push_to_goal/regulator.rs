@@ -16,7 +16,7 @@ const INTERVALS: usize = 20;
 const STEPS_AN_INTERVAL: usize = STEPS / INTERVALS;
 /// Largest number of iterations.
 const ITERATIONS: usize = 40;
-/// The final local coordinates with a cost, and their costs: rotation about the vertical, position, angular velocity about the vertical and
+/// The final tangent-space coordinates with a cost, and their costs: rotation about the vertical, position, angular velocity about the vertical and
 /// velocity.
 const AIMS: [(usize, f64); 6] = [
     (2, BY_ANGLE),

@@ -32,7 +32,7 @@ pub fn value_error(why: impl Display) -> PyErr {
 pub fn rollout_error_without_trajectory(why: &RolloutCause) -> PyErr {
     let message = match why {
         RolloutCause::Joints { body, .. } => format!(
-            "explicit steps cannot integrate joints, but body {body:?} is on one: use Integrator.SDIRK3 or Integrator.IMPLICIT_EULER"
+            "explicit steps cannot integrate joints, but body {body:?} has a joint: use Integrator.SDIRK3 or Integrator.IMPLICIT_EULER"
         ),
         why => why.to_string(),
     };

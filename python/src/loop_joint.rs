@@ -18,8 +18,8 @@ use pyo3::prelude::*;
 /// name and the pose of the joint frame in its body frame. The joint frames coincide in the initial state, up to the motion that the joint
 /// allows.
 ///
-/// The constraints hold for velocities. An error of the positions decays within about one time step, so it stays as small as the integration
-/// error of one step. If initial velocities violate the constraints, they change in the first step, as in an inelastic impact.
+/// Each step enforces the constraints on velocities. Position errors decay within about one time step, and stay as small as the integration
+/// error of one step. If initial velocities violate the constraints, the velocities change in the first step, as in an inelastic impact.
 #[pyclass(frozen, module = "hydroelastic")]
 #[derive(Clone)]
 pub struct LoopJoint(pub dynamics::LoopJoint);
@@ -30,8 +30,8 @@ type Attachment<'py> = (String, Bound<'py, PyAny>);
 fn new(name: &str, kind: JointKind, attachments: [&Attachment<'_>; 2]) -> PyResult<LoopJoint> {
     let [first, second] = attachments;
     let [on_first, on_second] = [
-        single_pose(&first.1, "pose")?,
-        single_pose(&second.1, "pose")?,
+        single_pose(&first.1, "the pose of first")?,
+        single_pose(&second.1, "the pose of second")?,
     ];
     let bodies = ((first.0.as_str(), on_first), (second.0.as_str(), on_second));
     let joint = dynamics::LoopJoint::new(name, kind, bodies.0, bodies.1);
@@ -52,7 +52,7 @@ impl LoopJoint {
     /// first : (str, (4, 4) array_like)
     ///     Name of a body and pose of the joint frame in its body frame.
     /// second : (str, (4, 4) array_like)
-    ///     The same for the other body. At least one of the bodies is dynamic.
+    ///     Name of the other body and pose of the joint frame in its body frame. At least one of the two bodies must be dynamic.
     ///
     /// Returns
     /// -------
@@ -84,7 +84,7 @@ impl LoopJoint {
     /// first : (str, (4, 4) array_like)
     ///     Name of a body and pose of the joint frame in its body frame.
     /// second : (str, (4, 4) array_like)
-    ///     The same for the other body. At least one of the bodies is dynamic.
+    ///     Name of the other body and pose of the joint frame in its body frame. At least one of the two bodies must be dynamic.
     ///
     /// Returns
     /// -------
@@ -118,7 +118,7 @@ impl LoopJoint {
     /// first : (str, (4, 4) array_like)
     ///     Name of a body and pose of the joint frame in its body frame.
     /// second : (str, (4, 4) array_like)
-    ///     The same for the other body. At least one of the bodies is dynamic.
+    ///     Name of the other body and pose of the joint frame in its body frame. At least one of the two bodies must be dynamic.
     ///
     /// Returns
     /// -------
@@ -143,7 +143,7 @@ impl LoopJoint {
     /// first : (str, (4, 4) array_like)
     ///     Name of a body and pose of the joint frame in its body frame.
     /// second : (str, (4, 4) array_like)
-    ///     The same for the other body. At least one of the bodies is dynamic.
+    ///     Name of the other body and pose of the joint frame in its body frame. At least one of the two bodies must be dynamic.
     ///
     /// Returns
     /// -------

@@ -249,7 +249,7 @@ impl World {
             .map_err(value_error)
     }
 
-    /// Number of tangent-space coordinates of a state, int: 2 for each degree of freedom.
+    /// Number of tangent-space coordinates of a state, int: 2 for each generalized velocity that is not of a mimicking joint.
     #[getter]
     fn tangent_dimension(&self) -> usize {
         self.inner.tangent_dimension()

@@ -16,7 +16,7 @@ impl World {
     ///
     /// The table has a row for each state and body: the position (m), the orientation (unit quaternion, w first), the velocity of the
     /// center of mass (m/s) and the angular velocity (rad/s). If the world has revolute or prismatic joints, the columns ``joint``,
-    /// ``joint_position`` (rad or m) and ``joint_velocity`` have the joint of the body. They are empty for other bodies.
+    /// ``joint_position`` (rad or m) and ``joint_velocity`` have the joint of the body. They are empty for other bodies and for mimicking joints.
     ///
     /// Parameters
     /// ----------

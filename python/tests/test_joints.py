@@ -333,7 +333,7 @@ def test_wrong_joints_are_refused(arm):
         (lambda: he.Body.dynamic("a", ball, skin, 1.0, pose=he.pose(), joint=hinge), 'body "a" is on a joint'),
         (lambda: he.World([he.Body.dynamic(name, ball, skin, 1.0, joint=hinge) for name in "ab"]), "two joints have the name"),
         (lambda: he.World([link("a", he.Joint.fixed("j", parent="b"))]), 'joint "j" connects body "a" to "b"'),
-        (lambda: arm.rollout(plan).run(), 'explicit steps cannot integrate joints, but body "upper" is on one: use Integrator.SDIRK3'),
+        (lambda: arm.rollout(plan).run(), 'explicit steps cannot integrate joints, but body "upper" has a joint: use Integrator.SDIRK3'),
         (lambda: arm.rollout(PLAN, start=no_joints), "the state has 0 joints, but the world has 3"),
         (lambda: arm.rollout(PLAN, start=unlike), 'the state of joint "socket" does not fit its kind'),
         (lambda: arm.state_with_joints({"weld": 0.1}), 'no joint with a position is named "weld"'),

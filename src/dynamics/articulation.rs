@@ -11,7 +11,7 @@ pub(super) struct Articulation {
     pub parents: Vec<Option<usize>>,
     /// Index of the state of the joint of each body in [`State::joints`](super::State), if the joint has a state.
     pub state_indices: Vec<Option<usize>>,
-    /// Dependence of the joint of each body on its leader. A leader is never a mimicking joint itself.
+    /// Dependence of the joint of each body on its leader. Chains are resolved: the leader is not a mimicking joint.
     pub mimics: Vec<Option<BodyMimic>>,
     /// Pairs of bodies that a joint connects, or that are welded to such bodies, the smaller index first.
     pub adjacent: BTreeSet<(usize, usize)>,

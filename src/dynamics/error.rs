@@ -71,11 +71,9 @@ pub enum WorldError {
         bodies: usize,
     },
     /// A quantity is requested that is defined only for worlds without joints.
-    #[error(
-        "body {body:?} is on a joint, but {quantity} is defined only for worlds without joints"
-    )]
+    #[error("body {body:?} has a joint, but {quantity} is defined only for worlds without joints")]
     OnJoint {
-        /// Name of a body on a joint.
+        /// Name of a body on a joint, or of a body of a loop joint.
         body: String,
         /// Name of the quantity.
         quantity: &'static str,
@@ -113,7 +111,7 @@ pub enum WorldError {
     FreeLoop(String),
     /// A loop joint connects a body to itself, or two bodies that are not dynamic.
     #[error(
-        "loop joint {joint:?} connects {:?} and {:?}, but it must connect two bodies, at least one of them dynamic",
+        "loop joint {joint:?} connects {:?} and {:?}, but it must connect two different bodies, at least one of which is dynamic",
         .bodies[0], .bodies[1]
     )]
     LoopBodies {
@@ -122,14 +120,22 @@ pub enum WorldError {
         /// Names of its bodies.
         bodies: [String; 2],
     },
+    /// A joint frame of a loop joint is not rigid or not finite.
+    #[error("a frame of loop joint {joint:?} is unusable: {source}")]
+    LoopFrame {
+        /// Name of the loop joint.
+        joint: String,
+        /// Reason.
+        source: PoseError,
+    },
     /// Forward dynamics are requested in a world with loop joints.
     #[error(
-        "forward dynamics do not include the forces of loop joints: remove the loop joints, or take a time step"
+        "forward dynamics are not available in worlds with loop joints: remove the loop joints, or use World::step"
     )]
     ForwardDynamicsOfLoops,
     /// The joint frames of a loop joint do not coincide in the first state of a motion.
     #[error(
-        "loop joint {joint:?} is open by {distance:.1e} m and {angle:.1e} rad, but at most {tolerance:e} is allowed: change the positions of the joints, or the frames of the loop joint"
+        "the frames of loop joint {joint:?} are {distance:.1e} m and {angle:.1e} rad apart, but at most {tolerance:e} m and {tolerance:e} rad are allowed: change the positions of the joints, or the frames of the loop joint"
     )]
     OpenLoop {
         /// Name of the loop joint.
@@ -144,7 +150,7 @@ pub enum WorldError {
     /// A chain of leaders gives a multiplier that is zero or not finite, or an offset that is not finite. The multiplier is the product of
     /// the multipliers along the chain.
     #[error(
-        "joint {joint:?} mimics {leader:?} with the multiplier {multiplier} and the offset {offset} in total, but the multiplier must be finite and not zero, and the offset finite"
+        "the multipliers between joint {joint:?} and its leader {leader:?} have the product {multiplier}, and the offset is {offset}: both must be finite, and the product must not be zero"
     )]
     MimicChain {
         /// Name of the joint.
@@ -357,12 +363,12 @@ pub enum WorldError {
     },
     /// A change of a state has the wrong size.
     #[error(
-        "a change of a state has {found} numbers, but must have {expected}: 2 for each degree of freedom of the world"
+        "a change of a state has {found} numbers, but must have {expected}: 2 for each generalized velocity that is not of a mimicking joint"
     )]
     ChangeSize {
         /// Number of values in the vector.
         found: usize,
-        /// Expected number: 2 for each degree of freedom of the world.
+        /// Expected number: 2 for each generalized velocity that is not of a mimicking joint.
         expected: usize,
     },
     /// A number of a world, plan, force, control or state is out of range.

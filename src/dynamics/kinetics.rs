@@ -27,7 +27,7 @@ use std::ops::Range;
 /// displacement in the direction of this velocity, at constant generalized velocities. Fixed and kinematic bodies have no columns. The
 /// spatial acceleration of a kinematic parent is assumed to be zero, because a path does not define accelerations.
 ///
-/// Loop joints have no columns, and none of these quantities includes their forces.
+/// Loop joints have no columns. The terms do not include the forces of loop joints, and forward dynamics return an error.
 ///
 /// A mimicking joint also has columns. Only the forward dynamics include the forces that couple it to its leader. All other quantities
 /// treat the joints as independent. Let w be the independent velocities, and u = E·w. Then the forward dynamics use E·(EᵀME)⁻¹·Eᵀ in place

@@ -6,18 +6,18 @@ use super::rigid_motion::turn_between;
 use crate::spatial::Pose;
 use nalgebra::Vector3;
 
-/// Largest distance (m) and largest angle (rad) by which a loop may be open in the first state of a motion. It is above the errors of
-/// positions in ordinary steps, so that a motion can continue from any of its states.
+/// Largest distance (m) and largest angle (rad) between the joint frames of a loop joint in the first state of a rollout. It exceeds the
+/// position errors of ordinary steps, so that any state of a rollout can be the first state of another rollout.
 const TOLERANCE: f64 = 1e-3;
 
 /// Joint that closes a loop of bodies, such as the last joint of a four-bar linkage. It can also connect two free bodies.
 ///
 /// A [`Joint`](super::Joint) gives a body its coordinates. A loop joint is a set of constraints on bodies that already have coordinates.
-/// The forces that satisfy the constraints do no work. Redundant constraints are allowed: for example, all joints of a planar linkage can
-/// be revolute joints.
+/// The constraint forces do no work. Redundant constraints are allowed: for example, all joints of a planar linkage can be revolute joints.
+/// The two bodies pass through each other. Only implicit integrators support loop joints.
 ///
-/// The constraints hold for velocities. An error of the positions decays within about one time step, so it stays as small as the
-/// integration error of one step. If initial velocities violate the constraints, they change in the first step, as in an inelastic impact.
+/// Each step enforces the constraints on velocities. Position errors decay within about one time step, and stay as small as the integration
+/// error of one step. If initial velocities violate the constraints, the velocities change in the first step, as in an inelastic impact.
 ///
 /// ```
 /// use hydroelastic::dynamics::{JointKind, LoopJoint};
@@ -94,7 +94,7 @@ impl LoopJoint {
     /// Checks the kind and the numbers.
     ///
     /// # Errors
-    /// If the kind is free, an axis does not have length 1, or a number is not finite.
+    /// If the kind is free, an axis does not have length 1, a frame is not rigid, or a number is not finite.
     pub fn check(&self) -> Result<(), WorldError> {
         if self.kind == JointKind::Free {
             return Err(WorldError::FreeLoop(self.name.clone()));
@@ -103,8 +103,8 @@ impl LoopJoint {
         let mut frames = self.frames.iter();
         frames.try_for_each(|frame| {
             let checked = frame.checked().map(|_| ());
-            checked.map_err(|source| WorldError::Pose {
-                body: self.name.clone(),
+            checked.map_err(|source| WorldError::LoopFrame {
+                joint: self.name.clone(),
                 source,
             })
         })
@@ -113,7 +113,7 @@ impl LoopJoint {
     /// Conditions that the joint imposes.
     pub(super) fn constraints(&self) -> Vec<Constraint> {
         let [x, y, z] = match self.kind {
-            JointKind::Revolute(axis) | JointKind::Prismatic(axis) => axes_with(&axis),
+            JointKind::Revolute(axis) | JointKind::Prismatic(axis) => orthonormal_basis(&axis),
             _ => [Vector3::x(), Vector3::y(), Vector3::z()],
         };
         let translations = [x, y, z].map(Constraint::Translation);
@@ -137,7 +137,7 @@ impl LoopJoint {
         let mut shift = *between.translation();
         let turn = match self.kind {
             JointKind::Ball | JointKind::Free => 0.0,
-            JointKind::Revolute(axis) => (between.rotation() * *axis).cross(&axis).norm(),
+            JointKind::Revolute(axis) => (between.rotation() * *axis).angle(&axis),
             JointKind::Prismatic(_) | JointKind::Fixed => {
                 turn_between(a.rotation(), b.rotation()).norm()
             }
@@ -157,8 +157,8 @@ impl LoopJoint {
     }
 }
 
-/// Three orthonormal axes. The last one is given.
-fn axes_with(z: &Vector3<f64>) -> [Vector3<f64>; 3] {
+/// Completes an axis z to an orthonormal basis.
+fn orthonormal_basis(z: &Vector3<f64>) -> [Vector3<f64>; 3] {
     let mut other = Vector3::zeros();
     other[z.iamin()] = 1.0;
     let x = other.cross(z).normalize();

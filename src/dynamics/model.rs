@@ -211,7 +211,7 @@ impl<T: Scalar> Model<T> {
         }
     }
 
-    /// Checks that loops are closed in a state whose bodies are placed.
+    /// Checks that loops are closed. The poses of bodies on joints must match the states of the joints.
     pub(super) fn check_loops(&self, state: &State<T>) -> Result<(), WorldError> {
         let mut loops = self.loop_joints.iter();
         loops.try_for_each(|BodyLoop { joint, bodies }| {
@@ -241,7 +241,7 @@ impl<T: Scalar> Model<T> {
         mimics.filter_map(|(body, mimic)| Some((body, mimic.as_ref()?.leader)))
     }
 
-    /// Index of the body on a ball joint (`is_ball`), or on a revolute or prismatic joint.
+    /// Index of the body on the named joint. It must be a ball joint if `is_ball` is true, and a revolute or prismatic joint otherwise.
     pub(crate) fn body_on(&self, joint: &str, is_ball: bool) -> Result<usize, WorldError> {
         let name_of = |body: &Body<T>| {
             let joint = body.connecting_joint()?;
@@ -283,7 +283,7 @@ impl<T: Scalar> Model<T> {
         }
     }
 
-    /// First body on a joint, or body of a loop joint.
+    /// First body on a joint, or dynamic body of a loop joint.
     pub(super) fn body_on_joint(&self) -> Option<&Body<T>> {
         let body = self.bodies.iter().find(|body| body.is_on_joint());
         body.or_else(|| {

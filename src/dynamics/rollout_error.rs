@@ -30,12 +30,12 @@ pub enum RolloutError {
     },
     /// The world has joints, but the integrator is explicit.
     #[error(
-        "steps of {integrator:?} cannot integrate joints, but body {body:?} is on one: use Integrator::Sdirk3 or Integrator::ImplicitEuler"
+        "steps of {integrator:?} cannot integrate joints, but body {body:?} has a joint: use Integrator::Sdirk3 or Integrator::ImplicitEuler"
     )]
     Joints {
         /// Integrator of the plan.
         integrator: Integrator,
-        /// Name of the first body on a joint.
+        /// Name of the first body on a joint, or of a body of a loop joint.
         body: String,
     },
     /// The rollout was [stopped](super::Rollout::with_cancel_flag), or its batch ended before the

@@ -53,7 +53,7 @@ impl World {
         Self::of_bodies(bodies, &[], &[])
     }
 
-    /// World with these loop joints, in which these pairs of bodies pass through each other.
+    /// World with loop joints and pairs of bodies without contact.
     pub(super) fn of_bodies(
         bodies: Vec<Body>,
         ignored: &[[String; 2]],
@@ -157,7 +157,7 @@ impl<F: Force> World<f64, F> {
     /// Sets the initial state and its time. Fixed bodies stay where they are. Kinematic bodies take the state of their path at that time.
     ///
     /// # Errors
-    /// If the state does not fit the world, or a path is not finite at its time.
+    /// If the state does not fit the world, a path is not finite at its time, or a loop joint is open.
     pub fn with_initial_state(mut self, state: &State) -> Result<Self, WorldError> {
         state.check_fits(self.bodies())?;
         let placed = self.model.with_prescribed_states(state.clone());

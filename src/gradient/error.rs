@@ -37,7 +37,7 @@ pub enum GradientError {
         /// The parameter.
         parameter: String,
     },
-    /// The initial state of a mimicking joint is a parameter.
+    /// A parameter names the initial state of a mimicking joint.
     #[error(
         "the {quantity} of joint {joint:?} is not a parameter, because the joint mimics {leader:?}: use the {quantity} of joint {leader:?}"
     )]

@@ -20,14 +20,14 @@ pub struct LinearizedRollout {
     pub by_parameters: DMatrix<f64>,
 }
 
-/// Outcome whose derivatives are the derivatives of the final state in tangent-space coordinates. The values of rotations are zero.
-struct FinalState {
+/// Final state in tangent-space coordinates about itself. Rotation vectors are zero, and only their derivatives are used.
+struct FinalTangent {
     parts: Vec<TangentPart>,
     /// Final state without derivatives, set by the first evaluation.
     end: OnceLock<State>,
 }
 
-impl Outcome for FinalState {
+impl Outcome for FinalTangent {
     fn of<T: Scalar>(&self, trajectory: &Trajectory<T>) -> Vec<T> {
         let end = trajectory.last();
         self.end.get_or_init(|| end.real());
@@ -113,7 +113,7 @@ impl Experiment {
     /// As [`Self::jacobian`]. If derivatives are not finite, the error holds A and B beside each other, as the Jacobian of an outcome.
     pub fn linearize(&self, parameters: &[Parameter]) -> Result<LinearizedRollout, GradientError> {
         let model = self.model();
-        let outcome = FinalState {
+        let outcome = FinalTangent {
             parts: model.tangent_parts().collect(),
             end: OnceLock::new(),
         };

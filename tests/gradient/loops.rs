@@ -129,7 +129,7 @@ fn both_modes_agree() {
 }
 
 #[test]
-fn derivatives_are_those_of_differences() {
+fn derivatives_agree_with_differences() {
     let plan = Plan::new(2e-3, 10)
         .unwrap()
         .with_integrator(Integrator::ImplicitEuler)

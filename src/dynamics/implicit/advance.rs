@@ -70,7 +70,7 @@ impl IslandSolver<'_> {
             displacement: DVector::zeros(velocities.len()),
             positions: positions.clone(),
             momenta: DVector::zeros(velocities.len()),
-            closing: DVector::zeros(multipliers.len()),
+            closing_rates: DVector::zeros(multipliers.len()),
             duration: 0.0,
             time: self.step.start + offset,
         };

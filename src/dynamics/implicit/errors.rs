@@ -134,7 +134,7 @@ impl ErrorEstimator<'_> {
             momenta: start
                 .momenta
                 .zip_map(&impulse, |value, change| Change::new(value, [change])),
-            closing: start.closing.map(lift),
+            closing_rates: start.closing_rates.map(lift),
             displacement: change,
             duration: start.duration,
             time: start.time,

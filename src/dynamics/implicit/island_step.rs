@@ -18,7 +18,7 @@ pub(in crate::dynamics) struct IslandStep<'a> {
     pub scheme: &'a Scheme,
     /// Time at the start of the step (s).
     pub start: f64,
-    /// Compliances of loops: see [`Multibody::loop_compliances`].
+    /// Ratios ε/τ of the loops.
     loop_compliances: OnceLock<DVector<f64>>,
     /// Norm of velocities, computed on first use because the dual pass does not need it.
     norm: OnceLock<VelocityNorm>,
@@ -106,12 +106,12 @@ impl<'a> IslandStep<'a> {
         multibody.kinematics(multibody.coordinates(start), &neighbors)
     }
 
-    /// Time (s) in which errors of the positions of loops decay.
+    /// T: duration of the time step (s), in which position errors of loops decay.
     pub fn closing_time(&self) -> f64 {
         self.context.span.duration()
     }
 
-    /// Compliances of loops per second. They are constant in a step, and carry no derivatives.
+    /// Ratios ε/τ of the loops: see [`Multibody::loop_compliances`]. They are constant in a step, and carry no derivatives.
     pub fn loop_compliances(&self) -> &DVector<f64> {
         self.loop_compliances
             .get_or_init(|| self.multibody.loop_compliances(&self.kinematics_at_start()))

@@ -59,7 +59,8 @@ impl StepContext<'_> {
         islands
     }
 
-    /// Dynamic bodies with the other bodies that they may touch, that carry their joints, or that a loop or a force couples to them.
+    /// Pairs of a dynamic body and a neighbor: a body that it may touch, the parent of its joint, or a body that a loop joint or a force
+    /// couples to it.
     fn neighbors(&self, pairs: &[(usize, usize)]) -> Vec<(usize, usize)> {
         let is_dynamic = |body: usize| self.model.bodies[body].inertia().is_some();
         let touching = pairs.iter().flat_map(|&(i, j)| [(i, j), (j, i)]);

@@ -64,7 +64,7 @@ impl<'a> Replay<'a> {
         &self.step.multibody
     }
 
-    /// Time (s) in which errors of the positions of loops decay.
+    /// Duration of the time step (s), in which position errors of loops decay.
     pub fn closing_time(&self) -> f64 {
         self.step.closing_time()
     }

@@ -6,7 +6,7 @@
 //! forces of the joints. [`multibody`](crate::dynamics::multibody) defines the other symbols. The equation needs no Coriolis terms, because
 //! it is an equation between momenta. For the same reason, the momenta of a free tree are conserved.
 //!
-//! Loops add the multipliers λ to the unknowns, their wrenches to F, and their equations G·u + g₀/T + ε·λ = 0.
+//! Loops add the multipliers λ to the unknowns, the wrenches of the multipliers to F, and the equations G·u + g₀/T + ε·λ = 0 to the system.
 
 use super::island_step::{IslandStep, StepError};
 use super::scheme::Stage;
@@ -26,7 +26,7 @@ pub(in crate::dynamics) struct StageStart<T = f64> {
     /// p̃: generalized momenta.
     pub momenta: DVector<T>,
     /// g₀/T: rates at which the loops close, one number for each constraint.
-    pub closing: DVector<T>,
+    pub closing_rates: DVector<T>,
     /// τ (s).
     pub duration: f64,
     /// Time (s) at which the wrenches of the stage act.
@@ -55,7 +55,7 @@ pub(super) struct Stages<'a, T = f64> {
     /// Positions at the start of the substep.
     from: Vec<JointPosition<T>>,
     momenta: DVector<T>,
-    closing: DVector<T>,
+    closing_rates: DVector<T>,
     rates: Vec<StageRates<T>>,
 }
 
@@ -98,23 +98,23 @@ impl<T: Scalar> StageEquations<'_, T> {
         for (number, force) in residual.iter_mut().zip(&forces) {
             *number -= *force * duration;
         }
-        self.with_loops(residual, end)
+        self.with_loop_residuals(residual, end)
     }
 
     /// Appends the residuals of loops to the residual of the equation of motion.
-    fn with_loops(&self, residual: DVector<T>, end: &Kinematics<T>) -> DVector<T> {
+    fn with_loop_residuals(&self, residual: DVector<T>, end: &Kinematics<T>) -> DVector<T> {
         let (width, count) = (self.multibody.width(), self.multibody.constraint_count());
         if count == 0 {
             return residual;
         }
-        let mut all = residual.resize_vertically(width + count, lift(0.0));
-        let rates = self.multibody.loop_rates(end) + &self.start.closing;
+        let mut full = residual.resize_vertically(width + count, lift(0.0));
+        let rates = self.multibody.loop_rates(end) + &self.start.closing_rates;
         let compliances = self.step.loop_compliances();
         for (k, multiplier) in end.coordinates.multipliers.iter().enumerate() {
-            let yielding = *multiplier * (compliances[k] * self.start.duration);
-            all[width + k] = rates[k] + yielding;
+            let compliant_rate = *multiplier * (compliances[k] * self.start.duration);
+            full[width + k] = rates[k] + compliant_rate;
         }
-        all
+        full
     }
 
     /// Wrenches on the dynamic bodies, including gravity, controls and loops.
@@ -138,7 +138,7 @@ impl<T: Scalar> StageEquations<'_, T> {
             displacement,
             positions,
             momenta,
-            closing,
+            closing_rates,
             duration,
             time,
         } = &self.start;
@@ -150,7 +150,7 @@ impl<T: Scalar> StageEquations<'_, T> {
                 displacement: displacement.map(real_part),
                 positions: positions.iter().map(JointPosition::real).collect(),
                 momenta: momenta.map(real_part),
-                closing: closing.map(real_part),
+                closing_rates: closing_rates.map(real_part),
                 duration: *duration,
                 time: *time,
             },
@@ -207,7 +207,8 @@ impl<'a, T: Scalar> Stages<'a, T> {
             offset,
             from: from.coordinates.positions.clone(),
             momenta: multibody.generalized_momenta(from),
-            closing: multibody.loop_gaps(from) * lift::<T>(step.closing_time().recip()),
+            closing_rates: multibody.constraint_values(from)
+                * lift::<T>(step.closing_time().recip()),
             rates: Vec::new(),
         }
     }
@@ -221,7 +222,7 @@ impl<'a, T: Scalar> Stages<'a, T> {
         StageStart {
             positions: self.multibody.displaced(&self.from, &displacement),
             momenta: &self.momenta + impulse,
-            closing: self.closing.clone(),
+            closing_rates: self.closing_rates.clone(),
             displacement,
             duration: stage.duration,
             time: self.step.start + (self.offset + stage.offset),

@@ -8,8 +8,8 @@ use super::stage::StageEquations;
 use crate::dynamics::multibody::{BodyColumn, Directions, Kinematics, Loop, Multibody};
 use nalgebra::{Matrix6, Vector6};
 
-/// Sum of the derivatives of a residual.
-struct MatrixSum<'a> {
+/// Matrix of a stage during its assembly.
+struct MatrixAssembly<'a> {
     matrix: BlockMatrix,
     multibody: &'a Multibody,
     end: &'a Kinematics,
@@ -30,7 +30,7 @@ impl StageEquations<'_> {
         forces: &[ForceJacobian],
     ) -> BlockMatrix {
         let (multibody, duration) = (self.multibody, self.start.duration);
-        let mut sum = MatrixSum {
+        let mut assembly = MatrixAssembly {
             matrix: BlockMatrix::zeros(multibody),
             multibody,
             end,
@@ -38,32 +38,34 @@ impl StageEquations<'_> {
             columns: Vec::new(),
             duration,
         };
-        sum.columns.resize_with(multibody.links.len(), Vec::new);
-        let by_velocity = self.slopes_along(&sum.directions, (end, wrenches), [duration, 1.0]);
+        assembly
+            .columns
+            .resize_with(multibody.links.len(), Vec::new);
+        let by_velocity = self.slopes_along(&assembly.directions, (end, wrenches), [duration, 1.0]);
         for (tree, slopes) in by_velocity.iter().enumerate() {
-            let mut block = sum.matrix.block(tree, tree);
+            let mut block = assembly.matrix.block(tree, tree);
             block += slopes;
         }
         for slopes in forces {
-            sum.add_bodies([slopes.row, slopes.column]);
+            assembly.add_bodies([slopes.row, slopes.column]);
             let by_motion = [&slopes.by_displacement, &slopes.by_velocities];
-            sum.add_wrench_slopes(slopes.row, slopes.column, by_motion);
+            assembly.add_wrench_slopes(slopes.row, slopes.column, by_motion);
         }
         for contact in contacts {
-            sum.add_contact(contact);
+            assembly.add_contact(contact);
         }
         for (index, joint) in multibody.loops.iter().enumerate() {
-            sum.add_loop(index, joint);
+            assembly.add_loop(index, joint);
         }
         if !multibody.loops.is_empty() {
-            sum.add_compliances(self.step.loop_compliances().as_slice());
+            assembly.add_compliances(self.step.loop_compliances().as_slice());
         }
-        sum.matrix
+        assembly.matrix
     }
 }
 
-impl MatrixSum<'_> {
-    /// Adds the columns of these participants, unless they are known or neighbors.
+impl MatrixAssembly<'_> {
+    /// Computes the columns of the links among these participants, unless they are already computed.
     fn add_bodies(&mut self, participants: [usize; 2]) {
         for participant in participants {
             if let Some(columns) = self.columns.get_mut(participant)
@@ -96,6 +98,7 @@ impl MatrixSum<'_> {
         }
     }
 
+    /// Adds the derivatives of the wrenches of a contact.
     fn add_contact(&mut self, contact: &PairWrenches) {
         self.add_bodies(contact.bodies);
         let count = self.columns.len();
@@ -146,6 +149,7 @@ impl MatrixSum<'_> {
         }
     }
 
+    /// Adds the compliances of the constraints to the diagonal.
     fn add_compliances(&mut self, compliances: &[f64]) {
         let trees = self.multibody.trees.len();
         for (index, joint) in self.multibody.loops.iter().enumerate() {

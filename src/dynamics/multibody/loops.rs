@@ -1,8 +1,7 @@
 //! Loop joints: constraints between the links of an island, or between a link and a neighbor.
 //!
 //! A constraint is an equation g = 0 of the poses of two bodies. Its rate is ġ = Σ wᵀv over both bodies, with the twist v and the *unit
-//! wrench* w of each body. The force λ that satisfies the constraint applies the wrench λ·w to each body, so it does no work on motions
-//! with ġ = 0. In generalized coordinates, ġ = G·u and the generalized forces are Gᵀλ. The force λ is the *multiplier* of the constraint.
+//! wrench* w of each body. The constraint force λ applies the wrench λ·w to each body. Therefore it does no work if ġ = 0. In generalized coordinates, ġ = G·u and the generalized forces are Gᵀλ. The force λ is the *multiplier* of the constraint.
 //!
 //! An implicit stage solves G·u + g₀/T + ε·λ = 0 together with the equations of motion. Here g₀ is the value of g at the start of the
 //! substep, and T is the duration of the time step. The term g₀/T lets the error of g decay, because the equation ġ = 0 alone would not
@@ -37,8 +36,8 @@ pub(in crate::dynamics) struct Loop {
 
 /// Constraint at given states of both participants.
 struct ConstraintValue<T> {
-    /// g (m, or the cosine of an angle).
-    gap: T,
+    /// g (m), or g as the cosine of an angle.
+    value: T,
     /// Unit wrenches on both participants, about their centers of mass.
     wrenches: [Vector6<T>; 2],
 }
@@ -47,9 +46,9 @@ struct ConstraintValue<T> {
 pub(in crate::dynamics) struct LoopSlopes {
     /// Derivatives of the wrenches on both participants with respect to displacements.
     pub wrenches: [Matrix6<f64>; 2],
-    /// Derivatives of the rates G·u with respect to displacements: one column for each constraint.
+    /// Derivatives of ġ with respect to displacements: one column for each constraint.
     pub by_displacement: Matrix6xX<f64>,
-    /// Derivatives of these rates with respect to the twist, which are the unit wrenches.
+    /// Derivatives of ġ with respect to the twist. They are the unit wrenches.
     pub by_velocity: Matrix6xX<f64>,
 }
 
@@ -78,17 +77,17 @@ impl Loop {
                     six(&(point - centers[side]).cross(&force), &force)
                 };
                 ConstraintValue {
-                    gap: direction.dot(&(point - frames[0].1)),
+                    value: direction.dot(&(point - frames[0].1)),
                     wrenches: [force(0, -direction), force(1, direction)],
                 }
             }
             Constraint::Rotation([first, second]) => {
                 let (first, second) = (axis(0, first), axis(1, second));
                 let torque = second.cross(&first);
-                let none = lift_vector(&Vector3::zeros());
+                let zero = lift_vector(&Vector3::zeros());
                 ConstraintValue {
-                    gap: first.dot(&second),
-                    wrenches: [six(&-torque, &none), six(&torque, &none)],
+                    value: first.dot(&second),
+                    wrenches: [six(&-torque, &zero), six(&torque, &zero)],
                 }
             }
         };
@@ -105,7 +104,7 @@ impl<T: Scalar> ConstraintValue<T> {
 }
 
 impl<T> Multibody<T> {
-    /// Adds loops, whose indices of multipliers are not yet set.
+    /// Sets the loops, and numbers their multipliers.
     pub fn with_loops(mut self, loops: impl IntoIterator<Item = Loop>) -> Self {
         let mut next = 0;
         self.loops = loops.into_iter().collect();
@@ -155,17 +154,17 @@ impl<T: Scalar> Multibody<T> {
     }
 
     /// g of each constraint.
-    pub fn loop_gaps(&self, kinematics: &Kinematics<T>) -> DVector<T> {
-        self.of_constraints(kinematics, |value, _| value.gap)
+    pub fn constraint_values(&self, kinematics: &Kinematics<T>) -> DVector<T> {
+        self.map_constraints(kinematics, |constraint, _| constraint.value)
     }
 
     /// ġ = G·u of each constraint.
     pub fn loop_rates(&self, kinematics: &Kinematics<T>) -> DVector<T> {
-        self.of_constraints(kinematics, ConstraintValue::rate)
+        self.map_constraints(kinematics, ConstraintValue::rate)
     }
 
-    /// A number for each constraint, from its value and the states of its bodies.
-    fn of_constraints(
+    /// Computes a number for each constraint, from its value and the states of its bodies.
+    fn map_constraints(
         &self,
         kinematics: &Kinematics<T>,
         number: impl Fn(&ConstraintValue<T>, [&BodyState<T>; 2]) -> T,
@@ -201,7 +200,7 @@ impl Multibody {
         forces
     }
 
-    /// Participants with the wrenches of given multipliers of a loop on them, about their centers of mass.
+    /// Participants of the loops, and the wrench of each loop on each participant about its center of mass, at given multipliers.
     pub fn loop_wrenches<'k>(
         &'k self,
         kinematics: &'k Kinematics,
@@ -218,9 +217,9 @@ impl Multibody {
         })
     }
 
-    /// Compliance ε/τ of each constraint (m/s per N s, or rad/s per N m s) at the duration τ of a stage.
+    /// Ratio ε/τ of each constraint (1/kg, or 1/(kg m²)). It is the same in all stages.
     pub fn loop_compliances(&self, kinematics: &Kinematics) -> DVector<f64> {
-        // Upper bounds of the entries of Gᵀ, which do not vanish if a constraint is redundant.
+        // Upper bounds of the entries of Gᵀ. Entries of Gᵀ may vanish if a constraint is redundant, but their bounds do not.
         let mut bounds = DMatrix::<f64>::zeros(self.width(), self.constraint_count());
         let directions = kinematics.velocity_directions();
         for joint in &self.loops {
@@ -247,7 +246,7 @@ impl Multibody {
         let compliance = |k: usize| {
             let squares = bounds.column(k).into_iter().zip(&masses);
             let mobility: f64 = squares.map(|(bound, mass)| bound * bound / mass).sum();
-            // A constraint that moves nothing has an arbitrary compliance.
+            // The compliance is arbitrary if no velocity appears in the constraint.
             if mobility > 0.0 {
                 COMPLIANCE * mobility
             } else {
@@ -257,12 +256,12 @@ impl Multibody {
         DVector::from_fn(self.constraint_count(), |k, _| compliance(k))
     }
 
-    /// Adds the accelerations M⁻¹Gᵀλ that satisfy the constraints. `rates` contains the rates of G·u at zero accelerations.
+    /// Adds the accelerations that the constraint forces cause. `drift` contains Ġ·u: the second derivatives of g at zero accelerations.
     pub fn add_loop_accelerations(
         &self,
         accelerations: &mut DVector<f64>,
         (kinematics, masses): (&Kinematics, &MassFactors),
-        rates: &DVector<f64>,
+        drift: &DVector<f64>,
     ) {
         let forces = self.constraint_forces(kinematics);
         let mut velocities = forces.clone();
@@ -274,8 +273,8 @@ impl Multibody {
         for (k, compliance) in self.loop_compliances(kinematics).iter().enumerate() {
             mobility[(k, k)] += compliance;
         }
-        let open = rates + forces.tr_mul(accelerations);
-        if let Some(multipliers) = mobility.lu().solve(&open) {
+        let violation = drift + forces.tr_mul(accelerations);
+        if let Some(multipliers) = mobility.lu().solve(&violation) {
             *accelerations -= velocities * multipliers;
         }
     }

@@ -36,8 +36,8 @@ struct RateGradient {
 struct StartGradient {
     positions: DVector<f64>,
     momenta: DVector<f64>,
-    /// With respect to the rates at which loops close.
-    closing: DVector<f64>,
+    /// Gradient with respect to the closing rates g₀/T of loops.
+    closing_rates: DVector<f64>,
 }
 
 impl ImplicitSteps {
@@ -123,7 +123,7 @@ impl StepBack<'_, '_> {
         let mut start = StartGradient {
             positions: zeros(),
             momenta: zeros(),
-            closing: DVector::zeros(multibody.constraint_count()),
+            closing_rates: DVector::zeros(multibody.constraint_count()),
         };
         let no_rates = RateGradient {
             velocities: zeros(),
@@ -139,7 +139,7 @@ impl StepBack<'_, '_> {
                 multibody.displaced_back(&stage.start().displacement, &by_start.positions);
             start.positions += by_position;
             start.momenta += &by_start.momenta;
-            start.closing += &by_start.closing;
+            start.closing_rates += &by_start.closing_rates;
             for (by_rates, time) in by_rates.iter_mut().zip(stage.stage.before()) {
                 by_rates.velocities += &by_displacement * time;
                 by_rates.momenta += &by_start.momenta * time;
@@ -152,9 +152,9 @@ impl StepBack<'_, '_> {
             &substep.from,
             [start.positions + by_position, by_velocity],
         );
-        let by_gaps = start.closing / replay.closing_time();
-        // The derivative of a gap with respect to a displacement is the unit wrench.
-        for (participant, by_displacement) in multibody.loop_wrenches(&substep.from, &by_gaps) {
+        let by_values = start.closing_rates / replay.closing_time();
+        // The derivative of a constraint with respect to a displacement is the unit wrench.
+        for (participant, by_displacement) in multibody.loop_wrenches(&substep.from, &by_values) {
             let state = &substep.from.states[participant];
             let by_motion = [by_displacement, Vector6::zeros()];
             self.add_about_center(replay.island().body(participant), state, by_motion);
@@ -195,7 +195,7 @@ impl StepBack<'_, '_> {
         Ok(StartGradient {
             positions: by_position,
             momenta: adjoint - by_impulse,
-            closing: -by_loops,
+            closing_rates: -by_loops,
         })
     }
 
