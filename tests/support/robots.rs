@@ -138,8 +138,10 @@ fn smooth(part: f64) -> [f64; 2] {
     ]
 }
 
-/// Axis, origin (m), mass (kg) and end (m) of each link of the [`arm`], and its initial angle (rad).
-const ARM: [(Unit<Vector3<f64>>, [f64; 3], f64, [f64; 3], f64); 7] = [
+/// Axis, origin (m), mass (kg), end (m) and initial angle (rad) of a link of the [`arm`].
+type ArmLink = (Unit<Vector3<f64>>, [f64; 3], f64, [f64; 3], f64);
+
+const ARM: [ArmLink; 7] = [
     (Z, [0.0, 0.0, 0.33], 4.0, [0.0, 0.0, -0.12], 0.1),
     (Y, [0.0, 0.0, 0.0], 4.0, [0.0, 0.0, 0.32], -0.5),
     (Z, [0.0, 0.0, 0.32], 3.0, [0.08, 0.0, 0.0], 0.1),
