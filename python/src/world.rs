@@ -133,10 +133,15 @@ fn reals(argument: &Bound<'_, PyAny>) -> PyResult<Option<BTreeMap<String, f64>>>
 fn of_bodies(
     bodies: &[Body],
     loop_joints: Vec<dynamics::LoopJoint>,
+    start: Option<&Bound<'_, State>>,
     ignoring: &[(String, String)],
 ) -> Result<Inner, WorldError> {
     let bodies = bodies.iter().map(|body| body.inner.clone());
     let builder = dynamics::World::builder().bodies(bodies);
+    let builder = match start {
+        Some(state) => builder.initial_state(state.get().0.clone()),
+        None => builder,
+    };
     let builder = loop_joints
         .into_iter()
         .fold(builder, dynamics::WorldBuilder::loop_joint);
@@ -188,7 +193,7 @@ impl World {
         }
         let loop_joints = loop_joints.iter().flatten();
         let loop_joints = loop_joints.map(|joint| joint.get().0.clone()).collect();
-        let world = of_bodies(&bodies, loop_joints, &ignoring).map_err(value_error)?;
+        let world = of_bodies(&bodies, loop_joints, start, &ignoring).map_err(value_error)?;
         let path = |body: &Body| Some((body.inner.name().to_owned(), body.path.clone()?));
         let paths = bodies.iter().filter_map(path).collect();
         let settings = Settings {
@@ -197,7 +202,7 @@ impl World {
             force_parameters,
             controls,
             slip_tolerance,
-            start,
+            start: None,
         };
         Ok(Self {
             inner: settings.applied(world)?,
@@ -442,6 +447,7 @@ impl World {
         let counts = [
             (self.inner.forces().len(), "forces"),
             (self.inner.controls().len(), "controls"),
+            (self.inner.loop_joints().count(), "loop joints"),
         ];
         let others = counts.iter().filter(|(count, _)| *count > 0);
         let others: Vec<String> = others

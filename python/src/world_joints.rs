@@ -149,7 +149,7 @@ impl World {
                 _ => {}
             }
         }
-        let placed = self.inner.clone().with_initial_state(&changed);
-        Ok(State(placed.map_err(value_error)?.initial_state()))
+        let placed = self.inner.placed(&changed);
+        placed.map(State).map_err(value_error)
     }
 }

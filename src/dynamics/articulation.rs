@@ -15,6 +15,8 @@ pub(super) struct Articulation {
     pub mimics: Vec<Option<BodyMimic>>,
     /// Pairs of bodies that a joint connects, or that are welded to such bodies, the smaller index first.
     pub adjacent: BTreeSet<(usize, usize)>,
+    /// First body to which each body is welded, or the body itself.
+    weld_roots: Vec<usize>,
 }
 
 impl Articulation {
@@ -41,9 +43,22 @@ impl Articulation {
         Ok(Self {
             mimics: mimics(bodies)?,
             adjacent: adjacent_pairs(bodies, &parents),
+            weld_roots: weld_roots(bodies, &parents),
             parents,
             state_indices,
         })
+    }
+}
+
+impl Articulation {
+    /// Pairs of bodies that are these two bodies or are welded to them, the smaller index first.
+    pub fn welded_pairs(&self, bodies: [usize; 2]) -> impl Iterator<Item = (usize, usize)> + '_ {
+        let roots = bodies.map(|body| self.weld_roots[body]);
+        let welded = move |root: usize| {
+            let indices = self.weld_roots.iter().enumerate();
+            indices.filter_map(move |(index, other)| (*other == root).then_some(index))
+        };
+        welded(roots[0]).flat_map(move |i| welded(roots[1]).map(move |j| (i.min(j), i.max(j))))
     }
 }
 
@@ -131,17 +146,29 @@ fn parent_index(
     })
 }
 
-fn adjacent_pairs(bodies: &[Body], parents: &[Option<usize>]) -> BTreeSet<(usize, usize)> {
-    // Welded bodies have the same root. Parents come before children.
+/// First body to which each body is welded, or the body itself.
+fn weld_roots(bodies: &[Body], parents: &[Option<usize>]) -> Vec<usize> {
     let mut roots: Vec<usize> = (0..bodies.len()).collect();
+    // Parents come before children.
+    for (index, body) in bodies.iter().enumerate() {
+        let is_welded = |joint: &Joint| joint.kind == JointKind::Fixed;
+        if let Some(parent) = parents[index]
+            && body.connecting_joint().is_some_and(is_welded)
+        {
+            roots[index] = roots[parent];
+        }
+    }
+    roots
+}
+
+fn adjacent_pairs(bodies: &[Body], parents: &[Option<usize>]) -> BTreeSet<(usize, usize)> {
+    let roots = weld_roots(bodies, parents);
     let mut connected = BTreeSet::new();
     for (index, body) in bodies.iter().enumerate() {
         let (Some(parent), Some(joint)) = (parents[index], body.connecting_joint()) else {
             continue;
         };
-        if joint.kind == JointKind::Fixed {
-            roots[index] = roots[parent];
-        } else {
+        if joint.kind != JointKind::Fixed {
             connected.insert((roots[parent], index));
         }
     }

@@ -6,9 +6,12 @@ use super::rigid_motion::turn_between;
 use crate::spatial::Pose;
 use nalgebra::Vector3;
 
-/// Largest distance (m) and largest angle (rad) between the joint frames of a loop joint in the first state of a rollout. It exceeds the
-/// position errors of ordinary steps, so that any state of a rollout can be the first state of another rollout.
-const TOLERANCE: f64 = 1e-3;
+/// Largest distance (m) and largest angle (rad) between the joint frames of a loop joint in the initial state.
+pub(super) const INITIAL_TOLERANCE: f64 = 1e-3;
+
+/// The same for a state from which a motion continues. It exceeds the position errors of steps, so that any state of a rollout can be the first
+/// state of another rollout.
+pub(super) const LATER_TOLERANCE: f64 = 0.05;
 
 /// Joint that closes a loop of bodies, such as the last joint of a four-bar linkage. It can also connect two free bodies.
 ///
@@ -130,8 +133,17 @@ impl LoopJoint {
         }
     }
 
-    /// Checks that the joint is closed at the poses of its bodies.
-    pub(super) fn check_closed(&self, poses: [Pose; 2]) -> Result<(), WorldError> {
+    /// Copy with frames without the round-off that [`Self::check`] allows.
+    pub(super) fn orthonormalized(&self) -> Self {
+        let frames = self.frames.map(Pose::orthonormalized);
+        Self {
+            frames,
+            ..self.clone()
+        }
+    }
+
+    /// Checks that the joint is closed at the poses of its bodies, with a tolerance (m and rad).
+    pub(super) fn check_closed(&self, poses: [Pose; 2], tolerance: f64) -> Result<(), WorldError> {
         let [a, b] = [0, 1].map(|side| poses[side] * self.frames[side]);
         let between = a.inverse() * b;
         let mut shift = *between.translation();
@@ -145,14 +157,14 @@ impl LoopJoint {
         if let JointKind::Prismatic(axis) = self.kind {
             shift -= *axis * axis.dot(&shift);
         }
-        if shift.norm() <= TOLERANCE && turn <= TOLERANCE {
+        if shift.norm() <= tolerance && turn <= tolerance {
             return Ok(());
         }
         Err(WorldError::OpenLoop {
             joint: self.name.clone(),
             distance: shift.norm(),
             angle: turn,
-            tolerance: TOLERANCE,
+            tolerance,
         })
     }
 }

@@ -1,6 +1,7 @@
 use super::articulation::Articulation;
 use super::body::require_index_of;
 use super::joint::JointKind;
+use super::loop_joint::{INITIAL_TOLERANCE, LATER_TOLERANCE};
 use super::motion::state_on;
 use super::multibody::{Kinematics, Link, LinkMimic, Loop, Multibody, Parent};
 use super::validate::check_finite;
@@ -31,13 +32,15 @@ pub(crate) struct Model<T = f64> {
     pub(crate) start: f64,
     pub(super) ignored: BTreeSet<(usize, usize)>,
     articulation: Arc<Articulation>,
-    pub(super) loop_joints: Arc<Vec<BodyLoop>>,
+    pub(super) loop_joints: Arc<Vec<ResolvedLoop>>,
+    /// Pairs of bodies that a loop joint connects, or that are welded to such bodies, the smaller index first.
+    in_loops: Arc<BTreeSet<(usize, usize)>>,
     pub(super) slip_tolerance: f64,
 }
 
 /// Loop joint with the indices of its bodies.
 #[derive(Debug, Clone)]
-pub(super) struct BodyLoop {
+pub(super) struct ResolvedLoop {
     pub joint: LoopJoint,
     pub bodies: [usize; 2],
 }
@@ -65,6 +68,7 @@ impl Model {
             start,
             ignored: BTreeSet::new(),
             loop_joints: Arc::default(),
+            in_loops: Arc::default(),
             slip_tolerance: SLIP_TOLERANCE,
         };
         model.check_inertia()?;
@@ -88,7 +92,7 @@ impl Model {
         })
     }
 
-    /// Adds a loop joint.
+    /// Adds a loop joint, which may be open.
     pub(super) fn add_loop_joint(&mut self, joint: &LoopJoint) -> Result<(), WorldError> {
         joint.check()?;
         let [first, second] = joint.bodies();
@@ -106,9 +110,11 @@ impl Model {
         if names.any(|name| name == joint.name()) {
             return Err(WorldError::DuplicateJoint(joint.name().to_owned()));
         }
-        let joint = joint.clone();
-        Arc::make_mut(&mut self.loop_joints).push(BodyLoop { joint, bodies });
-        self.check_loops(&self.initial_state())
+        let pairs = self.articulation.welded_pairs(bodies);
+        Arc::make_mut(&mut self.in_loops).extend(pairs);
+        let joint = joint.orthonormalized();
+        Arc::make_mut(&mut self.loop_joints).push(ResolvedLoop { joint, bodies });
+        Ok(())
     }
 
     /// Checks that at least one body of each pair that can interact has a mesh.
@@ -131,7 +137,7 @@ impl Model {
         let mut bodies = self.bodies.iter();
         bodies.try_for_each(Body::check)?;
         self.check_inertia()?;
-        self.check_loops(&self.initial_state())?;
+        self.check_initial_loops()?;
         self.controls.iter().try_for_each(Control::check)?;
         let mut numbers = self.force_parameters.iter();
         numbers.try_for_each(|(_, value)| check_finite(FORCE_PARAMETER, &[*value]))?;
@@ -149,6 +155,7 @@ impl Model {
             ignored: self.ignored.clone(),
             articulation: Arc::clone(&self.articulation),
             loop_joints: Arc::clone(&self.loop_joints),
+            in_loops: Arc::clone(&self.in_loops),
             slip_tolerance: self.slip_tolerance,
         }
     }
@@ -166,6 +173,7 @@ impl<T: Scalar> Model<T> {
             ignored: self.ignored.clone(),
             articulation: Arc::clone(&self.articulation),
             loop_joints: Arc::clone(&self.loop_joints),
+            in_loops: Arc::clone(&self.in_loops),
             slip_tolerance: self.slip_tolerance,
         }
     }
@@ -211,11 +219,25 @@ impl<T: Scalar> Model<T> {
         }
     }
 
-    /// Checks that loops are closed. The poses of bodies on joints must match the states of the joints.
-    pub(super) fn check_loops(&self, state: &State<T>) -> Result<(), WorldError> {
+    /// Checks that loops are closed in the initial state.
+    pub(super) fn check_initial_loops(&self) -> Result<(), WorldError> {
+        if !self.has_loops() {
+            return Ok(());
+        }
+        self.check_loops(&self.initial_state(), INITIAL_TOLERANCE)
+    }
+
+    /// Checks that loops are closed in a later state of a motion. The tolerance is above the errors of ordinary steps.
+    pub(super) fn check_later_loops(&self, state: &State<T>) -> Result<(), WorldError> {
+        self.check_loops(state, LATER_TOLERANCE)
+    }
+
+    /// Checks that loops are closed, with a tolerance (m and rad). The poses of bodies on joints must match the states of the joints.
+    fn check_loops(&self, state: &State<T>, tolerance: f64) -> Result<(), WorldError> {
         let mut loops = self.loop_joints.iter();
-        loops.try_for_each(|BodyLoop { joint, bodies }| {
-            joint.check_closed(bodies.map(|body| state.bodies[body].pose.real()))
+        loops.try_for_each(|ResolvedLoop { joint, bodies }| {
+            let poses = bodies.map(|body| state.bodies[body].pose.real());
+            joint.check_closed(poses, tolerance)
         })
     }
 
@@ -287,9 +309,9 @@ impl<T: Scalar> Model<T> {
     pub(super) fn body_on_joint(&self) -> Option<&Body<T>> {
         let body = self.bodies.iter().find(|body| body.is_on_joint());
         body.or_else(|| {
-            self.loop_pairs()
-                .next()
-                .map(|[first, _]| &self.bodies[first])
+            let [first, second] = self.loop_pairs().next()?;
+            let is_dynamic = self.bodies[first].inertia().is_some();
+            Some(&self.bodies[if is_dynamic { first } else { second }])
         })
     }
 
@@ -347,7 +369,7 @@ impl<T: Scalar> Model<T> {
         let loops = self
             .loop_joints
             .iter()
-            .filter_map(|BodyLoop { joint, bodies }| {
+            .filter_map(|ResolvedLoop { joint, bodies }| {
                 let [first, second] = bodies.map(participant);
                 Some(Loop {
                     participants: [first?, second?],
@@ -408,9 +430,7 @@ impl<T: Scalar> Model<T> {
         let has_shape = |index: usize| self.bodies[index].has_shape();
         let is_excluded = self.ignored.contains(&(i, j))
             || self.articulation.adjacent.contains(&(i, j))
-            || self
-                .loop_pairs()
-                .any(|pair| pair == [i, j] || pair == [j, i]);
+            || self.in_loops.contains(&(i, j));
         (moves(i) || moves(j)) && has_shape(i) && has_shape(j) && !is_excluded
     }
 

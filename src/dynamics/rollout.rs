@@ -45,7 +45,7 @@ impl<T: Scalar, F: Force> World<T, F> {
     pub fn step(&self, state: &State<T>, plan: &Plan) -> Result<State<T>, RolloutError> {
         state.check_fits(self.bodies())?;
         let state = self.model.with_prescribed_states(state.clone());
-        self.model.check_loops(&state)?;
+        self.model.check_later_loops(&state)?;
         let mut stepper = Stepper::from(state);
         stepper.advance(self, plan)?;
         Ok(stepper.state)
@@ -73,12 +73,12 @@ impl<T: Scalar> Rollout<T> {
     /// Sets the state from which the rollout starts. Fixed and kinematic bodies keep their prescribed states.
     ///
     /// # Errors
-    /// If the state has another number of bodies, a pose that is not rigid, or a number that is not finite, or if a loop joint is open.
+    /// If the state has another number of bodies, a pose that is not rigid, or a number that is not finite, or if a loop joint is open by more than 0.05 m or 0.05 rad.
     pub fn with_state(self, state: State<T>) -> Result<Self, WorldError> {
         let model = self.world.model();
         state.check_fits(&model.bodies)?;
         let state = model.with_prescribed_states(state);
-        model.check_loops(&state)?;
+        model.check_later_loops(&state)?;
         let stepper = Stepper::from(state);
         let stepper = stepper.with_cancel_flag(self.stepper.stop);
         Ok(Self { stepper, ..self })

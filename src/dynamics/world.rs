@@ -159,8 +159,7 @@ impl<F: Force> World<f64, F> {
     /// # Errors
     /// If the state does not fit the world, a path is not finite at its time, or a loop joint is open.
     pub fn with_initial_state(mut self, state: &State) -> Result<Self, WorldError> {
-        state.check_fits(self.bodies())?;
-        let placed = self.model.with_prescribed_states(state.clone());
+        let placed = self.placed(state)?;
         self.model.start = placed.time;
         for (body, initial) in self.model.bodies.iter_mut().zip(placed.bodies) {
             (body.initial, body.start) = (initial, placed.time);
@@ -175,6 +174,16 @@ impl<F: Force> World<f64, F> {
         }
         self.model.check()?;
         Ok(self)
+    }
+
+    /// State in which fixed and kinematic bodies have their prescribed states, and bodies on joints have the states that their joints determine.
+    /// Loop joints may be open.
+    ///
+    /// # Errors
+    /// If the state does not fit the world.
+    pub fn placed(&self, state: &State) -> Result<State, WorldError> {
+        state.check_fits(self.bodies())?;
+        Ok(self.model.with_prescribed_states(state.clone()))
     }
 
     /// Adds a control, or replaces the control of the same body.

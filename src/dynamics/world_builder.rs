@@ -1,4 +1,4 @@
-use super::{Body, Control, LoopJoint, World, WorldError};
+use super::{Body, Control, LoopJoint, State, World, WorldError};
 use nalgebra::Vector3;
 
 /// Builder of a world: see [`World::builder`]. The methods can be called in any order, because [`Self::build`] checks all settings.
@@ -26,6 +26,7 @@ pub struct WorldBuilder {
     bodies: Vec<Body>,
     pub(super) ignored: Vec<[String; 2]>,
     loop_joints: Vec<LoopJoint>,
+    initial_state: Option<State>,
     gravity: Option<Vector3<f64>>,
     slip_tolerance: Option<f64>,
     controls: Vec<Control>,
@@ -60,6 +61,12 @@ impl WorldBuilder {
     /// Adds a joint that closes a loop of bodies. Its two bodies pass through each other.
     pub fn loop_joint(mut self, joint: LoopJoint) -> Self {
         self.loop_joints.push(joint);
+        self
+    }
+
+    /// Sets the initial state and its time: see [`World::with_initial_state`].
+    pub fn initial_state(mut self, state: State) -> Self {
+        self.initial_state = Some(state);
         self
     }
 
@@ -111,6 +118,12 @@ impl WorldBuilder {
         for (name, value) in &self.force_parameters {
             world = world.with_force_parameter(name, *value)?;
         }
-        Ok(world)
+        match &self.initial_state {
+            Some(state) => world.with_initial_state(state),
+            None => {
+                world.model.check_initial_loops()?;
+                Ok(world)
+            }
+        }
     }
 }

@@ -182,6 +182,7 @@ impl<F: Force> WorldLayout<F> {
         for joint in &self.loop_joints {
             world.model.add_loop_joint(joint)?;
         }
+        world.model.check_initial_loops()?;
         world.model.check_partners()?;
         for (name, value) in &self.force_parameters {
             world = world.with_force_parameter(name, *value)?;

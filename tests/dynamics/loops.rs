@@ -2,11 +2,12 @@
 
 use crate::scenes::at;
 use hydroelastic::dynamics::{
-    Accuracy, Body, BodyShape, Integrator, Joint, JointKind, LoopJoint, Mass, Material, Plan,
-    RolloutError, State, World, WorldError,
+    Accuracy, Body, BodyShape, BodyState, Integrator, Joint, JointKind, LoopJoint, Mass, Material,
+    Plan, RolloutError, State, World, WorldError,
 };
 use hydroelastic::spatial::{MassProperties, Pose, Twist};
 use nalgebra::{DVector, Matrix3, Unit, Vector3, vector};
+use std::sync::Arc;
 
 /// Gravity (m/s²).
 const GRAVITY: f64 = 9.81;
@@ -30,8 +31,23 @@ fn hinge() -> JointKind {
     JointKind::Revolute(Vector3::y_axis())
 }
 
-/// Crank, coupler and rocker in the xz plane. The last joint closes the loop.
+/// Errors of the dimensions of a linkage.
+#[derive(Default)]
+struct Misfit {
+    /// Rotation vector of the base (rad). Gravity turns with the base.
+    turn: Vector3<f64>,
+    /// Angle between the axes of the rocker and of the crank (rad).
+    tilt: f64,
+    /// Distance between the ends of coupler and rocker, normal to the plane of the linkage (m).
+    offset: f64,
+}
+
 fn four_bar(kind: JointKind) -> World {
+    four_bar_with(kind, &Misfit::default(), Vec::new())
+}
+
+/// Crank, coupler and rocker in the xz plane of the base, and other bodies. The last joint closes the loop.
+fn four_bar_with(kind: JointKind, misfit: &Misfit, others: Vec<Body>) -> World {
     let (crank, coupler, rocker, base) = (0.2, 0.5, 0.4, 0.5);
     // Angles from the x axis towards −z.
     let angle: f64 = -1.0;
@@ -50,6 +66,9 @@ fn four_bar(kind: JointKind) -> World {
         ];
     let on_rocker = end - vector![base, 0.0, 0.0];
     let rocker_angle = (-on_rocker.z).atan2(on_rocker.x);
+    let base_pose = Pose::from_rotation_vector(&misfit.turn, Vector3::zeros());
+    let tilted =
+        Pose::from_rotation_vector(&vector![misfit.tilt, 0.0, 0.0], vector![base, 0.0, 0.0]);
     let joint = |name: &str| Joint::revolute(name, Vector3::y_axis()).with_parent("ground");
     let bar = |name: &str, length: f64, joint: Joint| {
         let center = vector![length / 2.0, 0.0, 0.0];
@@ -58,7 +77,7 @@ fn four_bar(kind: JointKind) -> World {
             .unwrap()
     };
     World::builder()
-        .body(ground())
+        .body(ground().with_pose(base_pose))
         .body(bar("crank", crank, joint("drive").with_position(angle)))
         .body(bar(
             "coupler",
@@ -72,16 +91,17 @@ fn four_bar(kind: JointKind) -> World {
             "rocker",
             rocker,
             joint("swing")
-                .with_origin(at(base, 0.0, 0.0))
+                .with_origin(tilted)
                 .with_position(rocker_angle),
         ))
         .loop_joint(LoopJoint::new(
             "pin",
             kind,
             ("coupler", at(coupler, 0.0, 0.0)),
-            ("rocker", at(rocker, 0.0, 0.0)),
+            ("rocker", at(rocker, misfit.offset, 0.0)),
         ))
-        .gravity(vector![0.0, 0.0, -GRAVITY])
+        .bodies(others)
+        .gravity(base_pose.rotation() * vector![0.0, 0.0, -GRAVITY])
         .build()
         .unwrap()
 }
@@ -172,6 +192,64 @@ fn redundant_constraints_change_nothing() {
     let plan = sdirk3(5e-3, 80, 1e-4);
     let distance = distance(&four_bar(hinge()), &four_bar(JointKind::Ball), &plan);
     assert!(distance < 1e-9, "{distance:e}");
+}
+
+#[test]
+fn loops_that_cannot_close_exactly_move_as_loops_that_can() {
+    let turn = vector![0.3, 0.4, 0.5];
+    let plan = sdirk3(5e-3, 40, 1e-4);
+    let exact = run(&four_bar(hinge()), &plan);
+    for (tilt, offset) in [(5e-4, 0.0), (1e-5, 0.0), (0.0, 1e-4), (3e-5, 5e-4)] {
+        let misfit = Misfit { turn, tilt, offset };
+        let found = run(&four_bar_with(hinge(), &misfit, Vec::new()), &plan);
+        for (found, exact) in found.iter().zip(&exact) {
+            for (found, exact) in found.joints.iter().zip(&exact.joints) {
+                let [found, exact] = [found, exact].map(|joint| joint.position().unwrap());
+                assert!(
+                    (found - exact).abs() < 2e-3,
+                    "{tilt} {offset}: {found} {exact}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn a_massless_dial_that_mimics_the_crank_does_not_open_the_loop() {
+    let mass = Mass::Link(MassProperties::zero());
+    let dial = Body::dynamic("dial", BodyShape::None, Material::rigid(), mass).unwrap();
+    let joint = Joint::revolute("dial", Vector3::y_axis()).with_mimic("drive", -2.0, 0.0);
+    let dial = dial.with_joint(joint).unwrap();
+    let world = four_bar_with(JointKind::Ball, &Misfit::default(), vec![dial]);
+    let states = run(&world, &sdirk3(5e-3, 80, 1e-4));
+    let gaps: Vec<f64> = states.iter().map(gap).collect();
+    assert!(gaps.iter().all(|gap| *gap < 1e-6), "{gaps:?}");
+}
+
+#[test]
+fn a_body_follows_a_disc_that_begins_to_turn() {
+    let path = |time: f64| {
+        let turn = vector![0.0, 0.0, 2.0 * time * time];
+        BodyState {
+            pose: Pose::from_rotation_vector(&turn, Vector3::zeros()),
+            twist: Twist {
+                angular: vector![0.0, 0.0, 4.0 * time],
+                linear: Vector3::zeros(),
+            },
+        }
+    };
+    let disc = Body::kinematic("disc", BodyShape::None, Material::rigid(), Arc::new(path)).unwrap();
+    let world = World::builder()
+        .body(disc)
+        .body(link("body", 1.0, Vector3::zeros(), 0.01))
+        .loop_joint(between(JointKind::Fixed, ["disc", "body"], 0.0))
+        .build()
+        .unwrap();
+    let states = run(&world, &sdirk3(5e-3, 40, 1e-4));
+    for state in &states {
+        let [disc, body] = [0, 1].map(|index| state.bodies[index].pose);
+        assert!((disc.rotation() - body.rotation()).amax() < 1e-6);
+    }
 }
 
 /// Chain of links below the ground, on joints or on loop joints. The links of the second chain are free bodies.

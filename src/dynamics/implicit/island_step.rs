@@ -5,8 +5,10 @@ use super::island::Island;
 use super::scheme::Scheme;
 use crate::dynamics::RolloutError;
 use crate::dynamics::model::Model;
-use crate::dynamics::multibody::{BodyColumn, Kinematics, MassFactors, Multibody};
-use crate::scalar::Scalar;
+use crate::dynamics::multibody::{
+    BodyColumn, Kinematics, LoopRegularization, MassFactors, Multibody,
+};
+use crate::scalar::{Scalar, lift};
 use nalgebra::{DVector, Vector6};
 use std::sync::OnceLock;
 
@@ -18,8 +20,7 @@ pub(in crate::dynamics) struct IslandStep<'a> {
     pub scheme: &'a Scheme,
     /// Time at the start of the step (s).
     pub start: f64,
-    /// Ratios ε/τ of the loops.
-    loop_compliances: OnceLock<DVector<f64>>,
+    loop_regularization: OnceLock<LoopRegularization>,
     /// Norm of velocities, computed on first use because the dual pass does not need it.
     norm: OnceLock<VelocityNorm>,
 }
@@ -78,7 +79,7 @@ impl<'a> IslandStep<'a> {
             multibody: context.model.multibody(island.participants(), context.span),
             scheme,
             start,
-            loop_compliances: OnceLock::new(),
+            loop_regularization: OnceLock::new(),
             norm: OnceLock::new(),
         }
     }
@@ -106,15 +107,25 @@ impl<'a> IslandStep<'a> {
         multibody.kinematics(multibody.coordinates(start), &neighbors)
     }
 
-    /// T: duration of the time step (s), in which position errors of loops decay.
-    pub fn closing_time(&self) -> f64 {
-        self.context.span.duration()
+    /// Regularization of the loops. It is constant in a step, and carries no derivatives.
+    pub fn loop_regularization(&self) -> &LoopRegularization {
+        self.loop_regularization.get_or_init(|| {
+            let closing_time = self.context.span.duration();
+            self.multibody
+                .loop_regularization(&self.kinematics_at_start(), closing_time)
+        })
     }
 
-    /// Ratios ε/τ of the loops: see [`Multibody::loop_compliances`]. They are constant in a step, and carry no derivatives.
-    pub fn loop_compliances(&self) -> &DVector<f64> {
-        self.loop_compliances
-            .get_or_init(|| self.multibody.loop_compliances(&self.kinematics_at_start()))
+    /// Rates at which loops close, from the values of their constraints.
+    pub fn closing_rates<T: Scalar>(&self, values: &DVector<T>) -> DVector<T> {
+        if values.is_empty() {
+            return values.clone();
+        }
+        let closing = &self.loop_regularization().closing;
+        DVector::from_fn(values.len(), |row, _| {
+            let terms = closing.row(row).into_iter().zip(values);
+            terms.fold(lift(0.0), |sum, (weight, value)| sum + *value * *weight)
+        })
     }
 
     /// Speed (m/s) of each dynamic body, from generalized velocities.

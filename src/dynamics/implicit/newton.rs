@@ -8,7 +8,8 @@ use super::linearization::Linearization;
 use super::matrix::Factors;
 use super::report::Work;
 use super::stage::StageEquations;
-use nalgebra::DVector;
+use crate::dynamics::rigid_motion::six;
+use nalgebra::{DVector, Vector3};
 
 /// Maximum number of outer iterations. After them, a stage counts as not solved.
 const MOST_EVALUATIONS: usize = 25;
@@ -244,7 +245,15 @@ impl StageEquations<'_> {
         let speeds = impulses.map(|impulse| self.step.largest_speed_of(impulse));
         let bodies = momentum_speed + speeds.sum::<f64>();
         let neighbors = self.neighbors.iter().map(|state| state.twist.linear.norm());
-        neighbors.fold(bodies, f64::max)
+        let driven = self.multibody.loops.iter().flat_map(|joint| {
+            let [first, second] = joint.participants;
+            [(first, second), (second, first)].map(|(body, neighbor)| {
+                let link = multibody.links.get(body)?;
+                let spin = end.states[neighbor].twist.angular;
+                Some(link.inertia.speed(&six(&spin, &Vector3::zeros())))
+            })
+        });
+        neighbors.chain(driven.flatten()).fold(bodies, f64::max)
     }
 
     /// Velocity error (m/s) from the rounding of coordinates.

@@ -64,9 +64,15 @@ impl<'a> Replay<'a> {
         &self.step.multibody
     }
 
-    /// Duration of the time step (s), in which position errors of loops decay.
-    pub fn closing_time(&self) -> f64 {
-        self.step.closing_time()
+    /// Gradient with respect to the values of constraints, from the gradient with respect to the closing rates of loops.
+    pub fn closing_back(&self, by_closing_rates: &DVector<f64>) -> DVector<f64> {
+        if by_closing_rates.is_empty() {
+            return by_closing_rates.clone();
+        }
+        self.step
+            .loop_regularization()
+            .closing
+            .tr_mul(by_closing_rates)
     }
 
     /// Substeps in the order of time.

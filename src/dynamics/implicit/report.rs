@@ -82,7 +82,7 @@ pub struct EnergyBalance {
     pub kinetic: f64,
     /// Work of gravity and controls.
     pub given: f64,
-    /// Work of contacts and other forces: of their wrenches along the motion, at the stages of the steps.
+    /// Work of contacts, other forces and loop joints: of their wrenches along the motion, at the stages of the steps.
     pub acting: f64,
 }
 

@@ -6,7 +6,7 @@
 //! forces of the joints. [`multibody`](crate::dynamics::multibody) defines the other symbols. The equation needs no Coriolis terms, because
 //! it is an equation between momenta. For the same reason, the momenta of a free tree are conserved.
 //!
-//! Loops add the multipliers λ to the unknowns, the wrenches of the multipliers to F, and the equations G·u + g₀/T + ε·λ = 0 to the system.
+//! Loops add the multipliers λ to the unknowns, the wrenches of the multipliers to F, and the equations G·u + K·g₀/T + ε·λ = 0 to the system.
 
 use super::island_step::{IslandStep, StepError};
 use super::scheme::Stage;
@@ -25,7 +25,7 @@ pub(in crate::dynamics) struct StageStart<T = f64> {
     pub positions: Vec<JointPosition<T>>,
     /// p̃: generalized momenta.
     pub momenta: DVector<T>,
-    /// g₀/T: rates at which the loops close, one number for each constraint.
+    /// K·g₀/T: rates at which the loops close, one number for each constraint.
     pub closing_rates: DVector<T>,
     /// τ (s).
     pub duration: f64,
@@ -109,7 +109,7 @@ impl<T: Scalar> StageEquations<'_, T> {
         }
         let mut full = residual.resize_vertically(width + count, lift(0.0));
         let rates = self.multibody.loop_rates(end) + &self.start.closing_rates;
-        let compliances = self.step.loop_compliances();
+        let compliances = &self.step.loop_regularization().compliances;
         for (k, multiplier) in end.coordinates.multipliers.iter().enumerate() {
             let compliant_rate = *multiplier * (compliances[k] * self.start.duration);
             full[width + k] = rates[k] + compliant_rate;
@@ -207,8 +207,7 @@ impl<'a, T: Scalar> Stages<'a, T> {
             offset,
             from: from.coordinates.positions.clone(),
             momenta: multibody.generalized_momenta(from),
-            closing_rates: multibody.constraint_values(from)
-                * lift::<T>(step.closing_time().recip()),
+            closing_rates: step.closing_rates(&multibody.constraint_values(from)),
             rates: Vec::new(),
         }
     }

@@ -58,7 +58,7 @@ impl StageEquations<'_> {
             assembly.add_loop(index, joint);
         }
         if !multibody.loops.is_empty() {
-            assembly.add_compliances(self.step.loop_compliances().as_slice());
+            assembly.add_compliances(self.step.loop_regularization().compliances.as_slice());
         }
         assembly.matrix
     }

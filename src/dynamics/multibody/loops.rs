@@ -3,12 +3,12 @@
 //! A constraint is an equation g = 0 of the poses of two bodies. Its rate is ġ = Σ wᵀv over both bodies, with the twist v and the *unit
 //! wrench* w of each body. The constraint force λ applies the wrench λ·w to each body. Therefore it does no work if ġ = 0. In generalized coordinates, ġ = G·u and the generalized forces are Gᵀλ. The force λ is the *multiplier* of the constraint.
 //!
-//! An implicit stage solves G·u + g₀/T + ε·λ = 0 together with the equations of motion. Here g₀ is the value of g at the start of the
-//! substep, and T is the duration of the time step. The term g₀/T lets the error of g decay, because the equation ġ = 0 alone would not
+//! An implicit stage solves G·u + K·g₀/T + ε·λ = 0 together with the equations of motion. Here g₀ is the value of g at the start of the
+//! substep, and T is the duration of the time step. The term K·g₀/T lets the error of g decay, because the equation ġ = 0 alone would not
 //! correct it \[Baumgarte 1972\]. The value of g in the stage itself would lower the order of the method, because the positions within a
-//! substep are less accurate than those at its end. The small compliance ε makes the matrix regular if constraints are redundant.
+//! substep are less accurate than those at its end. The matrix K is close to the projection on the errors that motions of the bodies can
+//! correct. The small compliance ε makes the matrix regular if constraints are redundant. It is proportional to the duration τ of the stage.
 
-use super::mass_matrix::MassFactors;
 use super::screw::{angular, linear};
 use super::{Kinematics, Multibody};
 use crate::dynamics::BodyState;
@@ -16,12 +16,16 @@ use crate::dynamics::loop_joint::Constraint;
 use crate::dynamics::rigid_motion::{six, zero6};
 use crate::scalar::{DenseDual, Scalar, lift, lift_vector};
 use crate::spatial::{Pose, Twist, times_constant, turned_real};
-use nalgebra::{DMatrix, DVector, Matrix6, Matrix6xX, Vector3, Vector6};
+use nalgebra::{DMatrix, DVector, Matrix6, Matrix6xX, SymmetricEigen, Vector3, Vector6};
 use std::ops::Range;
 
-/// Compliance of a constraint, relative to the velocity that a unit impulse can cause along the constraint. It is far below the tolerance of
-/// the solver, and far above round-off.
-const COMPLIANCE: f64 = 1e-10;
+/// Compliance of a constraint, relative to the velocity that a unit impulse can cause along the constraint. It makes a constraint yield by less
+/// than a nanometer per step. A constraint whose direction differs from a direction of free motion by less than the square root of this number
+/// (rad) counts as redundant.
+const COMPLIANCE: f64 = 1e-6;
+
+/// Mobility of a direction, relative to its upper bound, below which an error of the positions is not corrected.
+const CLOSABLE: f64 = 1e-3;
 
 /// Constraints of a loop joint between two participants: links, or neighbors after them.
 #[derive(Debug, Clone)]
@@ -40,6 +44,14 @@ struct ConstraintValue<T> {
     value: T,
     /// Unit wrenches on both participants, about their centers of mass.
     wrenches: [Vector6<T>; 2],
+}
+
+/// Numbers that keep the equations of loops regular if constraints are redundant.
+pub(in crate::dynamics) struct LoopRegularization {
+    /// Ratio ε/τ of each constraint (1/kg, or 1/(kg m²)).
+    pub compliances: DVector<f64>,
+    /// Matrix K/T (1/s): closing rates of the constraints per unit of their values.
+    pub closing: DMatrix<f64>,
 }
 
 /// Derivatives of the forces and the rates of a loop with respect to the state of one participant, about its center of mass.
@@ -217,10 +229,45 @@ impl Multibody {
         })
     }
 
-    /// Ratio ε/τ of each constraint (1/kg, or 1/(kg m²)). It is the same in all stages.
-    pub fn loop_compliances(&self, kinematics: &Kinematics) -> DVector<f64> {
-        // Upper bounds of the entries of Gᵀ. Entries of Gᵀ may vanish if a constraint is redundant, but their bounds do not.
-        let mut bounds = DMatrix::<f64>::zeros(self.width(), self.constraint_count());
+    /// Regularization of the constraints, for a time T (s) in which position errors decay.
+    pub fn loop_regularization(
+        &self,
+        kinematics: &Kinematics,
+        closing_time: f64,
+    ) -> LoopRegularization {
+        let bounds = self.mobility_bounds(kinematics);
+        let forces = self.constraint_forces(kinematics);
+        let mobility = forces.tr_mul(&self.loop_velocities(kinematics, &forces));
+        let scales = bounds.map(|bound| {
+            if bound > 0.0 {
+                bound.sqrt().recip()
+            } else {
+                0.0
+            }
+        });
+        let scaled = DMatrix::from_diagonal(&scales) * mobility * DMatrix::from_diagonal(&scales);
+        // Directions of small mobility have a small weight, because no motion can close them.
+        let SymmetricEigen {
+            eigenvectors,
+            eigenvalues,
+        } = SymmetricEigen::new(scaled);
+        let weights = eigenvalues.map(|value| {
+            let square = value * value;
+            square / (square + CLOSABLE * CLOSABLE) / closing_time
+        });
+        let filter = &eigenvectors * DMatrix::from_diagonal(&weights) * eigenvectors.transpose();
+        let back = scales.map(|scale| if scale > 0.0 { scale.recip() } else { 0.0 });
+        LoopRegularization {
+            // The compliance is arbitrary if no velocity appears in the constraint.
+            compliances: bounds.map(|bound| if bound > 0.0 { COMPLIANCE * bound } else { 1.0 }),
+            closing: DMatrix::from_diagonal(&back) * filter * DMatrix::from_diagonal(&scales),
+        }
+    }
+
+    /// Upper bounds of the mobilities of the constraints, which do not vanish if a constraint is redundant. The mobility is the velocity that
+    /// a unit impulse causes along the constraint.
+    fn mobility_bounds(&self, kinematics: &Kinematics) -> DVector<f64> {
+        let mut forces = DMatrix::<f64>::zeros(self.width(), self.constraint_count());
         let directions = kinematics.velocity_directions();
         for joint in &self.loops {
             let states = joint.participants.map(|index| &kinematics.states[index]);
@@ -232,45 +279,56 @@ impl Multibody {
                 for motion in self.body_columns(kinematics, &directions, participant) {
                     for (value, k) in values.iter().zip(joint.multipliers.clone()) {
                         let (unit, axis) = (&value.wrenches[side], &motion.axis);
-                        bounds[(motion.column, k)] += angular(unit).norm() * angular(axis).norm()
+                        forces[(motion.column, k)] += angular(unit).norm() * angular(axis).norm()
                             + linear(unit).norm() * linear(axis).norm();
                     }
                 }
             }
         }
-        let masses = self.mass_matrices(kinematics);
-        let masses: Vec<f64> = masses
-            .iter()
+        let matrices = self.mass_matrices(kinematics).into_iter();
+        let mut masses: Vec<f64> = matrices
             .flat_map(|matrix| matrix.diagonal().data.as_vec().clone())
             .collect();
-        let compliance = |k: usize| {
-            let squares = bounds.column(k).into_iter().zip(&masses);
-            let mobility: f64 = squares.map(|(bound, mass)| bound * bound / mass).sum();
-            // The compliance is arbitrary if no velocity appears in the constraint.
-            if mobility > 0.0 {
-                COMPLIANCE * mobility
-            } else {
-                1.0
+        for coupling in self.couplings() {
+            let multiplier = coupling.multiplier.abs();
+            masses[coupling.leader] += multiplier * multiplier * masses[coupling.follower];
+            for mut column in forces.column_iter_mut() {
+                let force = column[coupling.follower];
+                column[coupling.leader] += multiplier * force;
+                column[coupling.follower] = 0.0;
             }
+        }
+        let bound = |k: usize| {
+            let terms = forces.column(k).into_iter().zip(&masses);
+            let terms = terms.filter(|(force, _)| **force > 0.0);
+            terms.map(|(force, mass)| force * force / mass).sum()
         };
-        DVector::from_fn(self.constraint_count(), |k, _| compliance(k))
+        DVector::from_fn(self.constraint_count(), |k, _| bound(k))
     }
 
-    /// Adds the accelerations that the constraint forces cause. `drift` contains Ġ·u: the second derivatives of g at zero accelerations.
-    pub fn add_loop_accelerations(
-        &self,
-        accelerations: &mut DVector<f64>,
-        (kinematics, masses): (&Kinematics, &MassFactors),
-        drift: &DVector<f64>,
-    ) {
-        let forces = self.constraint_forces(kinematics);
+    /// M⁻¹ times generalized impulses in columns.
+    fn loop_velocities(&self, kinematics: &Kinematics, forces: &DMatrix<f64>) -> DMatrix<f64> {
+        let masses = self.mass_factors(kinematics);
         let mut velocities = forces.clone();
         for mut column in velocities.column_iter_mut() {
             column.copy_from(&masses.velocities(column.clone_owned()));
         }
+        velocities
+    }
+
+    /// Adds the accelerations that the constraint forces cause. `drift` contains the second derivatives of g at zero accelerations, minus the
+    /// required ones.
+    pub fn add_loop_accelerations(
+        &self,
+        accelerations: &mut DVector<f64>,
+        (kinematics, compliances): (&Kinematics, &DVector<f64>),
+        drift: &DVector<f64>,
+    ) {
+        let forces = self.constraint_forces(kinematics);
+        let velocities = self.loop_velocities(kinematics, &forces);
         // G·M⁻¹·Gᵀ.
         let mut mobility = forces.tr_mul(&velocities);
-        for (k, compliance) in self.loop_compliances(kinematics).iter().enumerate() {
+        for (k, compliance) in compliances.iter().enumerate() {
             mobility[(k, k)] += compliance;
         }
         let violation = drift + forces.tr_mul(accelerations);

@@ -39,7 +39,7 @@ pub(in crate::dynamics) use coordinates::{Coordinates, zeros};
 pub(in crate::dynamics) use inverse_dynamics::Accelerations;
 pub(in crate::dynamics) use jacobian::convective;
 pub(in crate::dynamics) use kinematics::{Column, Kinematics};
-pub(in crate::dynamics) use loops::Loop;
+pub(in crate::dynamics) use loops::{Loop, LoopRegularization};
 pub(in crate::dynamics) use mass_matrix::MassFactors;
 pub(in crate::dynamics) use mimic::Coupling;
 pub(in crate::dynamics) use slopes::{BodyColumn, Directions};

@@ -36,7 +36,7 @@ struct RateGradient {
 struct StartGradient {
     positions: DVector<f64>,
     momenta: DVector<f64>,
-    /// Gradient with respect to the closing rates g₀/T of loops.
+    /// Gradient with respect to the closing rates of loops.
     closing_rates: DVector<f64>,
 }
 
@@ -152,7 +152,7 @@ impl StepBack<'_, '_> {
             &substep.from,
             [start.positions + by_position, by_velocity],
         );
-        let by_values = start.closing_rates / replay.closing_time();
+        let by_values = replay.closing_back(&start.closing_rates);
         // The derivative of a constraint with respect to a displacement is the unit wrench.
         for (participant, by_displacement) in multibody.loop_wrenches(&substep.from, &by_values) {
             let state = &substep.from.states[participant];
