@@ -15,7 +15,7 @@ use nalgebra::{DVector, Matrix3, Vector3, vector};
 const DIFFERENCES: f64 = 1e-6;
 
 /// Positions and velocities of all joints.
-struct Joints;
+pub struct Joints;
 
 impl Outcome for Joints {
     fn of<T: Scalar>(&self, trajectory: &Trajectory<T>) -> Vec<T> {

@@ -9,7 +9,7 @@ use crate::dynamics::multibody::{
     BodyColumn, Kinematics, LoopRegularization, MassFactors, Multibody,
 };
 use crate::scalar::{Scalar, lift};
-use nalgebra::{DVector, Vector6};
+use nalgebra::{DMatrix, DVector, Vector6};
 use std::sync::OnceLock;
 
 /// Bodies, method and start time of the step of an island.
@@ -20,7 +20,7 @@ pub(in crate::dynamics) struct IslandStep<'a> {
     pub scheme: &'a Scheme,
     /// Time at the start of the step (s).
     pub start: f64,
-    loop_regularization: OnceLock<LoopRegularization>,
+    loop_regularizations: OnceLock<Vec<LoopRegularization>>,
     /// Norm of velocities, computed on first use because the dual pass does not need it.
     norm: OnceLock<VelocityNorm>,
 }
@@ -79,7 +79,7 @@ impl<'a> IslandStep<'a> {
             multibody: context.model.multibody(island.participants(), context.span),
             scheme,
             start,
-            loop_regularization: OnceLock::new(),
+            loop_regularizations: OnceLock::new(),
             norm: OnceLock::new(),
         }
     }
@@ -107,25 +107,36 @@ impl<'a> IslandStep<'a> {
         multibody.kinematics(multibody.coordinates(start), &neighbors)
     }
 
-    /// Regularization of the loops. It is constant in a step, and carries no derivatives.
-    pub fn loop_regularization(&self) -> &LoopRegularization {
-        self.loop_regularization.get_or_init(|| {
+    /// Regularization of each loop. It is constant in a step, and carries no derivatives.
+    pub fn loop_regularizations(&self) -> &[LoopRegularization] {
+        self.loop_regularizations.get_or_init(|| {
+            if self.multibody.loops.is_empty() {
+                return Vec::new();
+            }
             let closing_time = self.context.span.duration();
             self.multibody
-                .loop_regularization(&self.kinematics_at_start(), closing_time)
+                .loop_regularizations(&self.kinematics_at_start(), closing_time)
         })
     }
 
-    /// Rates at which loops close, from the values of their constraints.
-    pub fn closing_rates<T: Scalar>(&self, values: &DVector<T>) -> DVector<T> {
-        if values.is_empty() {
-            return values.clone();
-        }
-        let closing = &self.loop_regularization().closing;
-        DVector::from_fn(values.len(), |row, _| {
-            let terms = closing.row(row).into_iter().zip(values);
-            terms.fold(lift(0.0), |sum, (weight, value)| sum + *value * *weight)
-        })
+    /// Product of a block-diagonal matrix and a vector. The matrix has one block for each loop.
+    pub fn loop_product<T: Scalar>(
+        &self,
+        block: impl Fn(&LoopRegularization) -> &DMatrix<f64>,
+        vector: &DVector<T>,
+    ) -> DVector<T> {
+        let loops = self.multibody.loops.iter();
+        let products = loops
+            .zip(self.loop_regularizations())
+            .flat_map(|(joint, matrices)| {
+                let values = &vector.as_slice()[joint.multipliers.clone()];
+                let rows = block(matrices).row_iter().map(|row| {
+                    let terms = row.into_iter().zip(values);
+                    terms.fold(lift(0.0), |sum: T, (weight, value)| sum + *value * *weight)
+                });
+                rows.collect::<Vec<_>>()
+            });
+        DVector::from_vec(products.collect())
     }
 
     /// Speed (m/s) of each dynamic body, from generalized velocities.

@@ -123,13 +123,13 @@ impl ChangedBodies {
         let masses = step.multibody.mass_factors(kinematics);
         let mut accelerations = masses.velocities(momentum_rates - transported);
         if step.multibody.constraint_count() > 0 {
-            let regularization = step.loop_regularization();
             let rates = self.multibody.loop_rates(&moved).map(|rate| rate.eps[0]);
             // The rates of a loop that closes decay, as the values of its constraints do.
-            let drift = rates + &regularization.closing * step.multibody.loop_rates(kinematics);
+            let loop_rates = step.multibody.loop_rates(kinematics);
+            let drift = rates + step.loop_product(|loops| &loops.closing, &loop_rates);
             step.multibody.add_loop_accelerations(
                 &mut accelerations,
-                (kinematics, &regularization.compliances),
+                (kinematics, step.loop_regularizations()),
                 &drift,
             );
         }

@@ -66,13 +66,16 @@ impl<'a> Replay<'a> {
 
     /// Gradient with respect to the values of constraints, from the gradient with respect to the closing rates of loops.
     pub fn closing_back(&self, by_closing_rates: &DVector<f64>) -> DVector<f64> {
-        if by_closing_rates.is_empty() {
-            return by_closing_rates.clone();
+        let mut by_values = by_closing_rates.clone();
+        let loops = self.step.multibody.loops.iter();
+        for (joint, matrices) in loops.zip(self.step.loop_regularizations()) {
+            let (first, count) = (joint.multipliers.start, joint.multipliers.len());
+            let product = matrices
+                .closing
+                .tr_mul(&by_closing_rates.rows(first, count));
+            by_values.rows_mut(first, count).copy_from(&product);
         }
-        self.step
-            .loop_regularization()
-            .closing
-            .tr_mul(by_closing_rates)
+        by_values
     }
 
     /// Substeps in the order of time.

@@ -108,11 +108,13 @@ impl<T: Scalar> StageEquations<'_, T> {
             return residual;
         }
         let mut full = residual.resize_vertically(width + count, lift(0.0));
+        let multipliers = &end.coordinates.multipliers;
+        let compliant = self
+            .step
+            .loop_product(|loops| &loops.compliance, multipliers);
         let rates = self.multibody.loop_rates(end) + &self.start.closing_rates;
-        let compliances = &self.step.loop_regularization().compliances;
-        for (k, multiplier) in end.coordinates.multipliers.iter().enumerate() {
-            let compliant_rate = *multiplier * (compliances[k] * self.start.duration);
-            full[width + k] = rates[k] + compliant_rate;
+        for (k, (rate, compliant_rate)) in rates.iter().zip(&compliant).enumerate() {
+            full[width + k] = *rate + *compliant_rate * self.start.duration;
         }
         full
     }
@@ -207,7 +209,8 @@ impl<'a, T: Scalar> Stages<'a, T> {
             offset,
             from: from.coordinates.positions.clone(),
             momenta: multibody.generalized_momenta(from),
-            closing_rates: step.closing_rates(&multibody.constraint_values(from)),
+            closing_rates: step
+                .loop_product(|loops| &loops.closing, &multibody.constraint_values(from)),
             rates: Vec::new(),
         }
     }

@@ -57,8 +57,10 @@ impl StageEquations<'_> {
         for (index, joint) in multibody.loops.iter().enumerate() {
             assembly.add_loop(index, joint);
         }
-        if !multibody.loops.is_empty() {
-            assembly.add_compliances(self.step.loop_regularization().compliances.as_slice());
+        let trees = multibody.trees.len();
+        for (index, matrices) in self.step.loop_regularizations().iter().enumerate() {
+            let mut block = assembly.matrix.block(trees + index, trees + index);
+            block += &matrices.compliance * duration;
         }
         assembly.matrix
     }
@@ -145,17 +147,6 @@ impl MatrixAssembly<'_> {
                 let forces = slopes.by_velocity.tr_mul(&pushed.axis) * self.duration;
                 let mut row = impulses.row_mut(pushed.column - first);
                 row -= forces.transpose();
-            }
-        }
-    }
-
-    /// Adds the compliances of the constraints to the diagonal.
-    fn add_compliances(&mut self, compliances: &[f64]) {
-        let trees = self.multibody.trees.len();
-        for (index, joint) in self.multibody.loops.iter().enumerate() {
-            let mut block = self.matrix.block(trees + index, trees + index);
-            for (k, multiplier) in joint.multipliers.clone().enumerate() {
-                block[(k, k)] += compliances[multiplier] * self.duration;
             }
         }
     }

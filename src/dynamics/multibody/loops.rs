@@ -6,8 +6,12 @@
 //! An implicit stage solves G·u + K·g₀/T + ε·λ = 0 together with the equations of motion. Here g₀ is the value of g at the start of the
 //! substep, and T is the duration of the time step. The term K·g₀/T lets the error of g decay, because the equation ġ = 0 alone would not
 //! correct it \[Baumgarte 1972\]. The value of g in the stage itself would lower the order of the method, because the positions within a
-//! substep are less accurate than those at its end. The matrix K is close to the projection on the errors that motions of the bodies can
-//! correct. The small compliance ε makes the matrix regular if constraints are redundant. It is proportional to the duration τ of the stage.
+//! substep are less accurate than those at its end. The compliance ε = τ·C is proportional to the duration τ of the stage.
+//!
+//! C and K distinguish two kinds of directions in the space of the constraints of a loop. In the directions that motions of the bodies can
+//! violate, C is negligible and K is the identity. In redundant directions, C is large and K is zero: no motion can close the loop, so the
+//! constraints have no effect. The *mobility* of a direction decides. It is the velocity along the direction that a unit impulse along the
+//! direction causes.
 
 use super::screw::{angular, linear};
 use super::{Kinematics, Multibody};
@@ -19,13 +23,16 @@ use crate::spatial::{Pose, Twist, times_constant, turned_real};
 use nalgebra::{DMatrix, DVector, Matrix6, Matrix6xX, SymmetricEigen, Vector3, Vector6};
 use std::ops::Range;
 
-/// Compliance of a constraint, relative to the velocity that a unit impulse can cause along the constraint. It makes a constraint yield by less
-/// than a nanometer per step. A constraint whose direction differs from a direction of free motion by less than the square root of this number
-/// (rad) counts as redundant.
-const COMPLIANCE: f64 = 1e-6;
+/// Compliance of constraints, relative to the upper bound of their mobility. It is far below the tolerance of the solver, and far above
+/// round-off.
+const COMPLIANCE: f64 = 1e-10;
 
-/// Mobility of a direction, relative to its upper bound, below which an error of the positions is not corrected.
-const CLOSABLE: f64 = 1e-3;
+/// Mobility relative to its upper bound, below which a direction of constraints is redundant. It is the square of an angle of 1e-3 rad between
+/// the direction and the nearest motion that it constrains.
+const REDUNDANT: f64 = 1e-6;
+
+/// Exponent of the transition at [`REDUNDANT`]. A large exponent keeps constraints stiff near the dead points of linkages.
+const SHARPNESS: i32 = 8;
 
 /// Constraints of a loop joint between two participants: links, or neighbors after them.
 #[derive(Debug, Clone)]
@@ -46,11 +53,11 @@ struct ConstraintValue<T> {
     wrenches: [Vector6<T>; 2],
 }
 
-/// Numbers that keep the equations of loops regular if constraints are redundant.
+/// Matrices that keep the equations of a loop regular if its constraints are redundant.
 pub(in crate::dynamics) struct LoopRegularization {
-    /// Ratio ε/τ of each constraint (1/kg, or 1/(kg m²)).
-    pub compliances: DVector<f64>,
-    /// Matrix K/T (1/s): closing rates of the constraints per unit of their values.
+    /// C = ε/τ (1/kg, or 1/(kg m²)).
+    pub compliance: DMatrix<f64>,
+    /// K/T (1/s).
     pub closing: DMatrix<f64>,
 }
 
@@ -112,6 +119,39 @@ impl<T: Scalar> ConstraintValue<T> {
     fn rate(&self, states: [&BodyState<T>; 2]) -> T {
         let [first, second] = states.map(|state| state.twist.to_vector());
         self.wrenches[0].dot(&first) + self.wrenches[1].dot(&second)
+    }
+}
+
+impl LoopRegularization {
+    /// Regularization of constraints with a mobility G·M⁻¹·Gᵀ, with upper bounds of its diagonal.
+    fn new(mobility: DMatrix<f64>, bounds: &DVector<f64>, closing_time: f64) -> Self {
+        let diagonal = |number: &dyn Fn(f64) -> f64| DMatrix::from_diagonal(&bounds.map(number));
+        let inverse = |bound: f64| {
+            if bound > 0.0 {
+                bound.sqrt().recip()
+            } else {
+                0.0
+            }
+        };
+        let [scale, unscale] = [diagonal(&inverse), diagonal(&|bound| bound.sqrt())];
+        let SymmetricEigen {
+            eigenvectors,
+            eigenvalues,
+        } = SymmetricEigen::new(&scale * mobility * &scale);
+        // 1 for a redundant direction, and 0 for all others.
+        let redundancy =
+            eigenvalues.map(|value| (1.0 + (value / REDUNDANT).powi(SHARPNESS)).recip());
+        let along = |weights: DVector<f64>| {
+            &eigenvectors * DMatrix::from_diagonal(&weights) * eigenvectors.transpose()
+        };
+        let compliance = along(redundancy.add_scalar(COMPLIANCE));
+        let closing = along(redundancy.map(|weight| (1.0 - weight) / closing_time));
+        // The compliance is arbitrary if no velocity appears in the constraint.
+        let unmoved = diagonal(&|bound| if bound > 0.0 { 0.0 } else { 1.0 });
+        Self {
+            compliance: &unscale * compliance * &unscale + unmoved,
+            closing: unscale * closing * scale,
+        }
     }
 }
 
@@ -229,43 +269,27 @@ impl Multibody {
         })
     }
 
-    /// Regularization of the constraints, for a time T (s) in which position errors decay.
-    pub fn loop_regularization(
+    /// Regularization of each loop, for a time T (s) in which position errors decay.
+    pub fn loop_regularizations(
         &self,
         kinematics: &Kinematics,
         closing_time: f64,
-    ) -> LoopRegularization {
+    ) -> Vec<LoopRegularization> {
         let bounds = self.mobility_bounds(kinematics);
         let forces = self.constraint_forces(kinematics);
-        let mobility = forces.tr_mul(&self.loop_velocities(kinematics, &forces));
-        let scales = bounds.map(|bound| {
-            if bound > 0.0 {
-                bound.sqrt().recip()
-            } else {
-                0.0
-            }
+        let velocities = self.loop_velocities(kinematics, &forces);
+        let loops = self.loops.iter().map(|joint| {
+            let (first, count) = (joint.multipliers.start, joint.multipliers.len());
+            let [forces, velocities] =
+                [&forces, &velocities].map(|matrix| matrix.columns(first, count));
+            let mobility = forces.tr_mul(&velocities);
+            let bounds = bounds.rows(first, count).into_owned();
+            LoopRegularization::new(mobility, &bounds, closing_time)
         });
-        let scaled = DMatrix::from_diagonal(&scales) * mobility * DMatrix::from_diagonal(&scales);
-        // Directions of small mobility have a small weight, because no motion can close them.
-        let SymmetricEigen {
-            eigenvectors,
-            eigenvalues,
-        } = SymmetricEigen::new(scaled);
-        let weights = eigenvalues.map(|value| {
-            let square = value * value;
-            square / (square + CLOSABLE * CLOSABLE) / closing_time
-        });
-        let filter = &eigenvectors * DMatrix::from_diagonal(&weights) * eigenvectors.transpose();
-        let back = scales.map(|scale| if scale > 0.0 { scale.recip() } else { 0.0 });
-        LoopRegularization {
-            // The compliance is arbitrary if no velocity appears in the constraint.
-            compliances: bounds.map(|bound| if bound > 0.0 { COMPLIANCE * bound } else { 1.0 }),
-            closing: DMatrix::from_diagonal(&back) * filter * DMatrix::from_diagonal(&scales),
-        }
+        loops.collect()
     }
 
-    /// Upper bounds of the mobilities of the constraints, which do not vanish if a constraint is redundant. The mobility is the velocity that
-    /// a unit impulse causes along the constraint.
+    /// Upper bounds of the mobilities of the constraints, which do not vanish if a constraint is redundant.
     fn mobility_bounds(&self, kinematics: &Kinematics) -> DVector<f64> {
         let mut forces = DMatrix::<f64>::zeros(self.width(), self.constraint_count());
         let directions = kinematics.velocity_directions();
@@ -321,15 +345,17 @@ impl Multibody {
     pub fn add_loop_accelerations(
         &self,
         accelerations: &mut DVector<f64>,
-        (kinematics, compliances): (&Kinematics, &DVector<f64>),
+        (kinematics, regularizations): (&Kinematics, &[LoopRegularization]),
         drift: &DVector<f64>,
     ) {
         let forces = self.constraint_forces(kinematics);
         let velocities = self.loop_velocities(kinematics, &forces);
         // G·M⁻¹·Gᵀ.
         let mut mobility = forces.tr_mul(&velocities);
-        for (k, compliance) in compliances.iter().enumerate() {
-            mobility[(k, k)] += compliance;
+        for (joint, regularization) in self.loops.iter().zip(regularizations) {
+            let (first, count) = (joint.multipliers.start, joint.multipliers.len());
+            let mut block = mobility.view_mut((first, first), (count, count));
+            block += &regularization.compliance;
         }
         let violation = drift + forces.tr_mul(accelerations);
         if let Some(multipliers) = mobility.lu().solve(&violation) {
