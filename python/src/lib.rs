@@ -64,17 +64,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     errors::complete(py)?;
     module.add_function(wrap_pyfunction!(poses::pose, module)?)?;
     module.add_function(wrap_pyfunction!(poses::moved_pose, module)?)?;
-    module.add_function(wrap_pyfunction!(path::_load_path, module)?)?;
-    module.add_function(wrap_pyfunction!(parameter::_load_parameter, module)?)?;
-    module.add_function(wrap_pyfunction!(diagnostics::_load_step_report, module)?)?;
-    module.add_function(wrap_pyfunction!(world_pickle::_load_world, module)?)?;
-    module.add_function(wrap_pyfunction!(world_pickle::_load_body, module)?)?;
-    module.add_function(wrap_pyfunction!(joint::_load_joint, module)?)?;
-    module.add_function(wrap_pyfunction!(loop_joint::_load_loop_joint, module)?)?;
-    module.add_function(wrap_pyfunction!(mechanism::_load_mechanism, module)?)?;
-    module.add_function(wrap_pyfunction!(contacts::_load_topology, module)?)?;
-    module.add_function(wrap_pyfunction!(jacobian::_load_derivative_check, module)?)?;
-    module.add_function(wrap_pyfunction!(jacobian::_load_difference_check, module)?)?;
+    add_loaders(module)?;
     module.add_class::<shape::Shape>()?;
     module.add_class::<rigid_shape::RigidShape>()?;
     module.add_class::<half_space::HalfSpace>()?;
@@ -115,4 +105,20 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<vjp::VectorJacobianProduct>()?;
     module.add_class::<contacts::Contact>()?;
     module.add_class::<contacts::ContactTopology>()
+}
+
+/// Adds the functions that restore pickles.
+fn add_loaders(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_function(wrap_pyfunction!(path::_load_path, module)?)?;
+    module.add_function(wrap_pyfunction!(parameter::_load_parameter, module)?)?;
+    module.add_function(wrap_pyfunction!(diagnostics::_load_step_report, module)?)?;
+    module.add_function(wrap_pyfunction!(world_pickle::_load_world, module)?)?;
+    module.add_function(wrap_pyfunction!(world_pickle::_load_body, module)?)?;
+    module.add_function(wrap_pyfunction!(joint::_load_joint, module)?)?;
+    module.add_function(wrap_pyfunction!(loop_joint::_load_loop_joint, module)?)?;
+    module.add_function(wrap_pyfunction!(mechanism::_load_mechanism, module)?)?;
+    module.add_function(wrap_pyfunction!(contacts::_load_topology, module)?)?;
+    module.add_function(wrap_pyfunction!(jacobian::_load_derivative_check, module)?)?;
+    module.add_function(wrap_pyfunction!(jacobian::_load_difference_check, module)?)?;
+    Ok(())
 }

@@ -118,12 +118,10 @@ impl WorldBuilder {
         for (name, value) in &self.force_parameters {
             world = world.with_force_parameter(name, *value)?;
         }
-        match &self.initial_state {
-            Some(state) => world.with_initial_state(state),
-            None => {
-                world.model.check_initial_loops()?;
-                Ok(world)
-            }
+        if let Some(state) = &self.initial_state {
+            return world.with_initial_state(state);
         }
+        world.model.check_initial_loops()?;
+        Ok(world)
     }
 }

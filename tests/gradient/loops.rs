@@ -83,7 +83,6 @@ fn linkage() -> World {
 
 fn parameters() -> Vec<Parameter> {
     vec![
-        Parameter::Gravity,
         Parameter::modulus("lower"),
         Parameter::mass("right"),
         Parameter::friction("lower"),
@@ -94,9 +93,10 @@ fn parameters() -> Vec<Parameter> {
     ]
 }
 
-/// Parameters whose effect is small.
+/// Parameters whose effect is small. Gravity has a small effect along the axes of the linkage.
 fn small_parameters() -> Vec<Parameter> {
     vec![
+        Parameter::Gravity,
         Parameter::initial_angular_velocity("hanging"),
         Parameter::joint("right hinge", JointQuantity::Damping),
     ]
@@ -141,7 +141,6 @@ fn derivatives_agree_with_differences() {
     ] {
         let experiment = Experiment::new(linkage(), &plan);
         let check = experiment.difference_check(&parameters, &Joints).unwrap();
-        println!("{check:?}");
         assert!(check.best() < tolerance, "{:e}", check.best());
     }
 }
