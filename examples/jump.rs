@@ -78,7 +78,7 @@ fn main() -> Answer<()> {
         assert!(depth < HIPS / 2.0);
     };
 
-    let tight = plan.with_accuracy(Accuracy::new(1e-6, 3e-5)?);
+    let tight = plan.with_accuracy(Accuracy::new(1e-5, 3e-4)?);
     let motion = difference(depth, &tight, CHANGE)?;
     for (index, place) in ["at the top of the jump", "after the landing"]
         .into_iter()

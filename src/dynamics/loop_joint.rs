@@ -3,6 +3,7 @@
 use super::WorldError;
 use super::joint::JointKind;
 use super::rigid_motion::turn_between;
+use crate::scalar::portable::atan2;
 use crate::spatial::Pose;
 use nalgebra::Vector3;
 
@@ -149,7 +150,10 @@ impl LoopJoint {
         let mut shift = *between.translation();
         let turn = match self.kind {
             JointKind::Ball | JointKind::Free => 0.0,
-            JointKind::Revolute(axis) => (between.rotation() * *axis).angle(&axis),
+            JointKind::Revolute(axis) => {
+                let turned = between.rotation() * *axis;
+                atan2(turned.cross(&axis).norm(), turned.dot(&axis))
+            }
             JointKind::Prismatic(_) | JointKind::Fixed => {
                 turn_between(a.rotation(), b.rotation()).norm()
             }

@@ -180,10 +180,12 @@ impl<F: Force> World<f64, F> {
     /// Loop joints may be open.
     ///
     /// # Errors
-    /// If the state does not fit the world.
+    /// If the state does not fit the world, or a pose or twist that a joint determines is not finite.
     pub fn placed(&self, state: &State) -> Result<State, WorldError> {
         state.check_fits(self.bodies())?;
-        Ok(self.model.with_prescribed_states(state.clone()))
+        let placed = self.model.with_prescribed_states(state.clone());
+        placed.check_fits(self.bodies())?;
+        Ok(placed)
     }
 
     /// Adds a control, or replaces the control of the same body.

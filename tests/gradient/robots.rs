@@ -115,6 +115,7 @@ fn an_arm_that_drops_its_tip_on_a_table_has_the_derivatives_of_its_motion() {
 }
 
 #[test]
+#[ignore = "40 s of processor time"]
 fn a_quadruped_that_lands_has_the_derivatives_of_its_motion() {
     let knee = Parameter::joint("shank 0", JointQuantity::TargetPosition);
     check("quadruped", &quadruped(1e6), 30, &[knee], 1e-3);
