@@ -17,7 +17,8 @@ use std::collections::BTreeMap;
 /// (rad/s) and the velocity of its center of mass (m/s), in world axes. A ball joint has 3 and a revolute or prismatic joint has 1.
 /// The generalized forces τ have the order of u.
 ///
-/// A mimicking joint has its own velocity and force here. Only the forward dynamics couple it to its leader.
+/// A mimicking joint has its own velocity and force here. Only the forward dynamics couple it to its leader. The terms do not include the
+/// forces of loop joints, and forward dynamics of a world with loop joints are an error.
 #[pyclass(frozen, module = "hydroelastic")]
 pub struct Kinetics {
     inner: dynamics::Kinetics,
@@ -285,7 +286,7 @@ impl Kinetics {
     /// Raises
     /// ------
     /// HydroelasticError
-    ///     If the array has another length, a number is not finite, or a joint moves no inertia.
+    ///     If the array has another length, a number is not finite, a joint moves no inertia, or the world has loop joints.
     fn forward_dynamics<'py>(
         &self,
         py: Python<'py>,
@@ -349,7 +350,7 @@ impl Kinetics {
     /// Raises
     /// ------
     /// HydroelasticError
-    ///     If the array has another length, a number is not finite, or a joint moves no inertia.
+    ///     If the array has another length, a number is not finite, a joint moves no inertia, or the world has loop joints.
     fn forward_dynamics_derivatives<'py>(
         &self,
         py: Python<'py>,

@@ -201,7 +201,7 @@ def test_topologies_and_difference_checks(bounce):
     assert str(again(check)) == str(check) and again(check).numbers == check.numbers
     same(again(check).errors, check.errors)
     same(again(check).steps, check.steps)
-    coarse = he.Plan(5e-3, 40, he.Integrator.SDIRK3, accuracy=he.Accuracy(1e3, 1e3))
+    coarse = he.Plan(5e-3, 20, he.Integrator.SDIRK3, accuracy=he.Accuracy(1e3, 1e3))
     check = world.derivative_check(coarse, [he.Parameter.gravity()])
     assert again(check).verdicts == check.verdicts and again(check).is_right == check.is_right
     assert str(again(check)) == str(check) and again(check).first_mismatch == check.first_mismatch
