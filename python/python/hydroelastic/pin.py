@@ -406,9 +406,9 @@ class Adapter:
             is_free = kind == "JointModelFreeFlyer"
             bodies = [number for number, body in enumerate(self._bodies) if self._is_on(body, index, is_free)]
             if not bodies:
-                sought = "free body whose frame is that" if is_free else "joint with the name"
+                wanted = "free body has the frame" if is_free else "joint has the name"
                 raise HydroelasticError(
-                    f"the world has no {sought} of joint {name!r} of the model. Its joints are "
+                    f"no {wanted} of joint {name!r} of the model. The joints of the world are "
                     f"{[joint.name for joint in self._world.joints]}, and the prefix is {self._prefix!r}"
                 )
             body = self._bodies[bodies[0]]
@@ -447,13 +447,12 @@ class Adapter:
             expected = (data.oMi[joint] * placement).homogeneous
             twist = self._at_origin(number, state.poses[number], state.twists[number])
             moved = pinocchio.SE3(expected[:3, :3], np.zeros(3)).act(placement.actInv(data.v[joint])).vector
-            compared = (state.poses[number], expected, "position and axes"), (twist, np.roll(moved, 3), "velocity")
+            compared = (state.poses[number], expected, "pose"), (twist, np.roll(moved, 3), "velocity")
             for actual, expected, quantity in compared:
                 if np.abs(actual - expected).max() > _SAME * (1.0 + np.abs(expected).max()):
                     raise HydroelasticError(
-                        f"the {quantity} of body {body.name!r} in the world differ from those in the model by "
-                        f"{np.abs(actual - expected).max():.3g}, at q = {q}. Both must have the same base pose, joint "
-                        "origins and axes"
+                        f"body {body.name!r} has a different {quantity} in the world than in the model: the largest difference is "
+                        f"{np.abs(actual - expected).max():.3g} at q = {q}. Check the base pose, the joint origins and the axes"
                     )
 
     def _followed(self, joint: Joint, q: _Floats, v: _Floats) -> tuple[float, float]:
