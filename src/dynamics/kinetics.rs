@@ -377,18 +377,11 @@ impl Kinetics {
     ) -> Result<ForwardDynamicsDerivatives, WorldError> {
         let inverse = self.inverse_dynamics_derivatives(&self.forward_dynamics(forces)?)?;
         let factors = self.mass_factors()?;
-        let solved = |mut matrix: DMatrix<f64>| {
-            for mut column in matrix.column_iter_mut() {
-                let solution = factors.velocities(column.clone_owned());
-                column.copy_from(&solution);
-            }
-            matrix
-        };
         let count = self.velocity_count();
         Ok(ForwardDynamicsDerivatives {
-            by_positions: solved(-inverse.by_positions),
-            by_velocities: solved(-inverse.by_velocities),
-            by_forces: solved(DMatrix::identity(count, count)),
+            by_positions: factors.velocities_of(&-inverse.by_positions),
+            by_velocities: factors.velocities_of(&-inverse.by_velocities),
+            by_forces: factors.velocities_of(&DMatrix::identity(count, count)),
         })
     }
 }

@@ -231,7 +231,8 @@ impl StageEquations<'_> {
     }
 
     /// Sum of the largest speeds (m/s) that momenta, applied wrenches, other wrenches and joint forces give to a body in the stage, or the
-    /// largest speed of a neighbor. `momentum_speed` is the largest speed that the momenta give to a body.
+    /// largest speed of a neighbor, or the largest speed that the spin of a body would give to a body that a loop joint connects to it.
+    /// `momentum_speed` is the largest speed that the momenta give to a body.
     fn scale(&self, evaluation: &Evaluation, momentum_speed: f64) -> f64 {
         let duration = self.start.duration;
         let (multibody, end) = (self.multibody, &evaluation.end);

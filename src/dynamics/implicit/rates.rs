@@ -129,7 +129,8 @@ impl ChangedBodies {
             let drift = rates + step.loop_product(|loops| &loops.closing, &loop_rates);
             step.multibody.add_loop_accelerations(
                 &mut accelerations,
-                (kinematics, step.loop_regularizations()),
+                (kinematics, &masses),
+                step.loop_regularizations(),
                 &drift,
             );
         }

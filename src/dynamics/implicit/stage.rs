@@ -125,7 +125,12 @@ impl<T: Scalar> StageEquations<'_, T> {
         let mut total: Vec<_> = wrenches
             .map(|(index, wrench)| self.applied_wrench(index) + wrench)
             .collect();
-        self.multibody.add_loop_wrenches(end, &mut total);
+        let multipliers = &end.coordinates.multipliers;
+        for (participant, wrench) in self.multibody.loop_wrenches(end, multipliers) {
+            if let Some(sum) = total.get_mut(participant) {
+                *sum += wrench;
+            }
+        }
         total
     }
 

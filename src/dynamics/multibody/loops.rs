@@ -1,7 +1,8 @@
 //! Loop joints: constraints between the links of an island, or between a link and a neighbor.
 //!
 //! A constraint is an equation g = 0 of the poses of two bodies. Its rate is ġ = Σ wᵀv over both bodies, with the twist v and the *unit
-//! wrench* w of each body. The constraint force λ applies the wrench λ·w to each body. Therefore it does no work if ġ = 0. In generalized coordinates, ġ = G·u and the generalized forces are Gᵀλ. The force λ is the *multiplier* of the constraint.
+//! wrench* w of each body. The constraint force λ applies the wrench λ·w to each body. Therefore it does no work if ġ = 0. In generalized
+//! coordinates, ġ = G·u and the generalized forces are Gᵀλ. The force λ is the *multiplier* of the constraint.
 //!
 //! An implicit stage solves G·u + K·g₀/T + ε·λ = 0 together with the equations of motion. Here g₀ is the value of g at the start of the
 //! substep, and T is the duration of the time step. The term K·g₀/T lets the error of g decay, because the equation ġ = 0 alone would not
@@ -14,7 +15,7 @@
 //! direction causes.
 
 use super::screw::{angular, linear};
-use super::{Kinematics, Multibody};
+use super::{Kinematics, MassFactors, Multibody};
 use crate::dynamics::BodyState;
 use crate::dynamics::loop_joint::Constraint;
 use crate::dynamics::rigid_motion::{six, zero6};
@@ -75,6 +76,11 @@ pub(in crate::dynamics) struct LoopSlopes {
 type MotionDual = DenseDual<12>;
 
 impl Loop {
+    /// States of both participants.
+    fn states<'k, T>(&self, kinematics: &'k Kinematics<T>) -> [&'k BodyState<T>; 2] {
+        self.participants.map(|index| &kinematics.states[index])
+    }
+
     fn values<T: Scalar>(
         &self,
         states: [&BodyState<T>; 2],
@@ -184,25 +190,28 @@ impl<T: Scalar> Multibody<T> {
         }
     }
 
-    fn loop_values(&self, joint: &Loop, states: [&BodyState<T>; 2]) -> Vec<ConstraintValue<T>> {
+    fn loop_values(&self, kinematics: &Kinematics<T>, joint: &Loop) -> Vec<ConstraintValue<T>> {
+        let states = joint.states(kinematics);
         let centers = [0, 1].map(|side| self.center(joint.participants[side], states[side]));
         joint.values(states, &centers)
     }
 
-    /// Adds the wrenches of the multipliers to the wrenches on the links.
-    pub fn add_loop_wrenches(&self, kinematics: &Kinematics<T>, wrenches: &mut [Vector6<T>]) {
-        for joint in &self.loops {
-            let states = joint.participants.map(|index| &kinematics.states[index]);
-            let values = self.loop_values(joint, states);
-            for (value, multiplier) in values.iter().zip(joint.multipliers.clone()) {
-                let force = kinematics.coordinates.multipliers[multiplier];
-                for (&participant, unit) in joint.participants.iter().zip(&value.wrenches) {
-                    if let Some(sum) = wrenches.get_mut(participant) {
-                        *sum += unit.map(|component| component * force);
-                    }
-                }
-            }
-        }
+    /// Participants of the loops, and the wrench of each loop on each participant about its center of mass, at given multipliers.
+    pub fn loop_wrenches<'k>(
+        &'k self,
+        kinematics: &'k Kinematics<T>,
+        multipliers: &'k DVector<T>,
+    ) -> impl Iterator<Item = (usize, Vector6<T>)> + 'k {
+        self.loops.iter().flat_map(move |joint| {
+            let values = self.loop_values(kinematics, joint);
+            [0, 1].map(|side| {
+                let forces = values.iter().zip(joint.multipliers.clone());
+                let wrench = forces.fold(zero6(), |sum: Vector6<T>, (value, k)| {
+                    sum + value.wrenches[side] * multipliers[k]
+                });
+                (joint.participants[side], wrench)
+            })
+        })
     }
 
     /// g of each constraint.
@@ -222,8 +231,8 @@ impl<T: Scalar> Multibody<T> {
         number: impl Fn(&ConstraintValue<T>, [&BodyState<T>; 2]) -> T,
     ) -> DVector<T> {
         let numbers = self.loops.iter().flat_map(|joint| {
-            let states = joint.participants.map(|index| &kinematics.states[index]);
-            let values = self.loop_values(joint, states);
+            let values = self.loop_values(kinematics, joint);
+            let states = joint.states(kinematics);
             let numbers = values.iter().map(|value| number(value, states));
             numbers.collect::<Vec<_>>()
         });
@@ -237,8 +246,7 @@ impl Multibody {
         let mut forces = DMatrix::zeros(self.width(), self.constraint_count());
         let mut wrenches = vec![zero6(); self.links.len()];
         for joint in &self.loops {
-            let states = joint.participants.map(|index| &kinematics.states[index]);
-            let values = self.loop_values(joint, states);
+            let values = self.loop_values(kinematics, joint);
             for (value, multiplier) in values.iter().zip(joint.multipliers.clone()) {
                 for (&participant, unit) in joint.participants.iter().zip(&value.wrenches) {
                     if let Some(wrench) = wrenches.get_mut(participant) {
@@ -252,23 +260,6 @@ impl Multibody {
         forces
     }
 
-    /// Participants of the loops, and the wrench of each loop on each participant about its center of mass, at given multipliers.
-    pub fn loop_wrenches<'k>(
-        &'k self,
-        kinematics: &'k Kinematics,
-        multipliers: &'k DVector<f64>,
-    ) -> impl Iterator<Item = (usize, Vector6<f64>)> + 'k {
-        self.loops.iter().flat_map(move |joint| {
-            let states = joint.participants.map(|index| &kinematics.states[index]);
-            let values = self.loop_values(joint, states);
-            [0, 1].map(|side| {
-                let forces = values.iter().zip(joint.multipliers.clone());
-                let wrench = forces.map(|(value, k)| value.wrenches[side] * multipliers[k]);
-                (joint.participants[side], wrench.sum())
-            })
-        })
-    }
-
     /// Regularization of each loop, for a time T (s) in which position errors decay.
     pub fn loop_regularizations(
         &self,
@@ -277,7 +268,7 @@ impl Multibody {
     ) -> Vec<LoopRegularization> {
         let bounds = self.mobility_bounds(kinematics);
         let forces = self.constraint_forces(kinematics);
-        let velocities = self.loop_velocities(kinematics, &forces);
+        let velocities = self.mass_factors(kinematics).velocities_of(&forces);
         let loops = self.loops.iter().map(|joint| {
             let (first, count) = (joint.multipliers.start, joint.multipliers.len());
             let [forces, velocities] =
@@ -294,8 +285,7 @@ impl Multibody {
         let mut forces = DMatrix::<f64>::zeros(self.width(), self.constraint_count());
         let directions = kinematics.velocity_directions();
         for joint in &self.loops {
-            let states = joint.participants.map(|index| &kinematics.states[index]);
-            let values = self.loop_values(joint, states);
+            let values = self.loop_values(kinematics, joint);
             for (side, &participant) in joint.participants.iter().enumerate() {
                 if participant >= self.links.len() {
                     continue;
@@ -330,26 +320,17 @@ impl Multibody {
         DVector::from_fn(self.constraint_count(), |k, _| bound(k))
     }
 
-    /// M⁻¹ times generalized impulses in columns.
-    fn loop_velocities(&self, kinematics: &Kinematics, forces: &DMatrix<f64>) -> DMatrix<f64> {
-        let masses = self.mass_factors(kinematics);
-        let mut velocities = forces.clone();
-        for mut column in velocities.column_iter_mut() {
-            column.copy_from(&masses.velocities(column.clone_owned()));
-        }
-        velocities
-    }
-
     /// Adds the accelerations that the constraint forces cause. `drift` contains the second derivatives of g at zero accelerations, minus the
     /// required ones.
     pub fn add_loop_accelerations(
         &self,
         accelerations: &mut DVector<f64>,
-        (kinematics, regularizations): (&Kinematics, &[LoopRegularization]),
+        (kinematics, masses): (&Kinematics, &MassFactors),
+        regularizations: &[LoopRegularization],
         drift: &DVector<f64>,
     ) {
         let forces = self.constraint_forces(kinematics);
-        let velocities = self.loop_velocities(kinematics, &forces);
+        let velocities = masses.velocities_of(&forces);
         // G·M⁻¹·Gᵀ.
         let mut mobility = forces.tr_mul(&velocities);
         for (joint, regularization) in self.loops.iter().zip(regularizations) {
@@ -369,7 +350,7 @@ impl Multibody {
         kinematics: &Kinematics,
         (joint, side): (&Loop, usize),
     ) -> LoopSlopes {
-        let states = joint.participants.map(|index| &kinematics.states[index]);
+        let states = joint.states(kinematics);
         let centers = [0, 1].map(|side| self.center(joint.participants[side], states[side]));
         let seeds = |first: usize| {
             let six = Vector6::from_fn(|i, _| MotionDual::variable(0.0, first + i));

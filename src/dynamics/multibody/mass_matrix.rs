@@ -38,6 +38,15 @@ impl<T: Scalar> MassFactors<T> {
         }
         velocities
     }
+
+    /// [`Self::velocities`] for each column of a matrix.
+    pub fn velocities_of(&self, impulses: &DMatrix<T>) -> DMatrix<T> {
+        let mut velocities = impulses.clone();
+        for mut column in velocities.column_iter_mut() {
+            column.copy_from(&self.velocities(column.clone_owned()));
+        }
+        velocities
+    }
 }
 
 impl<T: Scalar> TreeFactors<T> {

@@ -18,8 +18,8 @@
 //! | p = SᵀH + A·u | generalized momentum | [`Multibody::generalized_momenta`] |
 //!
 //! Lagrange's equations are dp/dt = ṠᵀH + SᵀF + Q. F is the wrench on a link and its descendants, and Q is the force of the joint. The
-//! equations have no other velocity-dependent term. [`loops`] adds constraints that close loops of links. [`slopes`] has the derivatives in closed form \[Featherstone 2008, Rigid Body Dynamics
-//! Algorithms, chapters 2 and 6\].
+//! equations have no other velocity-dependent term. [`loops`] adds constraints that close loops of links. [`slopes`] has the derivatives in
+//! closed form \[Featherstone 2008, Rigid Body Dynamics Algorithms, chapters 2 and 6\].
 
 mod coordinates;
 mod inverse_dynamics;
