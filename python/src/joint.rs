@@ -572,12 +572,7 @@ impl Joint {
     /// Unit vector of the axis of a revolute or prismatic joint in the joint frame, (3,) float64; None for other joints.
     #[getter]
     fn axis<'py>(&self, py: Python<'py>) -> PyResult<Option<Floats<'py>>> {
-        match self.0.kind() {
-            JointKind::Revolute(axis) | JointKind::Prismatic(axis) => {
-                array(py, axis.as_slice().to_vec(), &[3]).map(Some)
-            }
-            _ => Ok(None),
-        }
+        axis_array(py, self.0.kind())
     }
 
     /// Name of the parent body; None for the world.
@@ -726,6 +721,16 @@ impl Joint {
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
         reduced(py, "_load_joint", &self.0)
+    }
+}
+
+/// Axis of a revolute or prismatic joint as an array, or None.
+pub fn axis_array<'py>(py: Python<'py>, kind: &JointKind) -> PyResult<Option<Floats<'py>>> {
+    match kind {
+        JointKind::Revolute(axis) | JointKind::Prismatic(axis) => {
+            array(py, axis.as_slice().to_vec(), &[3]).map(Some)
+        }
+        _ => Ok(None),
     }
 }
 

@@ -1,8 +1,8 @@
 //! Joints that close loops of bodies.
 
-use crate::arrays::{Floats, array};
+use crate::arrays::Floats;
 use crate::errors::value_error;
-use crate::joint::{axis_of, kind_name};
+use crate::joint::{axis_array, axis_of, kind_name};
 use crate::pickle::{Reduced, loaded, reduced};
 use crate::poses::{matrix, single_pose};
 use hydroelastic::dynamics::{self, JointKind};
@@ -174,12 +174,7 @@ impl LoopJoint {
     /// Unit vector of the axis of a revolute or prismatic joint in the joint frame, (3,) float64; None for other joints.
     #[getter]
     fn axis<'py>(&self, py: Python<'py>) -> PyResult<Option<Floats<'py>>> {
-        match self.0.kind() {
-            JointKind::Revolute(axis) | JointKind::Prismatic(axis) => {
-                array(py, axis.as_slice().to_vec(), &[3]).map(Some)
-            }
-            _ => Ok(None),
-        }
+        axis_array(py, self.0.kind())
     }
 
     /// Names of the two bodies.
