@@ -3,10 +3,13 @@
 use crate::joints::{JointSum, Joints};
 use crate::reverse::{Mixed, compare};
 use crate::support::worlds::{at, fixed, icosphere, rigid_floor, rubbing, turned};
-use hydroelastic::dynamics::{Body, Integrator, Joint, JointKind, LoopJoint, Mass, Plan, World};
-use hydroelastic::gradient::{Experiment, JointQuantity, Parameter};
-use hydroelastic::spatial::MassProperties;
-use nalgebra::{Matrix3, Vector3, vector};
+use hydroelastic::dynamics::{
+    Body, BodyState, Integrator, Joint, JointKind, LoopJoint, Mass, Plan, World,
+};
+use hydroelastic::gradient::{Experiment, FinalState, JointQuantity, Parameter};
+use hydroelastic::spatial::{MassProperties, Pose, Twist};
+use nalgebra::{Matrix3, Unit, Vector3, vector};
+use std::sync::Arc;
 
 /// Relative error of differences of rollouts.
 const DIFFERENCES: f64 = 1e-6;
@@ -81,6 +84,52 @@ fn linkage() -> World {
         .unwrap()
 }
 
+/// Bar that is welded to a disc on a path, and a ball that slides along an inclined axis of the bar. Both are on loop joints.
+fn turning_slide() -> World {
+    let path = |time: f64| BodyState {
+        pose: turned([0.0, 3.0 * time, 0.0], [0.0, 0.0, 0.5]),
+        twist: Twist {
+            angular: vector![0.0, 3.0, 0.0],
+            linear: Vector3::zeros(),
+        },
+    };
+    let skin = rubbing(1e5, 0.5, 0.5);
+    let disc = Body::kinematic("disc", icosphere(0.02, 0), skin, Arc::new(path)).unwrap();
+    let axis = Unit::new_normalize(vector![1.0, 0.5, 0.2]);
+    let center = vector![0.2, 0.0, 0.0];
+    let spin = vector![0.0, 3.0, 0.0];
+    let ball = Mass::Properties(MassProperties::solid_ball(0.3, 0.04));
+    let ball = Body::dynamic("ball", icosphere(0.04, 1), skin, ball).unwrap();
+    World::builder()
+        .body(disc)
+        .body(
+            bar("bar", 0.6, 0.4)
+                .with_pose(at(0.0, 0.0, 0.5))
+                .with_angular_velocity(spin)
+                .with_velocity(spin.cross(&center)),
+        )
+        .body(
+            ball.with_pose(at(0.2, 0.0, 0.5))
+                .with_angular_velocity(spin)
+                .with_velocity(spin.cross(&center)),
+        )
+        .loop_joint(LoopJoint::new(
+            "weld",
+            JointKind::Fixed,
+            ("bar", Pose::identity()),
+            ("disc", Pose::identity()),
+        ))
+        .loop_joint(LoopJoint::new(
+            "slide",
+            JointKind::Prismatic(axis),
+            ("ball", Pose::identity()),
+            ("bar", at(0.2, 0.0, 0.0)),
+        ))
+        .gravity(vector![0.0, 0.0, -9.81])
+        .build()
+        .unwrap()
+}
+
 fn parameters() -> Vec<Parameter> {
     vec![
         Parameter::modulus("lower"),
@@ -126,6 +175,29 @@ fn both_modes_agree() {
         compare(&linkage(), &plan, &all, &Mixed { every: 7 });
         compare(&linkage(), &plan, &all, &JointSum);
     }
+}
+
+#[test]
+fn both_modes_and_differences_agree_for_a_slide_on_a_path() {
+    let world = turning_slide();
+    // The mass of the ball has no effect, because the path determines all motions but the slide.
+    let parameters = [Parameter::Gravity, Parameter::initial_velocity("ball")];
+    let poses = [
+        Parameter::initial_position("ball"),
+        Parameter::initial_orientation("ball"),
+    ];
+    let all = [&parameters[..], &poses].concat();
+    for integrator in [Integrator::Sdirk3, Integrator::ImplicitEuler] {
+        let plan = Plan::new(5e-3, 20).unwrap().with_integrator(integrator);
+        compare(&world, &plan, &all, &Mixed { every: 7 });
+    }
+    let plan = Plan::new(5e-3, 10)
+        .unwrap()
+        .with_integrator(Integrator::ImplicitEuler);
+    let outcome = FinalState::of_body(&world, "ball").unwrap();
+    let experiment = Experiment::new(&world, &plan);
+    let check = experiment.difference_check(&parameters, &outcome).unwrap();
+    assert!(check.best() < DIFFERENCES, "{:e}", check.best());
 }
 
 #[test]
