@@ -57,7 +57,7 @@ pub mod urdf;
 pub use files::write_surface;
 #[cfg(feature = "files")]
 pub use files::{
-    FileError, MeshFile, Recording, TrajectoryFile, read_mesh, read_triangle_surface,
+    FileError, MeshFile, Placement, Recording, TrajectoryFile, read_mesh, read_triangle_surface,
     write_trajectory,
 };
 #[cfg(feature = "parry")]

@@ -39,6 +39,7 @@ mod triangle_checks;
 mod triangle_components;
 mod triangle_edges;
 mod triangle_solid;
+mod triangle_soup;
 mod triangle_surface;
 mod welding;
 
@@ -50,4 +51,5 @@ pub use shape_rates::ShapeRates;
 pub(crate) use surface::OUTSIDE;
 pub use surface_error::SurfaceError;
 pub use tet_mesh::TetMesh;
+pub use triangle_soup::TriangleSoup;
 pub use triangle_surface::TriangleSurface;

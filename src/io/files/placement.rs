@@ -1,0 +1,49 @@
+use crate::spatial::Pose;
+use nalgebra::Vector3;
+
+/// How the coordinates of a file become positions in the body frame: position = pose · (unit · scale ∘ coordinates).
+///
+/// ```
+/// use hydroelastic::io::Placement;
+/// use nalgebra::vector;
+///
+/// // Millimeters, mirrored at the plane x = 0.
+/// let placement = Placement { unit: 0.001, scale: vector![-1.0, 1.0, 1.0], ..Placement::default() };
+/// assert!((placement.position(&vector![20.0, 0.0, 5.0]) - vector![-0.02, 0.0, 0.005]).norm() < 1e-15);
+/// ```
+#[derive(Debug, Clone)]
+pub struct Placement {
+    /// Length of a coordinate of 1 (m). It is 0.001 for the millimeters of most CAD programs.
+    pub unit: f64,
+    /// Factor for each axis of the file. A negative factor mirrors the body, and the reader turns its triangles and
+    /// tetrahedra accordingly.
+    pub scale: Vector3<f64>,
+    /// Pose of the axes of the file in the body frame.
+    pub pose: Pose,
+}
+
+impl Default for Placement {
+    /// The coordinates of the file are meters in the body frame.
+    fn default() -> Self {
+        Self {
+            unit: 1.0,
+            scale: Vector3::repeat(1.0),
+            pose: Pose::identity(),
+        }
+    }
+}
+
+impl Placement {
+    /// Returns the position (m) in the body frame of a point with these coordinates in the file.
+    #[must_use]
+    pub fn position(&self, coordinates: &Vector3<f64>) -> Vector3<f64> {
+        self.pose
+            .transformed_point(&(coordinates.component_mul(&self.scale) * self.unit))
+    }
+
+    /// Returns true if the body is a mirror image of the file.
+    #[must_use]
+    pub fn mirrors(&self) -> bool {
+        self.scale.iter().filter(|factor| **factor < 0.0).count() % 2 == 1
+    }
+}
