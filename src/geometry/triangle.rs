@@ -1,5 +1,8 @@
 use nalgebra::Vector3;
 
+/// Distance by which a segment may miss a triangle and still count as a crossing, over the size of the triangle.
+const EDGE_OVERLAP: f64 = 1e-10;
+
 /// A closed triangle, with the data needed to compute distances to it.
 #[derive(Debug, Clone)]
 pub(crate) struct Triangle {
@@ -77,6 +80,22 @@ impl Triangle {
             shares,
             direction: direction.unwrap_or_default(),
         }
+    }
+
+    /// Returns where a segment crosses the triangle: the position along the segment, from 0 to 1, and the barycentric coordinates. A
+    /// segment in the plane of the triangle does not cross it.
+    pub fn hit_by(&self, [from, to]: &[Vector3<f64>; 2]) -> Option<(f64, [f64; 3])> {
+        let [before, after] = [from, to].map(|end| (end - self.corners[0]).dot(&self.normal));
+        // A NaN, of a degenerate triangle, is rejected too.
+        if !(before * after <= 0.0 && before != after) {
+            return None;
+        }
+        let share = before / (before - after);
+        let areas = self.areas(&from.lerp(to, share));
+        let sum: f64 = areas.iter().sum();
+        // Neighbors overlap by more than the rounding error, so that no segment passes between them.
+        let is_inside = areas.iter().all(|&area| area >= -EDGE_OVERLAP * sum);
+        is_inside.then(|| (share, [areas[1], areas[2], areas[0]].map(|area| area / sum)))
     }
 
     fn edges(&self) -> [(&Vector3<f64>, &Vector3<f64>); 3] {

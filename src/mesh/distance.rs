@@ -46,6 +46,11 @@ pub(super) fn distances(mesh: &TetMesh, surface: &SurfaceDistance) -> Vec<f64> {
 /// vertex lies inside.
 pub(super) fn normalized(mesh: &TetMesh) -> Result<MadeOfDistances, MeshError> {
     let (mesh, centers) = splitting::with_inner_vertices(mesh)?;
+    Ok(normalized_unsplit(mesh.into_owned(), centers))
+}
+
+/// Does the same without splitting the mesh. `centers` are its last vertices.
+pub(super) fn normalized_unsplit(mesh: TetMesh, centers: Vec<Center>) -> MadeOfDistances {
     let surface = SurfaceDistance::of(&mesh);
     let distances = distances(&mesh, &surface);
     let mut extents = distances.clone();
@@ -55,12 +60,12 @@ pub(super) fn normalized(mesh: &TetMesh) -> Result<MadeOfDistances, MeshError> {
             *extent /= largest;
         }
     }
-    Ok(MadeOfDistances {
-        mesh: mesh.into_owned(),
+    MadeOfDistances {
+        mesh,
         surface,
         extents,
         centers,
         distances,
         passages: Vec::new(),
-    })
+    }
 }

@@ -7,10 +7,11 @@ use super::{MeshError, ShapeRates, TetMesh};
 use nalgebra::Vector3;
 
 /// The linear map from the vertices of a mesh to the vertices and extents of a field made from its surface distances.
-/// The field is made by [`PressureField::from_distance`](super::PressureField::from_distance) or
+/// The field is made by [`PressureField::from_distance`](super::PressureField::from_distance),
+/// [`from_distance_within`](super::PressureField::from_distance_within) or
 /// [`from_distance_up_to`](super::PressureField::from_distance_up_to).
 ///
-/// The field has more vertices than the mesh: the centers of split simplices, and the points where a skin ends on an
+/// The field has more vertices than the mesh: those that split simplices, and the points where a skin ends on an
 /// edge. All extents depend on the surface. Let d be the distance of a vertex x to its closest point Σ λᵥv, which lies
 /// on the closest triangle. With n = (x − Σ λᵥv)/d, the derivative of d is n with respect to x, and −λᵥn with respect
 /// to the triangle's vertices. Derivatives are exact up to rounding error, except where they do not exist (see
@@ -184,8 +185,10 @@ impl LinearizedDistances {
         let mut field_velocities = velocities.to_vec();
         for center in &self.centers {
             let corners = center.corners();
-            let sum: Vector3<f64> = corners.iter().map(|&corner| field_velocities[corner]).sum();
-            field_velocities.push(sum / corners.len() as f64);
+            let velocity = corners
+                .map(|(corner, share)| field_velocities[corner] * share)
+                .sum();
+            field_velocities.push(velocity);
         }
         let mut distances = vec![0.0; self.distances.len()];
         for dependence in &self.dependences {
@@ -256,10 +259,9 @@ impl LinearizedDistances {
     /// Removes the centers, the last one first, and adds the derivative at each center to its corners.
     fn gather_centers(&self, gradient: &mut Vec<Vector3<f64>>) {
         for center in self.centers.iter().rev() {
-            let corners = center.corners();
             if let Some(by_center) = gradient.pop() {
-                for &corner in corners {
-                    gradient[corner] += by_center / corners.len() as f64;
+                for (corner, share) in center.corners() {
+                    gradient[corner] += by_center * share;
                 }
             }
         }

@@ -1,4 +1,5 @@
 use super::distance::{self, MadeOfDistances};
+use super::refinement::{self, Accuracy};
 use super::{LinearizedDistances, MeshError, TetMesh, coordinates, skin};
 use crate::geometry::{AffineField, FACES, Tetrahedron};
 use crate::parallel;
@@ -91,6 +92,62 @@ impl PressureField {
     pub fn from_distance(mesh: &TetMesh) -> Result<Self, MeshError> {
         let MadeOfDistances { mesh, extents, .. } = distance::normalized(mesh)?;
         Self::new(mesh, extents)
+    }
+
+    /// Creates the field of [`Self::from_distance`] on a mesh that is refined until the mean error of the interpolated distance is at
+    /// most `tolerance` times the mean distance, over the points at most `depth` (m) below the surface. The default of the depth is
+    /// two fifths of the largest distance of a vertex.
+    ///
+    /// The field of [`Self::from_distance`] is interpolated between the vertices of the mesh, which makes coarse meshes too soft:
+    /// tetrahedra at edges of the body have several vertices on its surface. [`Self::distance_error`] is the error. Here, the
+    /// tetrahedra with the largest errors are split where the distance has its kinks. The angles of the parts may be small, which does
+    /// not matter to contact.
+    ///
+    /// # Errors
+    /// Returns an error if `depth` or `tolerance` is not positive and finite, or if more than 4,000,000 tetrahedra are needed. Also
+    /// returns the errors of [`Self::new`].
+    pub fn from_distance_within(
+        mesh: &TetMesh,
+        tolerance: f64,
+        depth: Option<f64>,
+    ) -> Result<Self, MeshError> {
+        let MadeOfDistances { mesh, extents, .. } =
+            refinement::normalized_within(mesh, Accuracy { depth, tolerance })?;
+        Self::new(mesh, extents)
+    }
+
+    /// Creates the field of [`Self::from_distance_within`] and its linearization with respect to the vertices of the mesh. The places of
+    /// the new vertices on their edges are held fixed.
+    ///
+    /// # Errors
+    /// Returns the errors of [`Self::from_distance_within`].
+    pub fn linearized_from_distance_within(
+        mesh: &TetMesh,
+        tolerance: f64,
+        depth: Option<f64>,
+    ) -> Result<(Self, LinearizedDistances), MeshError> {
+        let mut made = refinement::normalized_within(mesh, Accuracy { depth, tolerance })?;
+        let field = Self::new(made.mesh.clone(), std::mem::take(&mut made.extents))?;
+        Ok((field, LinearizedDistances::normalized(mesh, made)))
+    }
+
+    /// Returns the mean difference between the exact distance to the surface and the distance interpolated in the tetrahedra, over the
+    /// mean distance. The means are over points at most `depth` (m) below the surface: the centroids of tetrahedra and the midpoints of
+    /// their edges, weighted by volume.
+    ///
+    /// If the extent is the distance, the force of a contact up to this depth is off by about this share.
+    #[must_use]
+    pub fn distance_error(&self, depth: Option<f64>) -> f64 {
+        refinement::distance_error(&self.mesh, depth)
+    }
+
+    /// Creates a field as [`Self::linearized_from_distance`] does, but does not split tetrahedra.
+    pub(super) fn linearized_unsplit(
+        mesh: &TetMesh,
+    ) -> Result<(Self, LinearizedDistances), MeshError> {
+        let mut made = distance::normalized_unsplit(mesh.clone(), Vec::new());
+        let field = Self::new(made.mesh.clone(), std::mem::take(&mut made.extents))?;
+        Ok((field, LinearizedDistances::normalized(mesh, made)))
     }
 
     /// Creates the field of [`Self::from_distance`] and its linearization with respect to the vertices of the mesh.

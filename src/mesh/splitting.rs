@@ -3,23 +3,36 @@ use nalgebra::Vector3;
 use rustc_hash::{FxHashMap, FxHashSet};
 use std::borrow::Cow;
 
-/// A new vertex at the centroid of an edge, a face or a tetrahedron.
+/// A new vertex inside an edge, a face or a tetrahedron: a weighted mean of its corners.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Center {
     corners: [usize; 4],
+    shares: [f64; 4],
     count: usize,
 }
 
 impl Center {
+    /// The centroid of a simplex.
     fn of<const SIZE: usize>(simplex: [usize; SIZE]) -> Self {
-        let corners = std::array::from_fn(|corner| *simplex.get(corner).unwrap_or(&0));
-        let count = SIZE;
-        Self { corners, count }
+        Self {
+            corners: std::array::from_fn(|corner| *simplex.get(corner).unwrap_or(&0)),
+            shares: [1.0 / SIZE as f64; 4],
+            count: SIZE,
+        }
     }
 
-    /// Returns the vertices whose mean is the new vertex.
-    pub fn corners(&self) -> &[usize] {
-        &self.corners[..self.count]
+    /// The point of an edge at this position, from 0 to 1.
+    pub fn on_edge([a, b]: [usize; 2], position: f64) -> Self {
+        Self {
+            corners: [a, b, 0, 0],
+            shares: [1.0 - position, position, 0.0, 0.0],
+            count: 2,
+        }
+    }
+
+    /// Returns the corners with their shares of the new vertex.
+    pub fn corners(&self) -> impl Iterator<Item = (usize, f64)> {
+        std::iter::zip(self.corners, self.shares).take(self.count)
     }
 }
 
@@ -114,7 +127,8 @@ fn subsets<const SIZE: usize>(vertices: &[usize]) -> impl Iterator<Item = [usize
     })
 }
 
-/// Splits every tetrahedron at the new vertices, which are appended to the vertices of the mesh.
+/// Splits every tetrahedron at the new vertices, which are appended to the vertices of the mesh. The first ones of the list split
+/// first.
 pub(super) fn divided<const SIZE: usize>(
     mesh: &TetMesh,
     divisions: &[Division<SIZE>],
@@ -138,7 +152,7 @@ pub(super) fn divided<const SIZE: usize>(
     TetMesh::new(vertices, tets)
 }
 
-/// Splits the tetrahedron at its lowest divided simplex, and its parts recursively at the next one. The two tetrahedra
+/// Splits the tetrahedron at its simplex with the first of the new vertices, and its parts recursively at the next one. The two tetrahedra
 /// at a face split its simplices in the same order, so the parts still match across the face.
 fn split<const SIZE: usize>(
     tet: [usize; 4],
@@ -146,12 +160,11 @@ fn split<const SIZE: usize>(
     parts: &mut Vec<[usize; 4]>,
 ) {
     let divided_simplices =
-        subsets::<SIZE>(&tet).filter(|simplex| new_vertices.contains_key(simplex));
-    let Some(simplex) = divided_simplices.min() else {
+        subsets::<SIZE>(&tet).filter_map(|simplex| Some((*new_vertices.get(&simplex)?, simplex)));
+    let Some((new, simplex)) = divided_simplices.min() else {
         parts.push(tet);
         return;
     };
-    let new = new_vertices[&simplex];
     for replaced in simplex {
         let part = tet.map(|vertex| if vertex == replaced { new } else { vertex });
         split(part, new_vertices, parts);

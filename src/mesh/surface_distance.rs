@@ -17,6 +17,27 @@ pub(super) struct SurfaceDistance {
     rounding: f64,
 }
 
+/// Returns the distance (m) from a point to the closest of the triangles in a hierarchy over their indices.
+pub(super) fn nearest_distance<'t>(
+    point: &Vector3<f64>,
+    bvh: &Bvh<usize>,
+    triangle: impl Fn(usize) -> &'t Triangle,
+) -> f64 {
+    let rounding = ROUNDING * bvh.bounds().half_extents().norm();
+    let mut least = f64::INFINITY;
+    bvh.visit_outwards(point, |index| {
+        let triangle = triangle(index);
+        // The plane of a flat triangle is NaN, so a flat triangle is never skipped.
+        let is_beyond = triangle.distance_to_plane(point) > least + rounding;
+        if !is_beyond {
+            least = least.min(triangle.distance_to(point));
+        }
+        // A box farther away than this has no closer triangle, in spite of rounding.
+        (least + rounding).powi(2)
+    });
+    least
+}
+
 /// A triangle of the surface.
 pub(super) struct SurfaceTriangle {
     triangle: Triangle,
@@ -45,18 +66,7 @@ impl SurfaceDistance {
 
     /// Returns the distance (m) from a point to the closest triangle.
     pub fn to(&self, point: &Vector3<f64>) -> f64 {
-        let mut least = f64::INFINITY;
-        self.bvh.visit_outwards(point, |index| {
-            let triangle = &self.triangles[index].triangle;
-            // The plane of a flat triangle is NaN, so a flat triangle is never skipped.
-            let is_beyond = triangle.distance_to_plane(point) > least + self.rounding;
-            if !is_beyond {
-                least = least.min(triangle.distance_to(point));
-            }
-            // A box farther away than this has no closer triangle, in spite of rounding.
-            (least + self.rounding).powi(2)
-        });
-        least
+        nearest_distance(point, &self.bvh, |index| &self.triangles[index].triangle)
     }
 
     /// Returns the diagonal (m) of the bounding box of the surface.

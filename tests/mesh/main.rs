@@ -1,6 +1,7 @@
 //! Meshes, their fields and built-in shapes, and surfaces of rigid bodies.
 
 mod shapes;
+mod solids;
 mod star_shaped;
 mod tet_mesh;
 mod triangle_surface;

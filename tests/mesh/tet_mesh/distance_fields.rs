@@ -3,7 +3,7 @@
 use super::sample_meshes::{
     ROUND_OFF, assert_relative, grid, l_shape, meshes, transformed, unit_tet,
 };
-use hydroelastic::mesh::{FieldTet, PressureField};
+use hydroelastic::mesh::{FieldTet, MeshError, PressureField, TetMesh, shapes};
 use nalgebra::{Vector3, vector};
 
 #[test]
@@ -139,4 +139,54 @@ fn a_single_tetrahedron_has_extent_one_at_its_centroid() {
     assert_eq!(field.extents(), [0.0, 0.0, 0.0, 0.0, 1.0]);
     // The distance of the oblique face is (1 − 3/4)/√3, and that of the other faces is 1/4.
     assert_relative(field.steepest(), 48.0_f64.sqrt(), ROUND_OFF);
+}
+
+/// Returns the largest difference between interpolated and exact distances at points of a block, over its largest distance.
+fn error_in_block(field: &PressureField, lengths: [f64; 3]) -> f64 {
+    let half = lengths.map(|length| length / 2.0);
+    let largest = half.into_iter().fold(f64::INFINITY, f64::min);
+    let errors = field.tets().iter().flat_map(|tet| {
+        let [a, b, c, d] = tet.tetrahedron.corners;
+        let places = [(0.4, 0.3, 0.2), (0.1, 0.2, 0.3), (0.25, 0.25, 0.25)];
+        places.map(|(p, q, r)| {
+            let point = a * p + b * q + c * r + d * (1.0 - p - q - r);
+            let exact = (0..3)
+                .map(|k| half[k] - point[k].abs())
+                .fold(f64::INFINITY, f64::min);
+            (tet.extent.at(&point) - exact / largest).abs()
+        })
+    });
+    errors.fold(0.0, f64::max)
+}
+
+#[test]
+fn refined_fields_are_the_distance() {
+    let lengths = [0.4, 0.1, 0.1];
+    // Tetrahedra whose corners are unlike the ridges of the distance.
+    let stretched = |share: f64| {
+        let grid = shapes::cuboid(lengths).unwrap();
+        let vertices = grid.mesh().vertices().iter();
+        let vertices = vertices.map(|vertex| {
+            if vertex.norm() < 0.05 {
+                vertex + vector![share, 0.004, -0.003]
+            } else {
+                *vertex
+            }
+        });
+        TetMesh::new(vertices.collect(), grid.mesh().tets().to_vec()).unwrap()
+    };
+    let mesh = stretched(0.01);
+    let coarse = PressureField::from_distance(&mesh).unwrap();
+    let fine = PressureField::from_distance_within(&mesh, 0.002, Some(1.0)).unwrap();
+    let [before, after] = [&coarse, &fine].map(|field| field.distance_error(Some(1.0)));
+    assert!(before > 0.05 && after <= 0.002, "{before} {after}");
+    let [before, after] = [&coarse, &fine].map(|field| error_in_block(field, lengths));
+    assert!(before > 0.5 && after < 0.1, "{before} {after}");
+    for (tolerance, depth) in [(0.0, None), (f64::NAN, None), (0.1, Some(-1.0))] {
+        let refused = PressureField::from_distance_within(&mesh, tolerance, depth).unwrap_err();
+        assert!(
+            matches!(refused, MeshError::InvalidDimension { .. }),
+            "{refused}"
+        );
+    }
 }

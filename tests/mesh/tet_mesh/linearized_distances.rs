@@ -126,6 +126,22 @@ fn fields_change_as_differences_say() {
 }
 
 #[test]
+fn refined_fields_change_as_differences_say() {
+    for (name, mesh) in generic_meshes() {
+        let refined =
+            |mesh: &TetMesh| PressureField::from_distance_within(mesh, 0.01, None).unwrap();
+        let made = PressureField::linearized_from_distance_within(&mesh, 0.01, None);
+        let (_, distances) = made.unwrap();
+        let velocities = velocities(mesh.vertex_count());
+        let rates = distances.rates(&velocities).unwrap();
+        let fields =
+            [SHORT_STEP, -SHORT_STEP].map(|step| refined(&moved_mesh(&mesh, &velocities, step)));
+        let error = error(&rates, &fields, SHORT_STEP);
+        assert!(error < 1e-6, "{name}: {error}");
+    }
+}
+
+#[test]
 fn the_pullback_is_the_transpose_of_the_rates() {
     for (name, mesh) in generic_meshes().into_iter().chain(meshes()) {
         for (depth, (made, distances)) in linearized(&mesh) {

@@ -1,0 +1,105 @@
+use crate::mesh::MeshError;
+
+/// Reason why a region cannot be filled with tetrahedra.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SolidError {
+    /// There are no triangles.
+    #[error("a solid needs triangles, but there are none")]
+    NoTriangles,
+    /// A triangle refers to a vertex that does not exist.
+    #[error("triangle {triangle} refers to vertex {vertex}, but there are {vertex_count} vertices")]
+    VertexOutOfRange {
+        /// Index of the triangle.
+        triangle: usize,
+        /// The invalid index.
+        vertex: usize,
+        /// Number of vertices.
+        vertex_count: usize,
+    },
+    /// A coordinate of a vertex or of the bounds is NaN or infinite.
+    #[error("point {point} has the coordinate {value}, but coordinates must be finite")]
+    NonFiniteCoordinate {
+        /// Index of the vertex, or 0 for the lower corner of the bounds and 1 for the upper corner.
+        point: usize,
+        /// The coordinate.
+        value: f64,
+    },
+    /// The bounds of the points or of a distance function have no interior.
+    #[error(
+        "the region is {size:?} m large, but must have a positive, finite size along each axis"
+    )]
+    NoSize {
+        /// Size of the box around the region (m).
+        size: [f64; 3],
+    },
+    /// A spacing or a tolerance is not positive and finite.
+    #[error("the {name} of a solid must be positive and finite, but is {value}")]
+    InvalidResolution {
+        /// Name of the number.
+        name: &'static str,
+        /// The value.
+        value: f64,
+    },
+    /// The lattice would have too many cells.
+    #[error(
+        "a spacing of {spacing:e} m needs {cells:.3e} cells, but at most 1e8 are supported: choose a larger spacing"
+    )]
+    TooFine {
+        /// The spacing (m).
+        spacing: f64,
+        /// Number of cells of the lattice.
+        cells: f64,
+    },
+    /// No point of the lattice lies inside.
+    #[error(
+        "no point of a lattice with a spacing of {spacing:e} m lies inside: the region is thinner than the spacing, or the triangles do not enclose a solid"
+    )]
+    Empty {
+        /// The smallest spacing that was tried (m).
+        spacing: f64,
+    },
+    /// The volume is not within the tolerance at the finest spacing tried.
+    #[error(
+        "the volume is still off by a share of {reached:.2e} at a spacing of {spacing:e} m and {tets} tetrahedra, but {asked:.2e} was asked for: allow a larger error, choose a spacing, or mend holes and triangles that intersect each other"
+    )]
+    VolumeNotReached {
+        /// Estimated error of the volume, over the volume.
+        reached: f64,
+        /// Error asked for.
+        asked: f64,
+        /// Spacing (m).
+        spacing: f64,
+        /// Number of tetrahedra.
+        tets: usize,
+    },
+    /// A distance function returned the wrong number of values.
+    #[error("the distance function returned {found} values for {expected} points")]
+    DistanceCount {
+        /// Number of values.
+        found: usize,
+        /// Number of points.
+        expected: usize,
+    },
+    /// A distance is NaN or infinite.
+    #[error("the distance function is {value} at {point:?} m, but distances must be finite")]
+    NonFiniteDistance {
+        /// The point (m).
+        point: [f64; 3],
+        /// The value.
+        value: f64,
+    },
+    /// The region of negative distances reaches beyond the bounds.
+    #[error(
+        "the distance is {distance:e} m at {point:?} m, on or outside of the bounds: choose bounds that contain the whole region"
+    )]
+    BeyondBounds {
+        /// A point inside the region (m).
+        point: [f64; 3],
+        /// The distance there (m).
+        distance: f64,
+    },
+    /// The tetrahedra are not a valid mesh.
+    #[error(transparent)]
+    Mesh(#[from] MeshError),
+}

@@ -1,0 +1,185 @@
+//! Regions of space that tetrahedra can fill.
+
+use super::winding::WindingNumbers;
+use crate::bvh::Bvh;
+use crate::geometry::{Aabb, Triangle};
+use crate::mesh::surface_distance::nearest_distance;
+use crate::parallel;
+use nalgebra::Vector3;
+
+/// Number of halvings of an edge that find where it leaves a region: the last one is below the rounding error.
+const HALVINGS: usize = 52;
+
+/// Smallest difference of two places of an edge, relative to its length, that are not the same.
+const SAME_PLACE: f64 = 1e-9;
+
+/// Winding number above which a point is inside.
+const INSIDE: f64 = 0.5;
+
+/// The solid inside a closed boundary. Queries are answered for many points at once, in threads.
+pub(super) trait Region: Sync {
+    /// Returns the box (m) outside of which there is nothing of the region.
+    fn bounds(&self) -> Aabb;
+
+    /// Returns lower bounds of the distances (m) of the points to the boundary.
+    fn clearances(&self, points: &[Vector3<f64>]) -> Vec<f64>;
+
+    /// Returns which points are inside.
+    fn contains(&self, points: &[Vector3<f64>]) -> Vec<bool>;
+
+    /// Returns where segments from a point inside to a point outside leave the region.
+    fn crossings(&self, segments: &[Segment]) -> Vec<Crossing> {
+        halved(segments, |points| self.contains(points))
+    }
+}
+
+/// A segment from a point inside a region to a point outside (m).
+pub(super) type Segment = [Vector3<f64>; 2];
+
+/// The place at which a segment leaves a region.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Crossing {
+    /// Position along the segment, from 0 inside to 1 outside.
+    pub share: f64,
+    /// The triangle that the segment crosses, and the barycentric coordinates of the place. There is none if the boundary has no
+    /// triangles, or if the segment leaves through a hole.
+    pub triangle: Option<(usize, [f64; 3])>,
+}
+
+/// Returns where the segments leave a region, by halving.
+fn halved(segments: &[Segment], contains: impl Fn(&[Vector3<f64>]) -> Vec<bool>) -> Vec<Crossing> {
+    let mut ranges = vec![[0.0, 1.0]; segments.len()];
+    for _ in 0..HALVINGS {
+        let middles = segments.iter().zip(&ranges);
+        let middles: Vec<_> = middles
+            .map(|([from, to], [a, b])| from.lerp(to, f64::midpoint(*a, *b)))
+            .collect();
+        for (range, is_inside) in ranges.iter_mut().zip(contains(&middles)) {
+            let middle = f64::midpoint(range[0], range[1]);
+            range[usize::from(!is_inside)] = middle;
+        }
+    }
+    let crossing = |[from, to]: [f64; 2]| Crossing {
+        share: f64::midpoint(from, to),
+        triangle: None,
+    };
+    ranges.into_iter().map(crossing).collect()
+}
+
+/// The region inside triangles: the points around which they wind, in either direction. Overlapping parts are united.
+pub(super) struct InsideTriangles {
+    triangles: Vec<Triangle>,
+    bvh: Bvh<usize>,
+    winding: WindingNumbers,
+}
+
+impl InsideTriangles {
+    /// Prepares the queries in O(n log n) time. There must be a triangle.
+    pub fn new(corners: impl Iterator<Item = [Vector3<f64>; 3]>) -> Self {
+        let triangles: Vec<_> = corners.map(Triangle::new).collect();
+        let bvh = Bvh::new(
+            triangles
+                .iter()
+                .map(|triangle| *triangle.corners())
+                .enumerate(),
+        );
+        Self {
+            winding: WindingNumbers::of(&bvh, &triangles),
+            triangles,
+            bvh,
+        }
+    }
+
+    fn contains(&self, point: &Vector3<f64>) -> bool {
+        self.winding.at(point, &self.bvh, &self.triangles).abs() >= INSIDE
+    }
+
+    /// Returns where a segment leaves the region through a triangle, if it does.
+    fn crossing(&self, segment: &Segment) -> Option<Crossing> {
+        let mut hits = Vec::new();
+        self.bvh.visit_overlapping(&Aabb::around(segment), |index| {
+            if let Some((share, shares)) = self.triangles[index].hit_by(segment) {
+                hits.push((share, index, shares));
+            }
+        });
+        hits.sort_by(|a, b| {
+            (a.0, a.1)
+                .partial_cmp(&(b.0, b.1))
+                .unwrap_or(std::cmp::Ordering::Equal)
+        });
+        hits.dedup_by(|next, hit| next.0 - hit.0 < SAME_PLACE);
+        let [from, to] = segment;
+        let leaves = |index: usize| match hits.get(index + 1) {
+            None => true,
+            Some(next) => !self.contains(&from.lerp(to, f64::midpoint(hits[index].0, next.0))),
+        };
+        let index = (0..hits.len()).find(|&index| leaves(index))?;
+        let (share, triangle, shares) = hits[index];
+        Some(Crossing {
+            share,
+            triangle: Some((triangle, shares)),
+        })
+    }
+}
+
+impl Region for InsideTriangles {
+    fn bounds(&self) -> Aabb {
+        self.bvh.bounds()
+    }
+
+    fn clearances(&self, points: &[Vector3<f64>]) -> Vec<f64> {
+        parallel::values_of(points.len(), |index| {
+            nearest_distance(&points[index], &self.bvh, |triangle| {
+                &self.triangles[triangle]
+            })
+        })
+    }
+
+    fn contains(&self, points: &[Vector3<f64>]) -> Vec<bool> {
+        parallel::values_of(points.len(), |index| self.contains(&points[index]))
+    }
+
+    fn crossings(&self, segments: &[Segment]) -> Vec<Crossing> {
+        let contains = |points: &[Vector3<f64>]| Region::contains(self, points);
+        parallel::values_of(segments.len(), |index| {
+            let crossing = self.crossing(&segments[index]);
+            crossing.unwrap_or_else(|| halved(&segments[index..=index], contains)[0])
+        })
+    }
+}
+
+/// The region in a box in which a function is negative. The function is a lower bound of the distance (m) to the boundary in absolute
+/// value.
+pub(super) struct WhereNegative<F> {
+    pub bounds: Aabb,
+    pub distances: F,
+}
+
+impl<F> WhereNegative<F> {
+    /// Returns the distance (m) of a point to the inside of the box, or minus the distance to its faces.
+    fn outside_box(&self, point: &Vector3<f64>) -> f64 {
+        (self.bounds.lower - point)
+            .sup(&(point - self.bounds.upper))
+            .max()
+    }
+}
+
+impl<F: Fn(&[Vector3<f64>]) -> Vec<f64> + Sync> Region for WhereNegative<F> {
+    fn bounds(&self) -> Aabb {
+        self.bounds
+    }
+
+    fn clearances(&self, points: &[Vector3<f64>]) -> Vec<f64> {
+        let distances = points.iter().zip((self.distances)(points));
+        distances
+            .map(|(point, distance)| distance.max(self.outside_box(point)).abs())
+            .collect()
+    }
+
+    fn contains(&self, points: &[Vector3<f64>]) -> Vec<bool> {
+        let distances = points.iter().zip((self.distances)(points));
+        distances
+            .map(|(point, distance)| distance < 0.0 && self.outside_box(point) <= 0.0)
+            .collect()
+    }
+}

@@ -1,0 +1,301 @@
+//! Tetrahedra that fill surfaces and distance functions.
+
+use hydroelastic::geometry::Aabb;
+use hydroelastic::mesh::{Resolution, Solid, SolidError, TriangleSoup, TriangleSurface, shapes};
+use hydroelastic::spatial::Pose;
+use nalgebra::{Vector3, vector};
+
+const SPACING: Resolution = Resolution::Spacing(0.011);
+
+fn soup(surface: &TriangleSurface) -> TriangleSoup {
+    TriangleSoup {
+        vertices: surface.vertices().to_vec(),
+        triangles: surface.triangles().to_vec(),
+    }
+}
+
+/// An ellipsoid off the origin, whose triangles are not symmetric to the lattice.
+fn egg() -> TriangleSoup {
+    let field = shapes::ellipsoid([0.05, 0.07, 0.06], 3).unwrap();
+    let mut egg = soup(&TriangleSurface::around(field.mesh()).unwrap());
+    for vertex in &mut egg.vertices {
+        let turned =
+            Pose::from_rotation_vector(&vector![0.3, -0.2, 0.5], vector![0.013, -0.002, 0.0047]);
+        *vertex = turned.transformed_point(vertex);
+    }
+    egg
+}
+
+fn moved(soup: &TriangleSoup, by: Vector3<f64>) -> TriangleSoup {
+    TriangleSoup {
+        vertices: soup.vertices.iter().map(|vertex| vertex + by).collect(),
+        triangles: soup.triangles.clone(),
+    }
+}
+
+fn joined(first: &TriangleSoup, second: &TriangleSoup) -> TriangleSoup {
+    let count = first.vertices.len();
+    let shifted = second
+        .triangles
+        .iter()
+        .map(|triangle| triangle.map(|vertex| vertex + count));
+    TriangleSoup {
+        vertices: first
+            .vertices
+            .iter()
+            .chain(&second.vertices)
+            .copied()
+            .collect(),
+        triangles: first.triangles.iter().copied().chain(shifted).collect(),
+    }
+}
+
+fn box_soup(lengths: [f64; 3]) -> TriangleSoup {
+    let field = shapes::cuboid(lengths).unwrap();
+    soup(&TriangleSurface::around(field.mesh()).unwrap())
+}
+
+fn volume(soup: &TriangleSoup, resolution: Resolution) -> f64 {
+    soup.solid(resolution).unwrap().mesh().volume()
+}
+
+#[test]
+fn volumes_converge_with_the_square_of_the_spacing() {
+    let egg = egg();
+    let exact = TriangleSurface::new(egg.vertices.clone(), egg.triangles.clone())
+        .unwrap()
+        .volume();
+    let error = |spacing: f64| (volume(&egg, Resolution::Spacing(spacing)) / exact - 1.0).abs();
+    let [coarse, fine] = [error(0.016), error(0.008)];
+    assert!(fine < 0.006 && coarse > 3.0 * fine, "{coarse} {fine}");
+}
+
+#[test]
+fn faces_stay_flat_and_the_volume_is_as_asked() {
+    let brick = box_soup([0.1, 0.2, 0.05]);
+    let solid = brick.solid(Resolution::VolumeWithin(0.01)).unwrap();
+    assert!((solid.mesh().volume() / 1e-3 - 1.0).abs() < 0.01);
+    let bottom = solid.mesh().aabb().lower.z;
+    assert!((bottom + 0.025).abs() < 1e-15);
+}
+
+#[test]
+fn overlapping_parts_are_united() {
+    let cube = box_soup([0.1; 3]);
+    let both = joined(&cube, &moved(&cube, vector![0.05, 0.0, 0.0]));
+    let found = volume(&both, Resolution::Spacing(0.00501));
+    assert!((found / 1.5e-3 - 1.0).abs() < 0.01, "{found}");
+}
+
+#[test]
+fn holes_are_closed_and_surfaces_may_face_inwards() {
+    let egg = egg();
+    let whole = volume(&egg, SPACING);
+    let mut open = egg.clone();
+    open.triangles.drain(10..14);
+    assert!((volume(&open, SPACING) / whole - 1.0).abs() < 0.01);
+    let mut turned = egg;
+    turned
+        .triangles
+        .iter_mut()
+        .for_each(|triangle| triangle.swap(0, 1));
+    assert!((volume(&turned, SPACING) - whole).abs() < 1e-15);
+}
+
+#[test]
+fn cavities_stay_empty() {
+    let (outer, mut inner) = (box_soup([0.1; 3]), box_soup([0.06; 3]));
+    inner
+        .triangles
+        .iter_mut()
+        .for_each(|triangle| triangle.swap(0, 1));
+    let found = volume(&joined(&outer, &inner), Resolution::Spacing(0.004));
+    assert!((found / (1e-3 - 2.16e-4) - 1.0).abs() < 0.01, "{found}");
+}
+
+/// A smooth field of velocities that does not keep the shape.
+fn velocity(point: &Vector3<f64>) -> Vector3<f64> {
+    vector![
+        0.3 + point.y * 4.0,
+        (20.0 * point.x).sin(),
+        0.7 - 9.0 * point.z * point.x
+    ]
+}
+
+/// A scalar that depends on all vertices of a mesh.
+fn score(vertices: &[Vector3<f64>]) -> f64 {
+    let of_vertex = |(index, vertex): (usize, &Vector3<f64>)| {
+        vertex.dot(&vector![1.0, 2.0, -0.5]) * (index as f64 * 0.37).sin() + vertex.norm_squared()
+    };
+    vertices.iter().enumerate().map(of_vertex).sum()
+}
+
+#[test]
+fn vertices_follow_the_triangles() {
+    let egg = egg();
+    let solid = egg.solid(SPACING).unwrap();
+    let velocities: Vec<_> = egg.vertices.iter().map(velocity).collect();
+    let rates = solid.rates(&velocities).unwrap();
+    let vertices = solid.mesh().vertices();
+    let step = 1e-7;
+    let after = |step: f64| {
+        let mut changed = egg.clone();
+        for (vertex, velocity) in changed.vertices.iter_mut().zip(&velocities) {
+            *vertex += velocity * step;
+        }
+        changed.solid(SPACING).unwrap().mesh().vertices().to_vec()
+    };
+    let [before, after] = [after(-step), after(step)];
+    assert_eq!(
+        (before.len(), after.len()),
+        (vertices.len(), vertices.len())
+    );
+    assert!(solid.ambiguous().is_empty());
+    for vertex in 0..vertices.len() {
+        let difference = (after[vertex] - before[vertex]) / (2.0 * step);
+        assert!(
+            (difference - rates[vertex]).norm() < 1e-5,
+            "{vertex} {difference} {}",
+            rates[vertex]
+        );
+    }
+    let by_vertices: Vec<_> = vertices
+        .iter()
+        .enumerate()
+        .map(|(index, vertex)| vector![1.0, 2.0, -0.5] * (index as f64 * 0.37).sin() + vertex * 2.0)
+        .collect();
+    let gradient = solid.pullback(&by_vertices).unwrap();
+    let by_pullback: f64 = gradient
+        .iter()
+        .zip(&velocities)
+        .map(|(by, velocity)| by.dot(velocity))
+        .sum();
+    let by_rates: f64 = by_vertices
+        .iter()
+        .zip(&rates)
+        .map(|(by, rate)| by.dot(rate))
+        .sum();
+    let by_difference = (score(&after) - score(&before)) / (2.0 * step);
+    assert!((by_pullback - by_rates).abs() < 1e-12 * by_rates.abs());
+    assert!(
+        (by_difference - by_rates).abs() < 1e-6 * by_rates.abs(),
+        "{by_difference} {by_rates}"
+    );
+}
+
+#[test]
+fn regions_of_distance_functions_follow_their_parameters() {
+    // A torus of main radius `r` and a tube of radius `tube`.
+    let distance =
+        |point: &Vector3<f64>, r: f64, tube: f64| (point.xy().norm() - r).hypot(point.z) - tube;
+    let bounds = Aabb {
+        lower: vector![-0.15, -0.15, -0.06],
+        upper: vector![0.15, 0.15, 0.06],
+    };
+    let solid = |r: f64, tube: f64| {
+        let distances = |points: &[Vector3<f64>]| {
+            points
+                .iter()
+                .map(|point| distance(point, r, tube))
+                .collect()
+        };
+        Solid::of_distance(distances, bounds, Resolution::Spacing(0.0131)).unwrap()
+    };
+    let (r, tube, step) = (0.1, 0.041, 1e-7);
+    let torus = solid(r, tube);
+    let exact = 2.0 * std::f64::consts::PI.powi(2) * r * tube * tube;
+    assert!((torus.mesh().volume() / exact - 1.0).abs() < 0.03);
+    let places: Vec<_> = torus
+        .boundary_vertices()
+        .map(|vertex| torus.mesh().vertices()[vertex])
+        .collect();
+    let gradients: Vec<_> = places
+        .iter()
+        .map(|point| {
+            let radial = vector![point.x, point.y, 0.0].normalize();
+            (radial * (point.xy().norm() - r) + vector![0.0, 0.0, point.z]) / tube
+        })
+        .collect();
+    let by_tube = vec![-1.0; places.len()];
+    let rates = torus.rates_of_distance(&gradients, &by_tube).unwrap();
+    let [before, after] = [solid(r, tube - step), solid(r, tube + step)];
+    let pairs = after.mesh().vertices().iter().zip(before.mesh().vertices());
+    for ((after, before), rate) in pairs.zip(&rates) {
+        let difference = (after - before) / (2.0 * step);
+        assert!(
+            (difference - rate).norm() < 1e-5 * (1.0 + rate.norm()),
+            "{difference} {rate}"
+        );
+    }
+}
+
+#[test]
+fn what_cannot_be_filled_is_refused() {
+    let egg = egg();
+    let cases = [
+        (TriangleSoup::default(), SPACING),
+        (
+            TriangleSoup {
+                vertices: vec![],
+                triangles: vec![[0, 1, 2]],
+            },
+            SPACING,
+        ),
+        (
+            TriangleSoup {
+                vertices: vec![vector![f64::NAN, 0.0, 0.0]; 3],
+                triangles: vec![[0, 1, 2]],
+            },
+            SPACING,
+        ),
+        (
+            TriangleSoup {
+                vertices: vec![Vector3::zeros(); 3],
+                triangles: vec![[0, 1, 2]],
+            },
+            SPACING,
+        ),
+        (egg.clone(), Resolution::Spacing(-1.0)),
+        (egg.clone(), Resolution::VolumeWithin(f64::NAN)),
+        (egg.clone(), Resolution::Spacing(1e-9)),
+        (egg, Resolution::Spacing(10.0)),
+    ];
+    let errors = cases.map(|(soup, resolution)| soup.solid(resolution).unwrap_err());
+    assert!(
+        matches!(
+            errors,
+            [
+                SolidError::NoTriangles,
+                SolidError::VertexOutOfRange { .. },
+                SolidError::NonFiniteCoordinate { .. },
+                SolidError::NoSize { .. },
+                SolidError::InvalidResolution { .. },
+                SolidError::InvalidResolution { .. },
+                SolidError::TooFine { .. },
+                SolidError::Empty { .. },
+            ]
+        ),
+        "{errors:?}"
+    );
+    let bounds = Aabb {
+        lower: Vector3::zeros(),
+        upper: Vector3::repeat(1.0),
+    };
+    let of = |value: f64, extra: usize| {
+        let distances = |points: &[Vector3<f64>]| vec![value; points.len() + extra];
+        Solid::of_distance(distances, bounds, Resolution::Spacing(0.1)).unwrap_err()
+    };
+    let errors = [of(f64::NAN, 0), of(1.0, 1), of(-1.0, 0), of(1.0, 0)];
+    assert!(
+        matches!(
+            errors,
+            [
+                SolidError::NonFiniteDistance { .. },
+                SolidError::DistanceCount { .. },
+                SolidError::BeyondBounds { .. },
+                SolidError::Empty { .. },
+            ]
+        ),
+        "{errors:?}"
+    );
+}
