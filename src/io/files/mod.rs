@@ -13,6 +13,7 @@ mod gmsh_headers;
 mod mesh_file;
 mod obj;
 mod placement;
+mod polygons;
 mod recording;
 mod stl;
 mod surface_file;
