@@ -1,8 +1,9 @@
 //! Triangulation of polygons in space.
 
+use crate::mesh::TriangleSoup;
 use nalgebra::Vector3;
 
-/// Limit of the number of tests whether a point lies in a triangle. A polygon of 10,000 corners on a comb takes fewer.
+/// Limit of the number of tests of corners, which bounds the time for a polygon to about a second.
 const MAX_TEST_COUNT: usize = 100_000_000;
 
 /// Area below which three corners are collinear, relative to the squared size of the polygon.
@@ -38,6 +39,20 @@ pub(super) fn triangulated(corners: &[Vector3<f64>]) -> Result<Vec<[usize; 3]>, 
         points,
     }
     .ears()
+}
+
+/// Adds the triangles of a polygon whose corners are vertices of the soup. All indices must be in range.
+///
+/// # Errors
+/// Returns the errors of [`triangulated`].
+pub(super) fn add_polygon(soup: &mut TriangleSoup, corners: &[usize]) -> Result<(), &'static str> {
+    let positions: Vec<Vector3<f64>> = corners.iter().map(|&v| soup.vertices[v]).collect();
+    let triangles = triangulated(&positions)?;
+    let triangles = triangles
+        .iter()
+        .map(|triangle| triangle.map(|k| corners[k]));
+    soup.triangles.extend(triangles);
+    Ok(())
 }
 
 /// Projects the corners along the axis closest to the normal, so that the polygon is counter-clockwise.
@@ -91,6 +106,8 @@ impl Clipping {
             };
             triangles.push(self.triangle_at(tip));
             self.ring.remove(tip);
+            // Removal moves the corners behind the tip.
+            self.tests_left = self.tests_left.saturating_sub(self.ring.len() / 16);
             self.next = tip;
         }
         let last = self.triangle_at(1);
@@ -109,6 +126,7 @@ impl Clipping {
         let count = self.ring.len();
         for step in 0..count {
             let tip = (self.next + step) % count;
+            self.tests_left = self.tests_left.saturating_sub(1);
             if test(self, tip) {
                 return Ok(Some(tip));
             }
