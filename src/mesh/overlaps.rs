@@ -132,7 +132,7 @@ impl Search<'_> {
                 + Vector3::new(0.0, (y + OFFSETS[0]) * step.y, (z + OFFSETS[1]) * step.z);
             for [from, to] in self.doubled(pair, origin, common.upper.x) {
                 length += to - from;
-                near.get_or_insert(Vector3::new((from + to) / 2.0, origin.y, origin.z));
+                near.get_or_insert(Vector3::new(f64::midpoint(from, to), origin.y, origin.z));
             }
         }
         near.map(|near| (length * step.y * step.z, near))

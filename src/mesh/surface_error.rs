@@ -58,17 +58,12 @@ pub enum SurfaceError {
         vertex: usize,
     },
     /// A triangle is too thin to have an accurate normal. [`TriangleSoup::closed`](super::TriangleSoup::closed) removes such triangles.
-    #[error(
-        "triangle {triangle} from {} to {} to {} m is a line to round-off",
-        point(&corners[0]),
-        point(&corners[1]),
-        point(&corners[2])
-    )]
+    #[error("triangle {triangle} at {} m is a line to round-off", point(at))]
     ThinTriangle {
         /// Index of the triangle.
         triangle: usize,
-        /// Its corners (m).
-        corners: [Vector3<f64>; 3],
+        /// A corner (m) of the triangle.
+        at: Vector3<f64>,
     },
     /// The triangles do not enclose a solid: edges belong to one triangle only, or triangles are oriented inconsistently.
     #[error(

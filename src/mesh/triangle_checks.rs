@@ -63,7 +63,8 @@ pub(super) fn check_thickness(
     corners: [Vector3<f64>; 3],
 ) -> Result<(), SurfaceError> {
     if is_thin(corners) {
-        Err(SurfaceError::ThinTriangle { triangle, corners })
+        let [at, ..] = corners;
+        Err(SurfaceError::ThinTriangle { triangle, at })
     } else {
         Ok(())
     }
@@ -74,5 +75,6 @@ pub(super) fn is_thin([a, b, c]: [Vector3<f64>; 3]) -> bool {
     let twice_area = (b - a).cross(&(c - a)).norm();
     let edges = [b - a, c - b, a - c];
     let longest_edge = edges.iter().map(nalgebra::Matrix::norm).fold(0.0, f64::max);
-    !(twice_area > THINNESS * longest_edge.powi(2))
+    // Not `<=` alone, so that NaN is thin.
+    twice_area <= THINNESS * longest_edge.powi(2) || twice_area.is_nan()
 }

@@ -28,7 +28,7 @@ struct HalfEdge {
 pub(super) fn neighbors(
     vertices: &[Vector3<f64>],
     triangles: &[[usize; 3]],
-) -> Result<Vec<[u32; 3]>, SurfaceFaults> {
+) -> Result<Vec<[u32; 3]>, Box<SurfaceFaults>> {
     let mut half_edges = sorted_half_edges(triangles);
     let mut neighbors = vec![[0; 3]; triangles.len()];
     let mut connect = |[a, b]: [&HalfEdge; 2]| {
@@ -63,7 +63,7 @@ pub(super) fn neighbors(
     if faults == SurfaceFaults::default() {
         Ok(neighbors)
     } else {
-        Err(faults)
+        Err(Box::new(faults))
     }
 }
 

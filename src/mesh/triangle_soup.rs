@@ -1,4 +1,3 @@
-use super::surface_faults::SurfaceFaults;
 use super::welding::{self, Triangles, Welded};
 use super::{
     SurfaceError, TriangleSurface, convex_hull, coordinates, thin_triangles, triangle_checks,
@@ -115,8 +114,13 @@ impl TriangleSoup {
         let mut first_error = None;
         for tolerance in TOLERANCES {
             match welding::welded(&self.vertices, &self.triangles, tolerance * size).closed() {
-                Err(error @ SurfaceError::NotClosed(_)) => {
+                Err(SurfaceError::NotClosed(faults)) => {
+                    let may_close = faults.open.is_some() || faults.thin.is_some();
+                    let error = SurfaceError::NotClosed(faults);
                     first_error.get_or_insert(error);
+                    if !may_close {
+                        break;
+                    }
                 }
                 result => return result,
             }
@@ -142,18 +146,16 @@ impl Welded {
         let (vertices, triangles) = self.triangles;
         triangle_checks::check_size(vertices.len(), triangles.len())?;
         let (triangles, thin) = thin_triangles::split(&vertices, triangles);
-        let faults = match triangle_edges::neighbors(&vertices, &triangles) {
+        let mut faults = match triangle_edges::neighbors(&vertices, &triangles) {
             Ok(neighbors) if thin.is_none() => {
                 let repairs = self.warning.into_iter().collect();
                 return TriangleSurface::of_neighbors((vertices, triangles), neighbors, repairs);
             }
-            Ok(_) => SurfaceFaults::default(),
+            Ok(_) => Box::default(),
             Err(faults) => faults,
         };
-        Err(SurfaceError::NotClosed(Box::new(SurfaceFaults {
-            thin,
-            ..faults
-        })))
+        faults.thin = thin;
+        Err(SurfaceError::NotClosed(faults))
     }
 }
 

@@ -77,7 +77,7 @@ impl TriangleSurface {
             triangle_checks::check_thickness(triangle, corners.map(|vertex| vertices[vertex]))?;
         }
         let neighbors = triangle_edges::neighbors(&vertices, &triangles);
-        let neighbors = neighbors.map_err(|faults| SurfaceError::NotClosed(Box::new(faults)))?;
+        let neighbors = neighbors.map_err(SurfaceError::NotClosed)?;
         Self::of_neighbors((vertices, triangles), neighbors, Vec::new())
     }
 

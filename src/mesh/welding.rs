@@ -7,6 +7,12 @@ use rustc_hash::FxHashMap;
 /// Positions of vertices (m), and vertex indices of triangles.
 pub(super) type Triangles = (Vec<Vector3<f64>>, Vec<[usize; 3]>);
 
+/// Size of the cells of the grid, relative to the tolerance. It exceeds the size of the searched box, which thus overlaps at most 8 cells.
+const CELL_SIZE: f64 = 4.0;
+
+/// Half the size of the searched box, relative to the tolerance. The excess covers rounding errors.
+const SEARCH: f64 = 1.01;
+
 /// Triangles with merged vertices.
 pub(super) struct Welded {
     pub triangles: Triangles,
@@ -24,7 +30,9 @@ pub(super) fn welded(
     let mut warning = None;
     if tolerance > 0.0 {
         let mut used: Vec<usize> = triangles.as_flattened().to_vec();
-        used.iter_mut().for_each(|vertex| *vertex = first[*vertex]);
+        for vertex in &mut used {
+            *vertex = first[*vertex];
+        }
         used.sort_unstable();
         used.dedup();
         let mut chains = Chains::of(&used);
@@ -87,26 +95,31 @@ impl Chains {
         vertex
     }
 
-    /// Connects all pairs of vertices within the tolerance (m). A grid with cells of this size limits the search to 27 cells. The cell
-    /// borders have no influence.
+    /// Connects all pairs of vertices within the tolerance (m). A grid limits the search to the cells that a box of this size around a
+    /// vertex overlaps, so that cell borders have no influence.
     fn connect(&mut self, positions: &[Vector3<f64>], tolerance: f64) {
-        let cell_of = |vertex: usize| positions[vertex].map(|x| (x / tolerance).floor());
+        let cell_of = |position: Vector3<f64>| (position / (CELL_SIZE * tolerance)).map(f64::floor);
         let mut cells: FxHashMap<[u64; 3], Vec<usize>> = FxHashMap::default();
         for vertex in self.vertices.clone() {
-            let cell = cell_of(vertex);
-            for step in 0..27 {
-                let offset =
-                    Vector3::new(step % 3, step / 3 % 3, step / 9).map(|k| f64::from(k) - 1.0);
-                let near = cells.get(&position_key(&(cell + offset)));
+            let position = positions[vertex];
+            let [lower, upper] =
+                [-SEARCH, SEARCH].map(|step| cell_of(position.add_scalar(step * tolerance)));
+            let is_upper = |corner: u8, axis: usize| corner >> axis & 1 == 1;
+            let is_new = |&corner: &u8| (0..3).all(|k| !is_upper(corner, k) || lower[k] < upper[k]);
+            for corner in (0..8).filter(is_new) {
+                let side =
+                    |axis: usize, _| if is_upper(corner, axis) { upper } else { lower }[axis];
+                let near = cells.get(&position_key(&Vector3::from_fn(side)));
                 for &other in near.into_iter().flatten() {
-                    if (positions[vertex] - positions[other]).norm() <= tolerance {
+                    if (position - positions[other]).norm() <= tolerance {
                         let roots = [vertex, other].map(|v| self.first_of(v));
                         self.parents
                             .insert(roots[0].max(roots[1]), roots[0].min(roots[1]));
                     }
                 }
             }
-            cells.entry(position_key(&cell)).or_default().push(vertex);
+            let cell = position_key(&cell_of(position));
+            cells.entry(cell).or_default().push(vertex);
         }
     }
 
@@ -143,10 +156,10 @@ fn without_opposites(triangles: Vec<[usize; 3]>) -> Vec<[usize; 3]> {
     if counts.len() == triangles.len() {
         return triangles;
     }
-    counts.values_mut().for_each(|[odd, even]| {
+    for [odd, even] in counts.values_mut() {
         let pairs = *odd.min(even);
         (*odd, *even) = (pairs, pairs);
-    });
+    }
     let mut dropped = counts;
     let is_kept = |triangle: &[usize; 3]| {
         let (sorted, side) = key(triangle);

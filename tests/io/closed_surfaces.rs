@@ -117,8 +117,11 @@ fn a_binary_stl_file_holds_the_surface_in_single_precision() {
 #[test]
 fn an_ascii_stl_file_holds_all_its_solids_in_double_precision() {
     let ball = ball();
-    let read = read_bytes("ball_ascii.STL", ascii_stl(&ball).as_bytes()).unwrap();
-    assert!(corners(&read).eq(corners(&ball)));
+    let text = ascii_stl(&ball);
+    for text in [text.replace('\n', "\r"), text] {
+        let read = read_bytes("ball_ascii.STL", text.as_bytes()).unwrap();
+        assert!(corners(&read).eq(corners(&ball)));
+    }
 }
 
 #[test]

@@ -83,9 +83,9 @@ fn ply(format: &str) -> Vec<u8> {
     for triangle in TRIANGLES {
         push(&[255]);
         push(&[3]);
-        triangle
-            .iter()
-            .for_each(|&corner| push(&i32::from(corner).to_le_bytes()));
+        for corner in triangle {
+            push(&i32::from(corner).to_le_bytes());
+        }
     }
     file
 }

@@ -121,9 +121,9 @@ fn points_on_common_planes_and_lines_have_a_hull() {
         }
     }
     let mut prism = points_on_sphere(1.0, 40);
-    prism
-        .iter_mut()
-        .for_each(|point| point.z = point.z.signum());
+    for point in &mut prism {
+        point.z = point.z.signum();
+    }
     containing(&prism);
 }
 
@@ -161,7 +161,9 @@ fn points_without_a_hull_are_refused() {
         "vertex 1 has the coordinate inf, but coordinates must be finite"
     );
     let mut in_a_plane = points_on_sphere(1.0, 50);
-    in_a_plane.iter_mut().for_each(|point| point.z = 0.25);
+    for point in &mut in_a_plane {
+        point.z = 0.25;
+    }
     for points in [
         vec![],
         vec![corner],

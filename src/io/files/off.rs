@@ -33,12 +33,11 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<TriangleSoup, FileError>
         return Err(file.syntax_error(line, "expected the word OFF"));
     }
     // The counts follow on the same line or on the next one.
-    let counts: Vec<&[u8]> = match first.peek() {
-        Some(_) => first.collect(),
-        None => {
-            line = next("the numbers of vertices and faces")?;
-            words(line).collect()
-        }
+    let counts: Vec<&[u8]> = if first.peek().is_some() {
+        first.collect()
+    } else {
+        line = next("the numbers of vertices and faces")?;
+        words(line).collect()
     };
     let count = |index: usize| counts.get(index).and_then(|word| number::<usize>(word));
     let [Some(vertex_count), Some(face_count)] = [count(0), count(1)] else {

@@ -182,10 +182,7 @@ mod tests {
             (b - a).cross(&(c - a)) / 2.0
         });
         let areas: Vec<Vector3<f64>> = areas.collect();
-        (
-            areas.iter().sum(),
-            areas.iter().map(|area| area.norm()).sum(),
-        )
+        (areas.iter().sum(), areas.iter().map(Vector3::norm).sum())
     }
 
     /// A polygon overlaps itself nowhere if its triangles have the area of their common normal.

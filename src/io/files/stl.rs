@@ -121,7 +121,9 @@ fn read_text(file: TextFile<'_>) -> Result<Corners, FileError> {
         corners: Vec::new(),
         triangles: Corners::new(),
     };
-    for line in file.lines() {
+    // Old files end their lines with carriage returns alone.
+    let is_end = |byte: &u8| [b'\n', b'\r'].contains(byte);
+    for line in file.bytes.split_inclusive(is_end) {
         reader.read_line(file, line)?;
     }
     if reader.expected == ["solid"] {

@@ -88,7 +88,7 @@ impl Collision {
     /// Shape of a mesh in the link frame.
     fn mesh_shape(&self, soup: TriangleSoup, kind: MeshShape) -> Result<BodyShape, UrdfError> {
         let surface = match kind {
-            MeshShape::Rigid => closed_or_hull(soup),
+            MeshShape::Rigid => closed_or_hull(&soup),
             MeshShape::Hull | MeshShape::CompliantHull => hull(&soup),
             MeshShape::StarShaped | MeshShape::None => soup.closed(),
         };
@@ -143,13 +143,13 @@ impl Collision {
 }
 
 /// The closed surface of the triangles, reversed if it is turned inwards. If they are not closed, the surface of their convex hull.
-fn closed_or_hull(soup: TriangleSoup) -> Result<TriangleSurface, SurfaceError> {
+fn closed_or_hull(soup: &TriangleSoup) -> Result<TriangleSurface, SurfaceError> {
     soup.clone().closed().or_else(|error| {
         let reversed = match error {
             SurfaceError::Inward { .. } => soup.clone().flipped().closed(),
             _ => Err(error.clone()),
         };
-        reversed.or_else(|_| hull(&soup)).map_err(|_| error)
+        reversed.or_else(|_| hull(soup)).map_err(|_| error)
     })
 }
 
