@@ -518,6 +518,13 @@ def test_every_callable_that_takes_numbers_is_in_the_table(tmp_path):
 NAMES = sorted(callables_of_the_stub())
 
 
+def test_arrays_in_column_order_are_read_by_their_rows():
+    ball = he.Shape.icosphere(0.1, 1)
+    columns = np.asfortranarray(ball.vertices)
+    shape = he.Shape(columns, np.asfortranarray(ball.tets), ball.extents)
+    assert np.array_equal(shape.vertices, ball.vertices) and np.array_equal(shape.tets, ball.tets)
+
+
 @pytest.mark.parametrize("name", NAMES)
 def test_numbers_out_of_range_are_refused(name, tmp_path):
     if name in ("Pair.write_surface", "Shape.read"):

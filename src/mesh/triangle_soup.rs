@@ -19,16 +19,18 @@ const TOLERANCES: [f64; 3] = [0.0, 1e-7, 1e-6];
 /// use hydroelastic::mesh::{SurfaceError, TriangleSoup};
 /// use nalgebra::vector;
 ///
-/// // A corner cut off a cube, without the triangle on the cut.
-/// let [o, a, b, c] = [[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.0, 0.1, 0.0], [0.0, 0.0, 0.1]].map(Into::into);
-/// let soup = TriangleSoup::from_corners(&[[o, b, a], [o, a, c], [o, c, b]]);
+/// // A pyramid without its base.
+/// let base = [[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.1, 0.1, 0.0], [0.0, 0.1, 0.0]];
+/// let [a, b, c, d] = base.map(Into::into);
+/// let apex = vector![0.05, 0.05, 0.1];
+/// let soup = TriangleSoup::from_corners(&[[a, b, apex], [b, c, apex], [c, d, apex], [d, a, apex]]);
 /// let Err(SurfaceError::NotClosed(faults)) = soup.clone().closed() else {
 ///     panic!("the surface is open");
 /// };
-/// assert_eq!(faults.open.map(|fault| fault.count), Some(3));
+/// assert_eq!(faults.open.map(|fault| fault.count), Some(4));
 ///
-/// let corner = soup.convex_hull()?.closed()?;
-/// assert!((corner.volume() - 0.001 / 6.0).abs() < 1e-18);
+/// let pyramid = soup.convex_hull()?.closed()?;
+/// assert!((pyramid.volume() - 0.001 / 3.0).abs() < 1e-18);
 /// # Ok::<(), SurfaceError>(())
 /// ```
 #[derive(Debug, Clone, Default, PartialEq)]
