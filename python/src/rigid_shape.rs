@@ -65,12 +65,18 @@ impl RigidShape {
 
 /// Extracts points.
 fn points(argument: &Bound<'_, PyAny>, name: &str) -> PyResult<Vec<Vector3<f64>>> {
-    Ok(table::<3>(argument, name)?.into_iter().map(Into::into).collect())
+    Ok(table::<3>(argument, name)?
+        .into_iter()
+        .map(Into::into)
+        .collect())
 }
 
 /// Creates the exception for a file whose triangles are not a surface.
 fn unusable(path: &Path, why: &SurfaceError) -> PyErr {
-    value_error(format!("{} does not hold a usable surface: {why}", path.display()))
+    value_error(format!(
+        "{} does not hold a usable surface: {why}",
+        path.display()
+    ))
 }
 
 #[pymethods]

@@ -188,12 +188,16 @@ impl Shape {
         extents: Option<&str>,
         #[pyo3(from_py_with = optional_real)] unit: Option<f64>,
     ) -> PyResult<Self> {
-        check_extension(&path, &["stl", "obj", "ply", "off", "glb", "gltf", "dae"], |path| {
-            format!(
-                "{path} holds a surface, not a mesh of tetrahedra: RigidShape.read reads it as a rigid body, Shape.star_shaped makes \
+        check_extension(
+            &path,
+            &["stl", "obj", "ply", "off", "glb", "gltf", "dae"],
+            |path| {
+                format!(
+                    "{path} holds a surface, not a mesh of tetrahedra: RigidShape.read reads it as a rigid body, Shape.star_shaped makes \
                  a compliant one of vertices and triangles, and a mesher makes tetrahedra"
-            )
-        })?;
+                )
+            },
+        )?;
         let shape = Self::in_file(py, path.clone(), extents)?;
         let Some(unit) = unit else {
             let bounds = shape.field().mesh().aabb();
