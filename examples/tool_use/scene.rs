@@ -3,7 +3,7 @@
 use super::hand::Hand;
 use hydroelastic::contact::{HalfSpace, RigidShape, Shape};
 use hydroelastic::dynamics::{Body, Integrator, Mass, Material, Plan, World, WorldError};
-use hydroelastic::io::read_triangle_surface;
+use hydroelastic::io::{Placement, read_triangle_surface};
 use hydroelastic::mesh::{PressureField, TriangleSurface, shapes};
 use hydroelastic::spatial::Pose;
 use nalgebra::vector;
@@ -36,7 +36,10 @@ pub const STEPS: usize = 225;
 
 /// Returns the surface of the hook (m), its lowest point at the origin.
 pub fn tool() -> Result<TriangleSurface, Box<dyn Error>> {
-    Ok(read_triangle_surface(TOOL_FILE, MILLIMETER)?)
+    Ok(read_triangle_surface(
+        TOOL_FILE,
+        &Placement::from_unit(MILLIMETER),
+    )?)
 }
 
 /// Returns the field of the block, its center at the origin.

@@ -1,7 +1,7 @@
 //! Functions shared by the fuzz targets: bytes read as a mesh file, as a surface file or as a robot.
 
 use hydroelastic::io::urdf::Robot;
-use hydroelastic::io::{MeshFile, read_mesh, read_triangle_surface};
+use hydroelastic::io::{MeshFile, Placement, read_mesh, read_triangle_surface};
 use hydroelastic::mesh::{PressureField, TriangleSurface};
 use std::path::PathBuf;
 
@@ -26,8 +26,11 @@ pub fn read(extension: &str, bytes: &[u8]) {
 pub fn read_surface(extension: &str, bytes: &[u8]) {
     let path = file_of(extension);
     std::fs::write(&path, bytes).expect("the file for the bytes can be written");
-    match read_triangle_surface(&path, 1.0) {
-        Ok(surface) => check_surface(&surface),
+    match read_triangle_surface(&path, &Placement::default()) {
+        Ok(surface) => {
+            check_surface(&surface);
+            let _ = surface.warnings();
+        }
         Err(error) => check_error(&path, &error.to_string()),
     }
 }

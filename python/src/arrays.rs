@@ -28,8 +28,9 @@ pub fn numbers(argument: &Bound<'_, PyAny>, name: &str) -> PyResult<Numbers> {
         let shape = array.shape().to_vec();
         let view = array.try_readonly().map_err(value_error)?;
         let values = match view.as_slice() {
-            Ok(slice) => slice.to_vec(),
-            Err(_) => view.as_array().iter().copied().collect(),
+            // The slice of a Fortran array is in its own order.
+            Ok(slice) if array.is_c_contiguous() => slice.to_vec(),
+            _ => view.as_array().iter().copied().collect(),
         };
         return Ok(Numbers { values, shape });
     }

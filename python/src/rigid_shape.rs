@@ -1,35 +1,39 @@
 //! Rigid shapes: closed triangle surfaces with their search trees.
 
 use crate::arrays::{
-    Floats, array, check_finite, indices, optional_real, real, signed, table, whole_array,
+    Floats, array, check_finite, indices, optional_real, real, row, signed, table, whole_array,
 };
 use crate::errors::value_error;
-use crate::shape::{Shape, check_extension, mass_arrays, warn_of_size};
+use crate::poses::single_pose;
+use crate::shape::{Shape, check_extension, mass_arrays};
 use crate::shape_gradient::mass_gradient;
 use hydroelastic::contact;
-use hydroelastic::io::read_triangle_surface;
-use hydroelastic::mesh::{SurfaceError, TriangleSurface};
+use hydroelastic::io::{Placement, read_triangles};
+use hydroelastic::mesh::{SurfaceError, SurfaceWarning, TriangleSoup, TriangleSurface};
+use hydroelastic::nalgebra::Vector3;
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// Shape of a rigid body: the closed triangle surface of a solid.
 ///
-/// Rigid shapes have contact with compliant shapes only. The surface may have several components and cavities. It must not intersect
-/// itself, which is not checked.
+/// Rigid shapes have contact with compliant shapes only. The surface may have several components and cavities. Components that overlap
+/// count twice in volume and force, with a warning. Vertices that are equal or almost equal are merged if the surface is not closed
+/// otherwise, triangles without area are removed, and unused vertices are dropped.
 ///
 /// Parameters
 /// ----------
 /// vertices : (n, 3) array_like
-///     Positions (m) in the body frame. Each vertex must belong to a triangle: RigidShape.around makes the surface of a Shape.
+///     Positions (m) in the body frame.
 /// triangles : (m, 3) array_like of int
 ///     Vertex indices of each triangle, counter-clockwise seen from outside.
 ///
 /// Raises
 /// ------
 /// HydroelasticError
-///     If the surface is not closed, oriented inwards or flat, or a number is not valid. The message names the vertex, edge or triangle.
+///     If the surface is not closed, oriented inwards or flat, or a number is not valid. The message counts the faults and names the first
+///     of each kind.
 #[pyclass(frozen, module = "hydroelastic")]
 #[derive(Clone)]
 pub struct RigidShape(pub Arc<contact::RigidShape>);
@@ -43,6 +47,36 @@ impl RigidShape {
     fn surface(&self) -> &TriangleSurface {
         self.0.surface()
     }
+
+    /// Emits the warnings of the surface. A unit that was given is no mistake.
+    fn warn(&self, py: Python<'_>, name: &str, is_unit_given: bool) -> PyResult<()> {
+        for warning in self.surface().warnings() {
+            let remedy = match warning {
+                SurfaceWarning::Size { .. } if is_unit_given => continue,
+                SurfaceWarning::Size { .. } => "; unit=1.0 reads meters without this warning",
+                _ => "",
+            };
+            let message = format!("{name}: {warning}{remedy}");
+            py.import("warnings")?.call_method1("warn", (message,))?;
+        }
+        Ok(())
+    }
+}
+
+/// Extracts points.
+fn points(argument: &Bound<'_, PyAny>, name: &str) -> PyResult<Vec<Vector3<f64>>> {
+    Ok(table::<3>(argument, name)?
+        .into_iter()
+        .map(Into::into)
+        .collect())
+}
+
+/// Creates the exception for a file whose triangles are not a surface.
+fn unusable(path: &Path, why: &SurfaceError) -> PyErr {
+    value_error(format!(
+        "{} does not hold a usable surface: {why}",
+        path.display()
+    ))
 }
 
 #[pymethods]
@@ -53,15 +87,48 @@ impl RigidShape {
         vertices: &Bound<'_, PyAny>,
         triangles: &Bound<'_, PyAny>,
     ) -> PyResult<Self> {
-        let vertices = table::<3>(vertices, "vertices")?;
-        let vertices = vertices.into_iter().map(Into::into).collect();
-        let triangles = indices(triangles, "triangles")?;
-        py.detach(|| Self::of(TriangleSurface::new(vertices, triangles)))
+        let soup = TriangleSoup {
+            vertices: points(vertices, "vertices")?,
+            triangles: indices(triangles, "triangles")?,
+        };
+        let shape = py.detach(|| {
+            // A valid surface keeps its vertices.
+            let surface = TriangleSurface::new(soup.vertices.clone(), soup.triangles.clone());
+            Self::of(surface.or_else(|_| soup.closed()))
+        })?;
+        shape.warn(py, "the surface", true)?;
+        Ok(shape)
     }
 
-    /// Reads a surface from an STL file (.stl, binary or ASCII) or a Wavefront file (.obj).
+    /// Creates the convex hull of points.
     ///
-    /// Vertices at exactly the same position are merged.
+    /// Parameters
+    /// ----------
+    /// points : (n, 3) array_like
+    ///     Positions (m) in the body frame.
+    ///
+    /// Returns
+    /// -------
+    /// RigidShape
+    ///     Surface of the hull.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If the points lie in a plane, or a number is not finite.
+    #[staticmethod]
+    fn convex_hull(py: Python<'_>, points: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let soup = TriangleSoup {
+            vertices: self::points(points, "points")?,
+            triangles: Vec::new(),
+        };
+        py.detach(|| Self::of(soup.convex_hull().and_then(TriangleSoup::closed)))
+    }
+
+    /// Reads a surface from a file: STL (.stl), Wavefront (.obj), PLY (.ply), OFF (.off), glTF (.glb, .gltf) or COLLADA (.dae).
+    ///
+    /// The surface is repaired as by RigidShape(vertices, triangles). Repairs that move vertices, overlapping components and an unlikely
+    /// size are warnings (UserWarning).
     ///
     /// Parameters
     /// ----------
@@ -69,7 +136,15 @@ impl RigidShape {
     ///     File.
     /// unit : float, optional
     ///     Unit of the file in meters, such as 0.001 for the millimeters of most CAD programs. None, the default, means 1, with a
-    ///     warning if the surface is larger than 100 m.
+    ///     warning if the surface is larger than 100 m or smaller than 0.1 mm. glTF and COLLADA files are in meters already.
+    /// scale : (3,) array_like, optional
+    ///     Factor for each axis of the file. A negative factor mirrors the body. Default: 1.
+    /// pose : (4, 4) array_like, optional
+    ///     Pose of the axes of the file in the body frame. Default: the identity.
+    /// hull : bool
+    ///     True to read the convex hull of all vertices. The triangles need not be closed, and there may be none.
+    /// flip : bool
+    ///     True to reverse the orientation of all triangles.
     ///
     /// Returns
     /// -------
@@ -81,11 +156,15 @@ impl RigidShape {
     /// HydroelasticError
     ///     If the file cannot be read or is damaged, or its surface is not closed.
     #[staticmethod]
-    #[pyo3(signature = (path, unit=None))]
+    #[pyo3(signature = (path, unit=None, *, scale=None, pose=None, hull=false, flip=false))]
     fn read(
         py: Python<'_>,
         path: PathBuf,
         #[pyo3(from_py_with = optional_real)] unit: Option<f64>,
+        scale: Option<&Bound<'_, PyAny>>,
+        pose: Option<&Bound<'_, PyAny>>,
+        hull: bool,
+        flip: bool,
     ) -> PyResult<Self> {
         check_extension(&path, &["msh", "vtk", "vtu"], |path| {
             format!(
@@ -93,12 +172,23 @@ impl RigidShape {
                  rigid body of it"
             )
         })?;
-        let read = |path: &PathBuf| read_triangle_surface(path, unit.unwrap_or(1.0));
-        let shape = py.detach(|| Self::of(Ok(read(&path).map_err(value_error)?)))?;
-        if unit.is_none() {
-            let bounds = shape.surface().aabb();
-            warn_of_size(py, &path, 2.0 * bounds.half_extents().amax())?;
+        let mut placement = Placement::from_unit(unit.unwrap_or(1.0));
+        if let Some(scale) = scale {
+            placement.scale = row::<3>(scale, "scale")?.into();
         }
+        if let Some(pose) = pose {
+            placement.pose = single_pose(pose, "pose")?;
+        }
+        let shape = py.detach(|| {
+            let mut soup = read_triangles(&path, &placement).map_err(value_error)?;
+            if hull {
+                soup = soup.convex_hull().map_err(|why| unusable(&path, &why))?;
+            }
+            let soup = if flip && !hull { soup.flipped() } else { soup };
+            let surface = soup.closed().map_err(|why| unusable(&path, &why))?;
+            Self::of(Ok(surface))
+        })?;
+        shape.warn(py, &path.display().to_string(), unit.is_some())?;
         Ok(shape)
     }
 

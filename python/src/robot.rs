@@ -43,10 +43,12 @@ fn stop_law(argument: &Bound<'_, PyAny>) -> PyResult<Option<StopLaw>> {
 fn mesh_shape(name: &str) -> PyResult<MeshShape> {
     match name {
         "rigid" => Ok(MeshShape::Rigid),
+        "hull" => Ok(MeshShape::Hull),
+        "compliant_hull" => Ok(MeshShape::CompliantHull),
         "star_shaped" => Ok(MeshShape::StarShaped),
         "none" => Ok(MeshShape::None),
         _ => Err(value_error(format!(
-            "meshes must be \"rigid\", \"star_shaped\" or \"none\", but is {name:?}"
+            "meshes must be \"rigid\", \"hull\", \"star_shaped\", \"compliant_hull\" or \"none\", but is {name:?}"
         ))),
     }
 }
@@ -162,7 +164,8 @@ impl Robot {
     /// packages : dict of str to path-like, optional
     ///     Folders of packages with meshes, by name. Default: none.
     /// meshes : str
-    ///     Shapes of meshes: "rigid", "star_shaped" (compliant) or "none". With "none", their files are not opened.
+    ///     Shapes of meshes: "rigid", "hull" (rigid), "star_shaped" (compliant), "compliant_hull" or "none". With "rigid", a mesh that is
+    ///     not closed becomes its convex hull. With "none", the files are not opened.
     /// materials : dict of str to Material, optional
     ///     Materials of other links, by the name of the link in the file. Default: none.
     /// self_contact : bool
@@ -279,7 +282,8 @@ impl World {
     /// packages : dict of str to path-like, optional
     ///     Folders of packages with meshes, by name. Default: none.
     /// meshes : str
-    ///     Shapes of meshes: "rigid", "star_shaped" (compliant) or "none".
+    ///     Shapes of meshes: "rigid", "hull" (rigid), "star_shaped" (compliant), "compliant_hull" or "none". With "rigid", a mesh that is
+    ///     not closed becomes its convex hull.
     /// servos : dict of str to (float, float), optional
     ///     Stiffness (N m/rad or N/m) and damping (N m s/rad or N s/m) of servos, by the name of the joint. Default: no servos.
     /// bodies : list of Body, optional

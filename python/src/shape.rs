@@ -8,7 +8,7 @@ use crate::errors::value_error;
 use crate::shape_gradient::mass_gradient;
 use hydroelastic::contact::{self, BodyError, ContactBody};
 use hydroelastic::io::read_mesh;
-use hydroelastic::mesh::{MeshError, PressureField, TetMesh, TriangleSurface, shapes};
+use hydroelastic::mesh::{MeshError, PressureField, TetMesh, TriangleSoup, shapes};
 use hydroelastic::spatial::{MassProperties, Pose};
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
@@ -188,12 +188,16 @@ impl Shape {
         extents: Option<&str>,
         #[pyo3(from_py_with = optional_real)] unit: Option<f64>,
     ) -> PyResult<Self> {
-        check_extension(&path, &["stl", "obj"], |path| {
-            format!(
-                "{path} holds a surface, not a mesh of tetrahedra: RigidShape.read reads it as a rigid body, Shape.star_shaped makes \
+        check_extension(
+            &path,
+            &["stl", "obj", "ply", "off", "glb", "gltf", "dae"],
+            |path| {
+                format!(
+                    "{path} holds a surface, not a mesh of tetrahedra: RigidShape.read reads it as a rigid body, Shape.star_shaped makes \
                  a compliant one of vertices and triangles, and a mesher makes tetrahedra"
-            )
-        })?;
+                )
+            },
+        )?;
         let shape = Self::in_file(py, path.clone(), extents)?;
         let Some(unit) = unit else {
             let bounds = shape.field().mesh().aabb();
@@ -343,7 +347,7 @@ impl Shape {
 
     /// Creates the solid inside a star-shaped surface, whose triangles are all visible from one inner point.
     ///
-    /// Convex solids are star-shaped. Vertices at exactly the same position are merged, and vertices that no triangle uses are dropped.
+    /// Convex solids are star-shaped. The triangles are repaired as by RigidShape.
     ///
     /// Parameters
     /// ----------
@@ -373,7 +377,11 @@ impl Shape {
         let vertices = table::<3>(vertices, "vertices")?;
         let vertices = vertices.into_iter().map(Into::into).collect();
         let triangles = indices(triangles, "triangles")?;
-        let surface = TriangleSurface::welded(vertices, triangles).map_err(value_error)?;
+        let soup = TriangleSoup {
+            vertices,
+            triangles,
+        };
+        let surface = soup.closed().map_err(value_error)?;
         Self::of(match inner_point {
             None => shapes::star_shaped(&surface),
             Some(point) => {
@@ -381,6 +389,29 @@ impl Shape {
                 shapes::star_shaped_about(point.into(), &surface)
             }
         })
+    }
+
+    /// Creates the convex hull of points.
+    ///
+    /// Parameters
+    /// ----------
+    /// points : (n, 3) array_like
+    ///     Positions (m) in the body frame.
+    ///
+    /// Returns
+    /// -------
+    /// Shape
+    ///     Solid with the extent 1 at the center of volume.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If the points lie in a plane, or a number is not finite.
+    #[staticmethod]
+    fn convex_hull(points: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let points = table::<3>(points, "points")?;
+        let points: Vec<_> = points.into_iter().map(Into::into).collect();
+        Self::of(shapes::convex_hull(&points))
     }
 
     /// Positions (m) of the vertices in the body frame, (n, 3) float64.

@@ -251,11 +251,16 @@ def cases(folder):
         "Shape.cuboid_rates": (he.Shape.cuboid_rates, {"lengths": POINT}),
         "Shape.distance_cuboid_rates": (he.Shape.distance_cuboid_rates, {"lengths": POINT}),
         "Shape.cylinder_rates": (he.Shape.cylinder_rates, {"radius": Positive(0.1), "length": Positive(0.3), "segments": 8}),
+        "Shape.convex_hull": (he.Shape.convex_hull, {"points": CORNERS}),
         "Shape.star_shaped": (he.Shape.star_shaped, {"vertices": CORNERS, "triangles": FACES, "inner_point": POINT}),
         "Shape.mass_properties": (ball.mass_properties, {"density": Positive(2.0)}),
         "Shape.mass_gradient": (ball.mass_gradient, by_mass),
         "RigidShape": (he.RigidShape, {"vertices": CORNERS, "triangles": FACES}),
-        "RigidShape.read": (lambda unit: he.RigidShape.read(stl, unit), {"unit": Positive(1.0)}),
+        "RigidShape.read": (
+            lambda **it: he.RigidShape.read(stl, **it),
+            {"unit": Positive(1.0), "scale": np.ones(3), "pose": EYE},
+        ),
+        "RigidShape.convex_hull": (he.RigidShape.convex_hull, {"points": CORNERS}),
         "RigidShape.mass_properties": (rigid.mass_properties, {"density": Positive(2.0)}),
         "RigidShape.mass_gradient": (rigid.mass_gradient, by_mass),
         "HalfSpace": (he.HalfSpace, {"thickness": Positive(0.1)}),
@@ -511,6 +516,13 @@ def test_every_callable_that_takes_numbers_is_in_the_table(tmp_path):
 
 
 NAMES = sorted(callables_of_the_stub())
+
+
+def test_arrays_in_column_order_are_read_by_their_rows():
+    ball = he.Shape.icosphere(0.1, 1)
+    columns = np.asfortranarray(ball.vertices)
+    shape = he.Shape(columns, np.asfortranarray(ball.tets), ball.extents)
+    assert np.array_equal(shape.vertices, ball.vertices) and np.array_equal(shape.tets, ball.tets)
 
 
 @pytest.mark.parametrize("name", NAMES)

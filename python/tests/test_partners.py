@@ -139,6 +139,36 @@ def test_surfaces_come_from_files(tmp_path, name):
     assert he.RigidShape.read(path).volume > 1e8 * shape.volume
 
 
+FIELD_FILES = Path(__file__).parents[2] / "tests" / "data" / "field_files"
+
+
+def test_surface_files_are_repaired_with_warnings_and_on_request(recwarn):
+    for name, volume in [("no_area.obj", 1.0), ("u_prism.obj", 7.0), ("tetrahedron.ply", 1 / 6), ("touch_in_an_edge.stl", 2.0)]:
+        assert he.RigidShape.read(FIELD_FILES / name).volume == pytest.approx(volume)
+    assert he.RigidShape.read(FIELD_FILES / "inwards.obj", flip=True).volume == pytest.approx(1.0)
+    for name in ("open_box.obj", "points.obj"):
+        assert he.RigidShape.read(FIELD_FILES / name, hull=True).volume == pytest.approx(1.0)
+    mirrored = he.RigidShape.read(FIELD_FILES / "tetrahedron.off", 0.1, scale=[-1, 2, 1], pose=he.pose([1.0, 0.0, 0.0]))
+    assert mirrored.volume == pytest.approx(1e-3 / 3) and mirrored.vertices[:, 0].min() == pytest.approx(0.9)
+    assert not recwarn
+    with pytest.warns(UserWarning, match="ulp_apart.stl: .* vertices were moved by up to .* m"):
+        close = he.RigidShape.read(FIELD_FILES / "ulp_apart.stl")
+    assert len(close.vertices) == 8
+    with pytest.warns(UserWarning, match="overlap"):
+        parts = he.RigidShape.read(FIELD_FILES / "overlap.stl")
+    with pytest.warns(UserWarning, match="the surface: 1 pairs of components overlap"):
+        he.RigidShape(parts.vertices, parts.triangles)
+
+
+def test_hulls_of_points_are_rigid_or_compliant():
+    corners = np.array(np.meshgrid([0, 1], [0, 2], [0, 3])).reshape(3, 8).T.astype(float)
+    points = np.vstack([corners, [[0.5, 1.0, 1.5]]])
+    assert he.RigidShape.convex_hull(points).volume == pytest.approx(6.0)
+    assert he.Shape.convex_hull(points).volume == pytest.approx(6.0)
+    with pytest.raises(he.HydroelasticError, match="the convex hull of 4 points has no volume"):
+        he.Shape.convex_hull(corners[corners[:, 2] == 0.0])
+
+
 def test_what_is_refused(tmp_path):
     shape = slab()
     inward = shape.triangles[:, ::-1]

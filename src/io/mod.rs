@@ -4,7 +4,8 @@
 //! - [`read_mesh`] reads the file of a mesher (Gmsh `.msh`, VTK `.vtk` and `.vtu`) into a [`MeshFile`]: a mesh (m), and point data.
 //!   Extents are either an array of the point data ([`MeshFile::pressure_field`]) or computed from the distance to the surface
 //!   ([`PressureField::from_distance`](crate::mesh::PressureField::from_distance)).
-//! - [`read_triangle_surface`] reads the closed surface of a rigid body (STL, OBJ).
+//! - [`read_triangle_surface`] reads the closed surface of a rigid body (STL, OBJ, OFF, PLY, glTF, COLLADA). [`read_triangles`] reads
+//!   triangles that need not be closed.
 //! - [`write_surface`] writes a contact surface for ParaView and similar programs.
 //! - [`write_trajectory`] writes the motion of all bodies as a table (CSV, or Parquet with the feature `parquet`).
 //! - [`Recording`] writes an animation for any 3-D viewer.
@@ -14,7 +15,7 @@
 //! killed process may leave a temporary file named `hydroelastic-….part` in the same folder.
 //!
 //! The feature `parry` adds conversions from shapes of the collision library parry (`parry3d-f64`): to pressure fields (convex
-//! polyhedra, triangle meshes and convex hulls of points) and to rigid surfaces. It also converts poses in both directions.
+//! polyhedra and triangle meshes) and to rigid surfaces. It also converts poses in both directions.
 //!
 //! The feature `urdf` adds the module `urdf`, which reads robots in the Unified Robot Description Format.
 //!
@@ -58,9 +59,9 @@ pub use files::write_surface;
 #[cfg(feature = "files")]
 pub use files::{
     FileError, MeshFile, Placement, Recording, TrajectoryFile, read_mesh, read_triangle_surface,
-    write_trajectory,
+    read_triangles, write_trajectory,
 };
 #[cfg(feature = "parry")]
-pub use parry::{HullError, field_from_hull, field_from_polyhedron, field_from_trimesh};
+pub use parry::{field_from_polyhedron, field_from_trimesh};
 #[cfg(feature = "parry")]
 pub use parry_surface::{ShapeError, surface_from_shape};

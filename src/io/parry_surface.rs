@@ -1,4 +1,4 @@
-use crate::mesh::{MeshError, SurfaceError, TriangleSurface};
+use crate::mesh::{MeshError, SurfaceError, TriangleSoup, TriangleSurface};
 use nalgebra::Vector3;
 use parry3d_f64::math::Vec3;
 use parry3d_f64::shape::{Shape, ShapeType, TypedShape};
@@ -57,7 +57,7 @@ pub enum ShapeError {
 /// # Errors
 /// - If the shape is of another kind.
 /// - If the number of segments is out of range.
-/// - If [`TriangleSurface::from_soup`] returns an error.
+/// - If [`TriangleSoup::closed`] returns an error.
 pub fn surface_from_shape(shape: &dyn Shape, segments: u32) -> Result<TriangleSurface, ShapeError> {
     if !SEGMENT_RANGE.contains(&segments) {
         return Err(ShapeError::Segments {
@@ -81,10 +81,15 @@ pub fn surface_from_shape(shape: &dyn Shape, segments: u32) -> Result<TriangleSu
             return Err(ShapeError::Unsupported { kind });
         }
     };
-    let position = |vertex: u32| {
-        let Vec3 { x, y, z } = vertices[vertex as usize];
-        Vector3::new(x, y, z)
-    };
-    let soup: Vec<_> = triangles.iter().map(|t| t.map(position)).collect();
-    Ok(TriangleSurface::from_soup(&soup)?)
+    Ok(soup(&vertices, &triangles).closed()?)
+}
+
+/// Triangles of parry.
+pub(super) fn soup(vertices: &[Vec3], triangles: &[[u32; 3]]) -> TriangleSoup {
+    let vertices = vertices.iter().map(|v| Vector3::new(v.x, v.y, v.z));
+    let triangles = triangles.iter().map(|t| t.map(|vertex| vertex as usize));
+    TriangleSoup {
+        vertices: vertices.collect(),
+        triangles: triangles.collect(),
+    }
 }

@@ -1,3 +1,5 @@
+use super::SurfaceError;
+
 /// The reason why input does not make a tetrahedral mesh or a pressure field.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -185,4 +187,7 @@ pub enum MeshError {
         /// The derivative or rate.
         value: f64,
     },
+    /// The triangles of a shape are not a closed surface.
+    #[error(transparent)]
+    Surface(#[from] SurfaceError),
 }

@@ -18,12 +18,14 @@
 //! # Ok::<(), hydroelastic::mesh::MeshError>(())
 //! ```
 
+mod convex_hull;
 mod coordinates;
 mod distance;
 mod error;
 mod linearized_distances;
 mod mass;
 mod nearest_feet;
+mod overlaps;
 mod pressure_field;
 mod refinement;
 #[cfg(feature = "serde")]
@@ -36,7 +38,10 @@ mod splitting;
 mod surface;
 mod surface_distance;
 mod surface_error;
+mod surface_faults;
+mod surface_warning;
 mod tet_mesh;
+mod thin_triangles;
 mod triangle_checks;
 mod triangle_components;
 mod triangle_edges;
@@ -53,6 +58,8 @@ pub use shape_rates::ShapeRates;
 pub use solid::{Resolution, Solid, SolidError};
 pub(crate) use surface::OUTSIDE;
 pub use surface_error::SurfaceError;
+pub use surface_faults::{Fault, SurfaceFaults};
+pub use surface_warning::SurfaceWarning;
 pub use tet_mesh::TetMesh;
 pub use triangle_soup::TriangleSoup;
 pub use triangle_surface::TriangleSurface;

@@ -1,9 +1,15 @@
+use super::surface_faults::{SurfaceFaults, point};
+use nalgebra::Vector3;
+
 /// The reason why triangles do not make a closed surface.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SurfaceError {
     /// There are fewer triangles than a solid can have.
-    #[error("a closed surface needs at least 4 triangles, but {count} were given")]
+    #[error(
+        "a closed surface needs at least 4 triangles, but {count} were given: points without triangles have a convex hull \
+         (TriangleSoup::convex_hull, hull=True in Python)"
+    )]
     TooFewTriangles {
         /// Number of triangles given.
         count: usize,
@@ -51,69 +57,36 @@ pub enum SurfaceError {
         /// Index of the vertex.
         vertex: usize,
     },
-    /// A triangle is too thin to have an accurate normal.
-    #[error(
-        "triangle {triangle} has the area {area:e} m² over a longest edge of {longest_edge:e} m, which is a line to round-off"
-    )]
+    /// A triangle is too thin to have an accurate normal. [`TriangleSoup::closed`](super::TriangleSoup::closed) removes such triangles.
+    #[error("triangle {triangle} at {} m is a line to round-off", point(at))]
     ThinTriangle {
         /// Index of the triangle.
         triangle: usize,
-        /// Its area (m²).
-        area: f64,
-        /// Its longest edge (m).
-        longest_edge: f64,
+        /// A corner (m) of the triangle.
+        at: Vector3<f64>,
     },
-    /// An edge belongs to one triangle only. The surface has a hole, or coincident vertices were not merged.
+    /// The triangles do not enclose a solid: edges belong to one triangle only, or triangles are oriented inconsistently.
     #[error(
-        "the surface is not closed: {edge_count} edges belong to one triangle only, among them that from vertex {} to vertex {} of triangle {triangle}",
-        edge[0],
-        edge[1]
+        "the surface is not closed: {0}. The convex hull of the triangles is closed (TriangleSoup::convex_hull, hull=True in Python), and \
+         so is a solid of tetrahedra around them"
     )]
-    Open {
-        /// Number of edges with one triangle.
-        edge_count: usize,
-        /// Index of a triangle with an open edge.
-        triangle: usize,
-        /// The vertices of the open edge.
-        edge: [usize; 2],
-    },
-    /// More than two triangles meet in an edge.
-    #[error(
-        "{triangle_count} triangles, among them {first} and {second}, meet in the edge between vertices {} and {}, but only two can",
-        edge[0],
-        edge[1]
-    )]
-    CrowdedEdge {
-        /// Number of triangles that share the edge.
-        triangle_count: usize,
-        /// Index of one triangle.
-        first: usize,
-        /// Index of another triangle.
-        second: usize,
-        /// The vertices of the edge.
-        edge: [usize; 2],
-    },
-    /// Two triangles that share an edge have inconsistent orientations.
-    #[error(
-        "triangles {first} and {second} both run from vertex {} to vertex {}: one of them is turned the wrong way round",
-        edge[0],
-        edge[1]
-    )]
-    InconsistentOrientation {
-        /// Index of one triangle.
-        first: usize,
-        /// Index of the other.
-        second: usize,
-        /// The vertices of the edge.
-        edge: [usize; 2],
+    NotClosed(Box<SurfaceFaults>),
+    /// The points of a convex hull lie in a plane to within rounding error, or there are fewer than four.
+    #[error("the convex hull of {point_count} points has no volume")]
+    FlatHull {
+        /// Number of points.
+        point_count: usize,
     },
     /// The volume of a connected component is zero to within rounding error.
     #[error(
-        "the component of triangle {triangle} encloses {volume:.3e} m³ in a box of diagonal {diagonal:.3e} m, which is flat to round-off"
+        "the component of triangle {triangle} at {} m encloses {volume:.3e} m³ in a box of diagonal {diagonal:.3e} m, which is flat to round-off",
+        point(at)
     )]
     Flat {
         /// The first triangle of the component.
         triangle: usize,
+        /// A corner (m) of the triangle.
+        at: Vector3<f64>,
         /// The enclosed volume (m³).
         volume: f64,
         /// Diagonal (m) of the bounding box of the component.
@@ -121,11 +94,15 @@ pub enum SurfaceError {
     },
     /// A connected component is oriented inwards but is not a cavity in another component.
     #[error(
-        "the component of triangle {triangle} is turned inwards: it encloses {volume:.3e} m³, and is no cavity, for it does not lie inside another component"
+        "the component of triangle {triangle} at {} m is turned inwards: it encloses {volume:.3e} m³, and is no cavity, for it does not lie \
+         inside another component; if all components are turned inwards, TriangleSoup::flipped turns them (flip=True in Python)",
+        point(at)
     )]
     Inward {
         /// The first triangle of the component.
         triangle: usize,
+        /// A corner (m) of the triangle.
+        at: Vector3<f64>,
         /// The enclosed volume (m³), which is negative.
         volume: f64,
     },
@@ -145,23 +122,4 @@ pub enum SurfaceError {
         /// Diagonal (m) of the bounding box of the vertices.
         diagonal: f64,
     },
-}
-
-impl SurfaceError {
-    /// Replaces the index of each vertex by the index in `original`.
-    pub(super) fn with_vertices(mut self, original: &[usize]) -> Self {
-        match &mut self {
-            Self::NonFiniteCoordinate { vertex, .. } | Self::RepeatedVertex { vertex, .. } => {
-                *vertex = original[*vertex];
-            }
-            Self::Open { edge, .. }
-            | Self::CrowdedEdge { edge, .. }
-            | Self::InconsistentOrientation { edge, .. } => {
-                *edge = edge.map(|vertex| original[vertex]);
-            }
-            // The other errors have no vertex, or cannot occur after unused vertices are dropped.
-            _ => {}
-        }
-        self
-    }
 }

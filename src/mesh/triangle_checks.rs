@@ -60,17 +60,21 @@ pub(super) fn check_corners(
 /// Checks that a triangle is not degenerate to within rounding error, and that its area does not underflow.
 pub(super) fn check_thickness(
     triangle: usize,
-    [a, b, c]: [Vector3<f64>; 3],
+    corners: [Vector3<f64>; 3],
 ) -> Result<(), SurfaceError> {
+    if is_thin(corners) {
+        let [at, ..] = corners;
+        Err(SurfaceError::ThinTriangle { triangle, at })
+    } else {
+        Ok(())
+    }
+}
+
+/// Returns true if a triangle is degenerate to within rounding error, or its area underflows.
+pub(super) fn is_thin([a, b, c]: [Vector3<f64>; 3]) -> bool {
     let twice_area = (b - a).cross(&(c - a)).norm();
     let edges = [b - a, c - b, a - c];
     let longest_edge = edges.iter().map(nalgebra::Matrix::norm).fold(0.0, f64::max);
-    if twice_area > THINNESS * longest_edge.powi(2) {
-        return Ok(());
-    }
-    Err(SurfaceError::ThinTriangle {
-        triangle,
-        area: 0.5 * twice_area,
-        longest_edge,
-    })
+    // Not `<=` alone, so that NaN is thin.
+    twice_area <= THINNESS * longest_edge.powi(2) || twice_area.is_nan()
 }

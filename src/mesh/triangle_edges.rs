@@ -1,6 +1,16 @@
-use super::SurfaceError;
+//! The neighbors of triangles across their edges.
+//!
+//! Two triangles of opposite directions usually meet in an edge. Where parts of a solid touch in an edge, four or more meet, with equally
+//! many in each direction. Around the edge, parts of the solid alternate with gaps. The two triangles at the sides of one part become
+//! neighbors, so that the parts are not connected.
+
+use super::surface_faults::{Fault, SurfaceFaults};
+use crate::scalar::portable::atan2;
+use nalgebra::Vector3;
+use std::f64::consts::TAU;
 
 /// A half-edge: an edge as part of one triangle.
+#[derive(Clone, Copy)]
 struct HalfEdge {
     /// The vertices of the edge, the lower one first.
     edge: [u32; 2],
@@ -13,30 +23,47 @@ struct HalfEdge {
 
 /// Returns the neighbors of each triangle. Entry k is the triangle across the edge opposite to corner k.
 ///
-/// Fails unless every edge has two half-edges of opposite directions. Sorting takes O(n log n) time. A `u32` must be
+/// Fails unless every edge has equally many half-edges in both directions. Sorting takes O(n log n) time. A `u32` must be
 /// able to count the triangles and vertices.
-pub(super) fn neighbors(triangles: &[[usize; 3]]) -> Result<Vec<[u32; 3]>, SurfaceError> {
-    let half_edges = sorted_half_edges(triangles);
+pub(super) fn neighbors(
+    vertices: &[Vector3<f64>],
+    triangles: &[[usize; 3]],
+) -> Result<Vec<[u32; 3]>, Box<SurfaceFaults>> {
+    let mut half_edges = sorted_half_edges(triangles);
     let mut neighbors = vec![[0; 3]; triangles.len()];
-    let (mut open, mut open_count) = (None, 0);
-    for group in half_edges.chunk_by(|a, b| a.edge == b.edge) {
+    let mut connect = |[a, b]: [&HalfEdge; 2]| {
+        neighbors[a.triangle as usize][usize::from(a.corner)] = b.triangle;
+        neighbors[b.triangle as usize][usize::from(b.corner)] = a.triangle;
+    };
+    let (mut open, mut inconsistent, mut crowded) = (Vec::new(), Vec::new(), Vec::new());
+    for group in half_edges.chunk_by_mut(|a, b| a.edge == b.edge) {
+        let forwards = group.iter().filter(|half_edge| half_edge.forwards).count();
+        let count = group.len();
         match group {
-            [alone] => {
-                open.get_or_insert(alone);
-                open_count += 1;
+            [a, b] if forwards == 1 => connect([a, b]),
+            [alone] => open.push(*alone),
+            [first, _] => inconsistent.push(*first),
+            [first, ..] if 2 * forwards != count => crowded.push(*first),
+            _ => {
+                sort_around_edge(group, vertices, triangles);
+                wedges(group, &mut connect);
             }
-            [a, b] if a.forwards != b.forwards => {
-                neighbors[a.triangle as usize][usize::from(a.corner)] = b.triangle;
-                neighbors[b.triangle as usize][usize::from(b.corner)] = a.triangle;
-            }
-            [a, b] => return Err(a.inconsistent_with(b)),
-            [a, b, ..] => return Err(a.crowded_with(b, group.len())),
-            [] => {}
         }
     }
-    match open {
-        Some(alone) => Err(alone.open_among(open_count)),
-        None => Ok(neighbors),
+    let fault = |half_edges: &[HalfEdge]| {
+        let ends = |half_edge: &HalfEdge| half_edge.vertices().map(|vertex| vertices[vertex]);
+        Fault::of(half_edges.iter().map(ends))
+    };
+    let faults = SurfaceFaults {
+        open: fault(&open),
+        inconsistent: fault(&inconsistent),
+        crowded: fault(&crowded),
+        thin: None,
+    };
+    if faults == SurfaceFaults::default() {
+        Ok(neighbors)
+    } else {
+        Err(Box::new(faults))
     }
 }
 
@@ -63,6 +90,44 @@ fn sorted_half_edges(triangles: &[[usize; 3]]) -> Vec<HalfEdge> {
     half_edges
 }
 
+/// Sorts the half-edges of one edge by the angles of their triangles around the edge.
+///
+/// At one angle, a triangle that ends a part of the solid precedes one that begins a part.
+fn sort_around_edge(group: &mut [HalfEdge], vertices: &[Vector3<f64>], triangles: &[[usize; 3]]) {
+    let [lower, higher] = group[0].edge.map(|vertex| vertices[vertex as usize]);
+    let axis = (higher - lower).normalize();
+    let apex = |half_edge: &HalfEdge| {
+        let corners = triangles[half_edge.triangle as usize];
+        vertices[corners[usize::from(half_edge.corner)]] - lower
+    };
+    let across = axis.cross(&apex(&group[0]));
+    let angle = |half_edge: &HalfEdge| {
+        let apex = apex(half_edge);
+        let angle = atan2(across.dot(&apex), across.dot(&axis.cross(&apex)));
+        if angle < 0.0 { angle + TAU } else { angle }
+    };
+    group.sort_by(|a, b| {
+        let by_angle = angle(a).total_cmp(&angle(b));
+        by_angle.then(b.forwards.cmp(&a.forwards))
+    });
+}
+
+/// Connects the two half-edges at the sides of each part of the solid around an edge.
+///
+/// The outer side of a forward triangle is at increasing angles. So a backward triangle begins a part of the solid, and the matching
+/// forward triangle ends it, like parentheses on a circle.
+fn wedges<'e>(group: &'e [HalfEdge], mut connect: impl FnMut([&'e HalfEdge; 2])) {
+    let mut begun = Vec::new();
+    // The second round ends the parts that contain angle 0.
+    for half_edge in group.iter().chain(group) {
+        if !half_edge.forwards {
+            begun.push(half_edge);
+        } else if let Some(begin) = begun.pop() {
+            connect([begin, half_edge]);
+        }
+    }
+}
+
 impl HalfEdge {
     /// Returns the vertices of the edge in the direction of the triangle.
     fn vertices(&self) -> [usize; 2] {
@@ -71,31 +136,6 @@ impl HalfEdge {
             [lower, higher]
         } else {
             [higher, lower]
-        }
-    }
-
-    fn inconsistent_with(&self, other: &Self) -> SurfaceError {
-        SurfaceError::InconsistentOrientation {
-            first: self.triangle as usize,
-            second: other.triangle as usize,
-            edge: self.vertices(),
-        }
-    }
-
-    fn crowded_with(&self, other: &Self, triangle_count: usize) -> SurfaceError {
-        SurfaceError::CrowdedEdge {
-            triangle_count,
-            first: self.triangle as usize,
-            second: other.triangle as usize,
-            edge: self.edge.map(|vertex| vertex as usize),
-        }
-    }
-
-    fn open_among(&self, edge_count: usize) -> SurfaceError {
-        SurfaceError::Open {
-            edge_count,
-            triangle: self.triangle as usize,
-            edge: self.vertices(),
         }
     }
 }

@@ -42,6 +42,7 @@ pub(super) fn check_volumes(
         if part.volume < 0.0 && !part.is_inside_others(index, &parts, &corners_of) {
             return Err(SurfaceError::Inward {
                 triangle: part.members[0],
+                at: corners_of(part.members[0])[0],
                 volume: part.volume,
             });
         }
@@ -90,6 +91,7 @@ impl<'a> Part<'a> {
         }
         Err(SurfaceError::Flat {
             triangle: members[0],
+            at: all[0],
             volume,
             diagonal,
         })

@@ -1,15 +1,15 @@
 use super::triangle_components::Components;
-use super::welding::{UsedVertices, merge_coincident};
 use super::{
-    DensityError, SurfaceError, TetMesh, coordinates, mass, triangle_checks, triangle_edges,
-    triangle_solid,
+    DensityError, SurfaceError, SurfaceWarning, TetMesh, coordinates, mass, overlaps,
+    triangle_checks, triangle_edges, triangle_solid, welding,
 };
 use crate::geometry::{Aabb, Tetrahedron};
 use crate::spatial::{MassGradient, MassProperties};
 use nalgebra::Vector3;
 
 /// The closed surface of a solid: triangles, counter-clockwise when seen from outside. Two triangles meet in every
-/// edge.
+/// edge, or a larger even number where parts of the solid touch. [`TriangleSoup`](super::TriangleSoup) repairs triangles that are not yet
+/// a surface.
 ///
 /// A surface is `f64` and validated once. Vertices are finite and in use. Triangles have a normal, and components
 /// enclose a volume.
@@ -17,8 +17,9 @@ use nalgebra::Vector3;
 /// A surface may have several connected components, which may touch at vertices. A component whose triangles face
 /// inwards has a negative volume and is a cavity. It must lie inside another component, which is checked at one point.
 ///
-/// Self-intersection is *not* checked. If the surface intersects itself, or a component that is not a cavity lies inside another, each part
+/// Self-intersection is accepted. If the surface intersects itself, or a component that is not a cavity lies inside another, each part
 /// of the surface acts in contact independently. Volume and mass then count an overlap once for each enclosing component.
+/// [`Self::warnings`] reports overlapping components.
 ///
 /// ```
 /// use hydroelastic::mesh::TriangleSurface;
@@ -41,6 +42,7 @@ pub struct TriangleSurface {
     neighbors: Vec<[u32; 3]>,
     component_starts: Vec<usize>,
     reach: f64,
+    repairs: Vec<SurfaceWarning>,
 }
 
 impl TriangleSurface {
@@ -56,7 +58,7 @@ impl TriangleSurface {
     /// - There are fewer than four triangles, or more triangles or vertices than a `u32` can count.
     /// - A coordinate is not finite, an index is out of range or repeated, or a vertex is unused.
     /// - A triangle is degenerate to within rounding error (height below 1e-12 of its longest edge).
-    /// - An edge belongs to one triangle only, to more than two, or to two of inconsistent orientation.
+    /// - The triangles at an edge do not run equally often in both directions.
     /// - A component is flat, or is oriented inwards without being a cavity.
     /// - Cavities have at least as much volume as the other components.
     /// - The surface is so large that its inertia overflows double precision.
@@ -74,7 +76,21 @@ impl TriangleSurface {
         for (triangle, corners) in triangles.iter().enumerate() {
             triangle_checks::check_thickness(triangle, corners.map(|vertex| vertices[vertex]))?;
         }
-        let neighbors = triangle_edges::neighbors(&triangles)?;
+        let neighbors = triangle_edges::neighbors(&vertices, &triangles);
+        let neighbors = neighbors.map_err(SurfaceError::NotClosed)?;
+        Self::of_neighbors((vertices, triangles), neighbors, Vec::new())
+    }
+
+    /// Creates a surface from valid triangles, their neighbors, and the repairs of the triangles.
+    ///
+    /// # Errors
+    /// Returns an error if a volume is invalid, or if the surface is too large.
+    pub(super) fn of_neighbors(
+        (vertices, triangles): (Vec<Vector3<f64>>, Vec<[usize; 3]>),
+        neighbors: Vec<[u32; 3]>,
+        repairs: Vec<SurfaceWarning>,
+    ) -> Result<Self, SurfaceError> {
+        triangle_solid::check_moments(&vertices, triangles.len())?;
         let components = Components::of(&neighbors);
         triangle_solid::check_volumes(&vertices, &triangles, &components)?;
         Ok(Self {
@@ -83,69 +99,34 @@ impl TriangleSurface {
             vertices,
             triangles,
             neighbors,
+            repairs,
         })
     }
 
-    /// Merges vertices (m) with exactly equal positions, drops unused vertices, and builds the surface as [`Self::new`]
-    /// does.
-    ///
-    /// Triangles and remaining vertices keep their order. An unused vertex may have any coordinates. A triangle with
-    /// two coincident corners is an error. [`Self::from_soup`] omits such a triangle.
+    /// Returns the surface of a tetrahedral mesh, for a rigid body of the same shape. Unused vertices are dropped.
     ///
     /// # Errors
-    /// Returns the errors of [`Self::new`]. Vertices are named by their index in `vertices`. A merged vertex is named
-    /// by the first of its indices.
-    pub fn welded(
-        vertices: Vec<Vector3<f64>>,
-        mut triangles: Vec<[usize; 3]>,
-    ) -> Result<Self, SurfaceError> {
-        triangle_checks::check_range(&triangles, vertices.len())?;
-        merge_coincident(&vertices, &mut triangles);
-        Self::without_unused(vertices, &triangles)
-    }
-
-    /// Creates a surface from triangles that do not share vertices, as in an STL file. Corners (m) are
-    /// counter-clockwise when seen from outside.
-    ///
-    /// Corners with exactly equal positions become one vertex. A triangle with two equal corners is omitted, because it
-    /// has no area. Its neighbors then share an edge.
-    ///
-    /// # Errors
-    /// Returns the errors of [`Self::new`]. Triangle indices do not count omitted triangles. A vertex is named by its
-    /// first corner: corner k of triangle t of `corners` has the index 3t + k.
-    pub fn from_soup(corners: &[[Vector3<f64>; 3]]) -> Result<Self, SurfaceError> {
-        let vertices = corners.as_flattened();
-        if let Some((vertex, value)) = coordinates::first_non_finite(vertices) {
-            return Err(SurfaceError::NonFiniteCoordinate { vertex, value });
-        }
-        let has_three_positions = |&triangle: &usize| {
-            let [a, b, c] = corners[triangle];
-            a != b && b != c && c != a
-        };
-        let triangles = (0..corners.len()).filter(has_three_positions);
-        let triangles = triangles.map(|triangle| [0, 1, 2].map(|corner| 3 * triangle + corner));
-        Self::welded(vertices.to_vec(), triangles.collect())
-    }
-
-    /// Returns the surface of a tetrahedral mesh, for a rigid body of the same shape.
-    ///
-    /// # Errors
-    /// Returns an error if more than two triangles of the surface share an edge, as where parts of the solid touch in
-    /// an edge only. Also returns the errors of [`Self::new`]: a part of the solid may be flat to within rounding error
-    /// although its tetrahedra are not.
+    /// Returns the errors of [`Self::new`]: a part of the solid may be flat to within rounding error although its tetrahedra are not.
     pub fn around(mesh: &TetMesh) -> Result<Self, SurfaceError> {
-        Self::without_unused(mesh.vertices().to_vec(), mesh.surface_triangles())
+        let vertices = mesh.vertices().to_vec();
+        let (vertices, triangles) = welding::without_unused(vertices, mesh.surface_triangles());
+        Self::new(vertices, triangles)
     }
 
-    /// Drops unused vertices and builds the surface. Errors name vertices by their index in `vertices`. All indices
-    /// must be in range.
-    fn without_unused(
-        vertices: Vec<Vector3<f64>>,
-        triangles: &[[usize; 3]],
-    ) -> Result<Self, SurfaceError> {
-        let used = UsedVertices::of(vertices, triangles);
-        let surface = Self::new(used.vertices, used.triangles);
-        surface.map_err(|error| error.with_vertices(&used.original))
+    /// Returns the properties of the surface that are probably not intended: vertices that were merged, components that overlap, and an
+    /// unusual size.
+    ///
+    /// Overlaps are found by about 16,000 rays through the boxes that components share. An overlap is reported if it is larger than a
+    /// thousandth of the smaller component. Surfaces of one component are not searched.
+    #[must_use]
+    pub fn warnings(&self) -> Vec<SurfaceWarning> {
+        let overlaps = (self.component_count() > 1).then(|| {
+            let corners: Vec<_> = (0..self.triangles.len()).map(|t| self.corners(t)).collect();
+            overlaps::warning(&corners, &Components::of(&self.neighbors))
+        });
+        let computed = [overlaps.flatten(), SurfaceWarning::of_size(&self.aabb())];
+        let computed = computed.into_iter().flatten();
+        self.repairs.iter().cloned().chain(computed).collect()
     }
 
     /// Returns the positions of the vertices (m) in the body frame.

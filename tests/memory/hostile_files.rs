@@ -1,7 +1,7 @@
 //! Mesh and surface files that are wrong on purpose. Each is rejected quickly with a message that names the error. Reading needs little
 //! more memory than the file, even if its headers claim huge counts.
 
-use hydroelastic::io::{FileError, read_mesh, read_triangle_surface};
+use hydroelastic::io::{FileError, Placement, read_mesh, read_triangle_surface};
 use std::collections::BTreeSet;
 use std::error::Error;
 use std::ffi::OsStr;
@@ -18,7 +18,7 @@ const BYTES: usize = 1 << 18;
 const TIME: Duration = Duration::from_secs(10);
 
 const MESHES: [&str; 3] = ["msh", "vtk", "vtu"];
-const SURFACES: [&str; 2] = ["obj", "stl"];
+const SURFACES: [&str; 6] = ["dae", "glb", "obj", "off", "ply", "stl"];
 
 /// Files, and the text in the message or one of its causes besides the name of the file.
 const REFUSED: &[(&str, &str)] = &[
@@ -131,7 +131,6 @@ const REFUSED: &[(&str, &str)] = &[
     ),
     ("empty.obj", "at least 4 triangles, but 0"),
     ("empty.stl", "the length 0, but needs at least 84"),
-    ("endless_face.obj", "line 9, \"f 1 2 1 2"),
     ("fewer_triangles.stl", "from byte 234 on"),
     (
         "four_corners_ascii.stl",
@@ -145,6 +144,35 @@ const REFUSED: &[(&str, &str)] = &[
     ("nan_vertex.obj", r#"line 3, "v 0 nan 0""#),
     ("nan_vertex.stl", "vertex 11 has the coordinate NaN"),
     ("three_faces.obj", "at least 4 triangles, but 3"),
+    ("cut_in_data.glb", r#"the chunk "BIN\0" is missing or cut"#),
+    ("cut_in_faces_binary.ply", "expected a number"),
+    ("deep.glb", "EOF while parsing"),
+    ("empty.dae", "the document does not have a root node"),
+    ("empty.glb", "EOF while parsing"),
+    ("empty.off", "expected the word OFF"),
+    ("empty.ply", "expected the word end_header"),
+    ("endless_header.ply", "this is not a line of a PLY header"),
+    ("missing_point.dae", "refers to vertex 9"),
+    ("missing_point.off", "so many indices below 4"),
+    ("missing_point.ply", "an index of no preceding vertex"),
+    ("missing_view.glb", "a view of a buffer does not exist"),
+    ("most_corners_binary.ply", "an index of no preceding vertex"),
+    ("most_points.glb", "longer than its buffer"),
+    ("nan_vertex.off", r#"line 5, "0 nan 0""#),
+    ("no_format.ply", "the format is missing"),
+    ("node_in_itself.dae", "contains itself"),
+    ("node_in_itself.glb", "contains itself"),
+    ("not_closed.dae", "root node was opened but never closed"),
+    ("offset_beyond_all.dae", "at least 4 triangles, but 0"),
+    ("trillion_corners.off", "so many indices below 4"),
+    (
+        "trillion_corners.ply",
+        "a list cannot have 1000000000000 entries",
+    ),
+    ("trillion_points.glb", "longer than its buffer"),
+    ("trillion_points.off", "expected a vertex"),
+    ("trillion_points.ply", "expected a number"),
+    ("view_beyond_all.glb", "longer than its buffer"),
     (
         "vertex_before_all.obj",
         "is not the index of one of the 4 vertices",
@@ -168,6 +196,13 @@ const ACCEPTED: &[&str] = &[
     "sound.stl",
     "sound_ascii.stl",
     "sound.obj",
+    "sound.dae",
+    "sound.glb",
+    "sound.off",
+    "sound.ply",
+    "sound_binary.ply",
+    "endless_face.obj",
+    "trillion_empty_elements.ply",
     "texture_before_all.obj",
 ];
 
@@ -191,7 +226,7 @@ fn counted(path: &Path) -> Result<usize, FileError> {
         .map(OsStr::new)
         .contains(&path.extension().unwrap())
     {
-        return Ok(read_triangle_surface(path, 1.0)?.component_count());
+        return Ok(read_triangle_surface(path, &Placement::default())?.component_count());
     }
     Ok(read_mesh(path)?.mesh.tet_count())
 }

@@ -1,5 +1,6 @@
 //! Meshes, their fields and built-in shapes, and surfaces of rigid bodies.
 
+mod convex_hull;
 mod shapes;
 mod solids;
 mod star_shaped;

@@ -29,7 +29,7 @@ const MODULES: [&str; 18] = [
 ];
 
 /// External libraries, and the modules that may use them.
-const DOORS: [(&str, &[&str]); 17] = [
+const DOORS: [(&str, &[&str]); 18] = [
     ("pulp", &["lanes"]),
     ("wide", &["friction", "lanes"]),
     ("rstar", &["broad_phase"]),
@@ -38,7 +38,8 @@ const DOORS: [(&str, &[&str]); 17] = [
     ("num_traits", &["scalar"]),
     ("vtkio", &["io"]),
     ("mshio", &["io"]),
-    ("stl_io", &["io"]),
+    ("base64", &["io"]),
+    ("robust", &["mesh"]),
     ("csv", &["io"]),
     ("faer", &["dynamics"]),
     ("gltf_json", &["io"]),

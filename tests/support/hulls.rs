@@ -1,6 +1,6 @@
 //! Convex hulls of a few points, by brute force.
 
-use hydroelastic::mesh::{PressureField, TriangleSurface, shapes};
+use hydroelastic::mesh::{PressureField, TriangleSoup, shapes};
 use nalgebra::Vector3;
 
 /// Returns the convex hull of points in general position (m) as a pressure field. It tries every triple of points.
@@ -11,8 +11,11 @@ pub fn hull(points: Vec<Vector3<f64>>) -> PressureField {
         pairs.map(move |(j, k)| [i, j, k])
     });
     let triangles = triples.filter_map(|triple| outward(&points, triple));
-    let triangles = triangles.collect();
-    shapes::star_shaped(&TriangleSurface::welded(points, triangles).unwrap()).unwrap()
+    let soup = TriangleSoup {
+        triangles: triangles.collect(),
+        vertices: points,
+    };
+    shapes::star_shaped(&soup.closed().unwrap()).unwrap()
 }
 
 /// Returns the triangle of three points, counter-clockwise seen from outside, if all points are on one side of it.

@@ -208,16 +208,19 @@ pub enum FileError {
         /// Cause.
         source: MeshError,
     },
-    /// The unit of a surface file is not positive and finite.
-    #[error("the unit of {} is {found} m, but must be positive and finite", path.display())]
-    Unit {
+    /// An option of a reader is out of range.
+    #[error("the option {name} of the reader of {} is {found}, but must be {expected}", path.display())]
+    Option {
         /// The file.
         path: PathBuf,
-        /// The unit (m).
+        /// Name of the option.
+        name: &'static str,
+        /// Value of the option.
         found: f64,
+        /// Values that are allowed.
+        expected: &'static str,
     },
-    /// The triangles in the file are not a valid closed surface. Indices do not count triangles with coincident corners. Vertices with
-    /// equal coordinates are merged.
+    /// The triangles in the file are not a valid closed surface.
     #[error("{} does not hold a usable surface: {source}", path.display())]
     Surface {
         /// The file.

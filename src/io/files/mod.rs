@@ -1,6 +1,7 @@
 //! Readers and writers of files.
 
 mod atomic_write;
+mod collada;
 #[cfg(feature = "vtk")]
 mod contact_surface;
 #[cfg(feature = "vtk")]
@@ -8,18 +9,22 @@ mod data_set_fields;
 mod error;
 mod extension;
 mod file_contents;
+mod gltf;
 mod gmsh;
 mod gmsh_headers;
 mod mesh_file;
 mod obj;
+mod off;
 mod placement;
+mod ply;
+mod polygons;
 mod recording;
+mod scene;
 mod stl;
 mod surface_file;
 mod syntax_error;
 mod text_lines;
 mod trajectory;
-mod triangle_soup;
 #[cfg(feature = "vtk")]
 mod vtk;
 #[cfg(feature = "vtk")]
@@ -33,5 +38,7 @@ pub use error::FileError;
 pub use mesh_file::{MeshFile, read_mesh};
 pub use placement::Placement;
 pub use recording::Recording;
-pub use surface_file::read_triangle_surface;
+#[cfg(feature = "urdf")]
+pub(super) use surface_file::read_as_drawn;
+pub use surface_file::{read_triangle_surface, read_triangles};
 pub use trajectory::{TrajectoryFile, write_trajectory};

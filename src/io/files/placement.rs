@@ -1,5 +1,8 @@
+use super::FileError;
+use crate::mesh::TriangleSoup;
 use crate::spatial::Pose;
 use nalgebra::Vector3;
+use std::path::Path;
 
 /// How the coordinates of a file become positions in the body frame: position = pose · (unit · scale ∘ coordinates).
 ///
@@ -34,6 +37,15 @@ impl Default for Placement {
 }
 
 impl Placement {
+    /// Creates a placement without scale and pose. A coordinate of 1 is this long (m).
+    #[must_use]
+    pub fn from_unit(unit: f64) -> Self {
+        Self {
+            unit,
+            ..Self::default()
+        }
+    }
+
     /// Returns the position (m) in the body frame of a point with these coordinates in the file.
     #[must_use]
     pub fn position(&self, coordinates: &Vector3<f64>) -> Vector3<f64> {
@@ -41,9 +53,36 @@ impl Placement {
             .transformed_point(&(coordinates.component_mul(&self.scale) * self.unit))
     }
 
+    /// Checks the numbers for the reader of a file.
+    pub(super) fn check(&self, path: &Path) -> Result<(), FileError> {
+        let error = |name, found, expected| FileError::Option {
+            path: path.into(),
+            name,
+            found,
+            expected,
+        };
+        if !(self.unit > 0.0 && self.unit.is_finite()) {
+            return Err(error("unit", self.unit, "positive and finite"));
+        }
+        let is_wrong = |factor: &&f64| **factor == 0.0 || !factor.is_finite();
+        match self.scale.iter().find(is_wrong) {
+            Some(&factor) => Err(error("scale", factor, "finite and not zero")),
+            None => Ok(()),
+        }
+    }
+
     /// Returns true if the body is a mirror image of the file.
     #[must_use]
     pub fn mirrors(&self) -> bool {
         self.scale.iter().filter(|factor| **factor < 0.0).count() % 2 == 1
+    }
+
+    /// Returns the triangles of a file in the body frame.
+    #[must_use]
+    pub fn placed(&self, mut soup: TriangleSoup) -> TriangleSoup {
+        for vertex in &mut soup.vertices {
+            *vertex = self.position(vertex);
+        }
+        if self.mirrors() { soup.flipped() } else { soup }
     }
 }

@@ -1,57 +1,84 @@
-use super::{FileError, extension::known_extension, obj, stl};
-use crate::mesh::TriangleSurface;
+use super::{FileError, Placement, collada, extension::known_extension, gltf, obj, off, ply, stl};
+use crate::mesh::{TriangleSoup, TriangleSurface};
+use nalgebra::Matrix3;
 use std::path::Path;
 
 /// Extensions of surface files.
-const EXTENSIONS: &[&str] = &["obj", "stl"];
+const EXTENSIONS: &[&str] = &["dae", "glb", "gltf", "obj", "off", "ply", "stl"];
 
-/// Reads the closed surface (m) of a rigid body. The extension of the file name, in upper or lower case, selects the format:
+/// Reads the closed surface (m) of a rigid body: the triangles of [`read_triangles`] as [`TriangleSoup::closed`] repairs them.
 ///
-/// - `.stl`: binary or ASCII. All solids of the file are merged. The normals in the file are ignored, because the order of the
-///   corners determines the outer side.
-/// - `.obj`: The vertices and faces of all groups are merged. A face with more than 3 corners is triangulated as a fan. Its apex is
-///   the first corner whose diagonals all lie in the face.
-///
-/// Text files are read in double precision. Binary files have single precision.
-///
-/// Neither format has a unit. A coordinate of 1 in the file becomes `unit` (m). Use 0.001 for the millimeters of most CAD programs.
-/// Vertices with exactly equal coordinates are merged.
+/// [`TriangleSurface::warnings`] reports repairs, overlapping components and an unusual size.
 ///
 /// # Errors
-/// - If the file cannot be read or parsed.
-/// - If the unit is not positive and finite.
-/// - If [`TriangleSurface::from_soup`] returns an error. Its indices do not count triangles with two equal corners.
+/// Returns the errors of [`read_triangles`] and of [`TriangleSoup::closed`].
 ///
 /// ```no_run
-/// use hydroelastic::io::read_triangle_surface;
+/// use hydroelastic::io::{Placement, read_triangle_surface};
 ///
-/// let gripper = read_triangle_surface("gripper.stl", 0.001)?;
+/// let gripper = read_triangle_surface("gripper.stl", &Placement::from_unit(0.001))?;
 /// println!("{} triangles, {} m³", gripper.triangles().len(), gripper.volume());
+/// for warning in gripper.warnings() {
+///     println!("{warning}");
+/// }
 /// # Ok::<(), hydroelastic::io::FileError>(())
 /// ```
 pub fn read_triangle_surface(
     path: impl AsRef<Path>,
-    unit: f64,
+    placement: &Placement,
 ) -> Result<TriangleSurface, FileError> {
     let path = path.as_ref();
-    let extension = known_extension(path, EXTENSIONS)?;
-    if !(unit > 0.0 && unit.is_finite()) {
-        let path = path.into();
-        return Err(FileError::Unit { path, found: unit });
+    let soup = read_triangles(path, placement)?;
+    soup.closed().map_err(|source| FileError::Surface {
+        path: path.into(),
+        source,
+    })
+}
+
+/// Reads triangles (m), which need not be closed. The extension of the file name, in upper or lower case, selects the format:
+///
+/// - `.stl`: binary or ASCII. All solids of the file are merged. The normals in the file are ignored, because the order of the
+///   corners determines the outer side.
+/// - `.obj`, `.off`, `.ply`: PLY files may be binary. All groups are merged. Faces with more than 3 corners are cut into triangles.
+///   Faces with fewer corners are ignored.
+/// - `.glb`, `.gltf`: glTF 2.0 with embedded buffers. The parts of the scene are placed by their nodes.
+/// - `.dae`: COLLADA. The parts of the scene are placed by their nodes, and the unit of the file is converted to meters.
+///
+/// glTF and COLLADA files state which axis points upwards. The file is rotated so that this axis is z.
+///
+/// Text files are read in double precision. STL, OBJ, OFF and PLY files have no unit. The unit of the placement is the length (m) of a
+/// coordinate of 1. It is 0.001 for most CAD programs. For glTF and COLLADA files, it is 1.
+///
+/// # Errors
+/// - If the file cannot be read or parsed.
+/// - If the unit is not positive and finite, or a scale is zero or not finite.
+pub fn read_triangles(
+    path: impl AsRef<Path>,
+    placement: &Placement,
+) -> Result<TriangleSoup, FileError> {
+    let path = path.as_ref();
+    placement.check(path)?;
+    let (mut soup, turn) = read_as_drawn(path)?;
+    for vertex in &mut soup.vertices {
+        *vertex = turn * *vertex;
     }
+    Ok(placement.placed(soup))
+}
+
+/// Reads triangles in the axes of the file, and the rotation that turns its up axis along z.
+pub(in crate::io) fn read_as_drawn(path: &Path) -> Result<(TriangleSoup, Matrix3<f64>), FileError> {
+    let extension = known_extension(path, EXTENSIONS)?;
     let bytes = std::fs::read(path).map_err(|source| FileError::Read {
         path: path.into(),
         source,
     })?;
-    let mut soup = match extension {
-        "stl" => stl::read(path, bytes)?,
-        _ => obj::read(path, &bytes)?,
+    let soup = match extension {
+        "dae" => return collada::read(path, &bytes),
+        "glb" | "gltf" => return Ok((gltf::read(path, &bytes)?, collada::Y_UP)),
+        "obj" => obj::read(path, &bytes),
+        "off" => off::read(path, &bytes),
+        "ply" => ply::read(path, &bytes),
+        _ => stl::read(path, &bytes),
     };
-    for corner in soup.iter_mut().flatten() {
-        *corner *= unit;
-    }
-    TriangleSurface::from_soup(&soup).map_err(|source| FileError::Surface {
-        path: path.into(),
-        source,
-    })
+    Ok((soup?, Matrix3::identity()))
 }

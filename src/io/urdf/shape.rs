@@ -4,8 +4,11 @@ use super::UrdfError;
 use super::collision::{Collision, Geometry};
 use crate::contact::{RigidShape, Shape};
 use crate::dynamics::BodyShape;
-use crate::io::read_triangle_surface;
-use crate::mesh::{MeshError, PressureField, SurfaceError, TetMesh, TriangleSurface, shapes};
+use crate::io::Placement;
+use crate::io::files::read_as_drawn;
+use crate::mesh::{
+    MeshError, PressureField, SurfaceError, TetMesh, TriangleSoup, TriangleSurface, shapes,
+};
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -27,10 +30,15 @@ pub struct ShapeOptions {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum MeshShape {
-    /// Rigid shape.
+    /// Rigid shape of the surface. If the surface cannot be closed by [`TriangleSoup::closed`], it is the convex hull, which MuJoCo and
+    /// Drake use for all collision meshes.
     Rigid,
+    /// Rigid shape of the convex hull.
+    Hull,
     /// Compliant shape by [`shapes::star_shaped`]. The mesh must be star-shaped about its center.
     StarShaped,
+    /// Compliant shape of the convex hull, by [`shapes::convex_hull`].
+    CompliantHull,
     /// No shape. The mesh file is not read.
     None,
 }
@@ -49,9 +57,11 @@ impl Default for ShapeOptions {
 impl Collision {
     /// Shape of the geometry, in the frame of the link. Boxes, spheres, cylinders and capsules become compliant shapes.
     ///
+    /// The up axis that a COLLADA or glTF file states is ignored, as by other readers of URDF.
+    ///
     /// # Errors
-    /// - If the file of a mesh cannot be found, or is neither STL nor OBJ.
-    /// - If a mesh is not a closed surface.
+    /// - If [`read_triangles`](crate::io::read_triangles) cannot read the file of a mesh.
+    /// - If a mesh is not closed where it must be, or its hull is flat.
     /// - If a compliant shape cannot be made of the geometry.
     pub fn shape(&self, options: &ShapeOptions) -> Result<BodyShape, UrdfError> {
         let field = match &self.geometry {
@@ -68,24 +78,36 @@ impl Collision {
             }
             Geometry::Mesh { scale, .. } => {
                 let path = self.mesh_path(&options.packages)?.unwrap_or_default();
-                let surface = self.surface(&path, *scale)?;
-                match options.meshes {
-                    MeshShape::Rigid => return self.rigid(&surface),
-                    MeshShape::StarShaped | MeshShape::None => shapes::star_shaped(&surface),
-                }
+                let soup = self.soup(&path, *scale)?;
+                return self.mesh_shape(soup, options.meshes);
             }
         };
         self.compliant(field)
     }
 
-    fn rigid(&self, surface: &TriangleSurface) -> Result<BodyShape, UrdfError> {
-        let vertices = self.in_link_frame(surface.vertices());
-        let surface = TriangleSurface::new(vertices, surface.triangles().to_vec());
+    /// Shape of a mesh in the link frame.
+    fn mesh_shape(&self, soup: TriangleSoup, kind: MeshShape) -> Result<BodyShape, UrdfError> {
+        let surface = match kind {
+            MeshShape::Rigid => closed_or_hull(&soup),
+            MeshShape::Hull | MeshShape::CompliantHull => hull(&soup),
+            MeshShape::StarShaped | MeshShape::None => soup.closed(),
+        };
         let surface = surface.map_err(|source| UrdfError::Surface {
             at: self.at.clone(),
             source,
         })?;
-        Ok(RigidShape::new(surface).into())
+        if matches!(kind, MeshShape::Rigid | MeshShape::Hull) {
+            return Ok(RigidShape::new(surface).into());
+        }
+        let field = shapes::star_shaped(&surface).map_err(|source| self.field_error(source))?;
+        Ok(Shape::new(field).into())
+    }
+
+    fn field_error(&self, source: MeshError) -> UrdfError {
+        UrdfError::Field {
+            at: self.at.clone(),
+            source,
+        }
     }
 
     fn in_link_frame(&self, points: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
@@ -101,36 +123,36 @@ impl Collision {
             let mesh = TetMesh::new(self.in_link_frame(mesh.vertices()), mesh.tets().to_vec())?;
             PressureField::new(mesh, extents)
         });
-        let field = in_link_frame.map_err(|source| UrdfError::Field {
-            at: self.at.clone(),
-            source,
-        })?;
+        let field = in_link_frame.map_err(|source| self.field_error(source))?;
         Ok(Shape::new(field).into())
     }
 
-    fn surface(&self, path: &Path, scale: [f64; 3]) -> Result<TriangleSurface, UrdfError> {
-        let surface = read_triangle_surface(path, 1.0).map_err(|source| UrdfError::MeshFile {
+    /// Triangles of a file, in the link frame.
+    fn soup(&self, path: &Path, scale: [f64; 3]) -> Result<TriangleSoup, UrdfError> {
+        let (soup, _) = read_as_drawn(path).map_err(|source| UrdfError::MeshFile {
             at: self.at.clone(),
             source: Box::new(source),
         })?;
-        scaled(&surface, scale).map_err(|source| UrdfError::Surface {
-            at: self.at.clone(),
-            source,
-        })
+        let placement = Placement {
+            scale: scale.into(),
+            pose: self.origin,
+            ..Placement::default()
+        };
+        Ok(placement.placed(soup))
     }
 }
 
-/// The surface with its coordinates multiplied by these factors. A mirrored triangle has its corners in reverse order, so that its outer
-/// side stays outside.
-fn scaled(surface: &TriangleSurface, scale: [f64; 3]) -> Result<TriangleSurface, SurfaceError> {
-    let factors = Vector3::from(scale);
-    let vertices = surface.vertices().iter();
-    let vertices = vertices.map(|vertex| vertex.component_mul(&factors));
-    let is_mirrored = scale.iter().filter(|factor| **factor < 0.0).count() % 2 == 1;
-    let triangles = surface.triangles().iter().map(
-        |&[a, b, c]| {
-            if is_mirrored { [a, c, b] } else { [a, b, c] }
-        },
-    );
-    TriangleSurface::new(vertices.collect(), triangles.collect())
+/// The closed surface of the triangles, reversed if it is turned inwards. If they are not closed, the surface of their convex hull.
+fn closed_or_hull(soup: &TriangleSoup) -> Result<TriangleSurface, SurfaceError> {
+    soup.clone().closed().or_else(|error| {
+        let reversed = match error {
+            SurfaceError::Inward { .. } => soup.clone().flipped().closed(),
+            _ => Err(error.clone()),
+        };
+        reversed.or_else(|_| hull(soup)).map_err(|_| error)
+    })
+}
+
+fn hull(soup: &TriangleSoup) -> Result<TriangleSurface, SurfaceError> {
+    soup.convex_hull()?.closed()
 }

@@ -7,6 +7,7 @@
 //! the shape into derivatives with respect to the dimensions.
 
 mod capsule;
+mod convex_hull;
 mod cored;
 mod cuboid;
 mod cylinder;
@@ -14,6 +15,7 @@ mod icosphere;
 mod star_shaped;
 
 pub use capsule::{capsule, capsule_rates};
+pub use convex_hull::convex_hull;
 pub use cuboid::{cuboid, cuboid_rates, distance_cuboid, distance_cuboid_rates};
 pub use cylinder::{cylinder, cylinder_rates};
 pub use icosphere::{ellipsoid, ellipsoid_rates, icosphere, icosphere_rates};

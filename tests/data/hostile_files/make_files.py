@@ -1,6 +1,7 @@
 """Writes the hostile mesh files to its own folder: python3 make_files.py"""
 
 import base64
+import json
 import struct
 from pathlib import Path
 
@@ -263,6 +264,98 @@ def write_surfaces():
     loops = " ".join(["1", "2"] * 2000)
     write("endless_face.obj", obj + f"f {loops}\n")
     write("empty.obj", "")
+    write_formats_of_polygons(corners, triangles)
+
+
+def write_formats_of_polygons(corners, triangles):
+    points = "".join("{} {} {}\n".format(*corner) for corner in corners)
+    faces = "".join("3 {} {} {}\n".format(*triangle) for triangle in triangles)
+    off = f"OFF\n4 4 0\n{points}{faces}"
+    write("sound.off", off)
+    write("trillion_points.off", off, ("4 4 0", f"{TRILLION} 4 0"))
+    write("trillion_corners.off", off, ("3 0 2 1", f"{TRILLION} 0 2 1"))
+    write("missing_point.off", off, ("3 0 2 1", "3 0 2 4"))
+    write("nan_vertex.off", off, ("0 1 0", "0 nan 0"))
+    write("empty.off", "")
+    header = (
+        "ply\nformat {} 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
+        "element face 4\nproperty list uchar int vertex_indices\nend_header\n"
+    )
+    ply = header.format("ascii") + points + faces
+    write("sound.ply", ply)
+    write("trillion_points.ply", ply, ("vertex 4", f"vertex {TRILLION}"))
+    write("trillion_empty_elements.ply", ply, ("element face", f"element nothing {TRILLION}\nelement face"))
+    write("trillion_corners.ply", ply.replace("uchar int", "double int"), ("3 0 2 1", f"{TRILLION} 0 2 1"))
+    write("missing_point.ply", ply, ("3 0 2 1", "3 0 2 -4"))
+    write("no_format.ply", ply, ("format ascii 1.0\n", ""))
+    write("endless_header.ply", ply, ("end_header\n", ""))
+    write("empty.ply", "")
+    body = b"".join(struct.pack("<3f", *corner) for corner in corners)
+    body += b"".join(struct.pack("<B3i", 3, *triangle) for triangle in triangles)
+    binary = header.format("binary_little_endian").encode() + body
+    write("sound_binary.ply", binary)
+    write("cut_in_faces_binary.ply", binary[:-1])
+    write("most_corners_binary.ply", header.format("binary_little_endian").replace("uchar", "uint").encode() + body)
+    write_glb(corners, triangles)
+    write_dae(points, triangles)
+
+
+def glb(document, data):
+    text = (document if isinstance(document, str) else json.dumps(document)).encode()
+    text += b" " * (-len(text) % 4)
+    chunks = struct.pack("<I4s", len(text), b"JSON") + text + struct.pack("<I4s", len(data), b"BIN\0") + data
+    return struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks
+
+
+def write_glb(corners, triangles):
+    data = b"".join(struct.pack("<3f", *corner) for corner in corners)
+    data += b"".join(struct.pack("<3H", *triangle) for triangle in triangles)
+
+    def document(count=4, nodes=({"mesh": 0},), length=24, stride=None, view=1):
+        views = [{"buffer": 0, "byteLength": 48}, {"buffer": 0, "byteOffset": 48, "byteLength": length}]
+        if stride:
+            views[0]["byteStride"] = stride
+        return {
+            "asset": {"version": "2.0"},
+            "scenes": [{"nodes": [0]}],
+            "nodes": list(nodes),
+            "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
+            "accessors": [
+                {"bufferView": 0, "componentType": 5126, "count": count, "type": "VEC3"},
+                {"bufferView": view, "componentType": 5123, "count": 12, "type": "SCALAR"},
+            ],
+            "bufferViews": views,
+            "buffers": [{"byteLength": len(data)}],
+        }
+
+    write("sound.glb", glb(document(), data))
+    write("trillion_points.glb", glb(document(count=TRILLION), data))
+    write("most_points.glb", glb(document(count=U64, stride=252), data))
+    write("view_beyond_all.glb", glb(document(length=U64), data))
+    write("missing_view.glb", glb(document(view=7), data))
+    write("node_in_itself.glb", glb(document(nodes=[{"mesh": 0, "children": [0]}]), data))
+    write("cut_in_data.glb", glb(document(), data)[:-1])
+    write("deep.glb", glb('{"other":' + "[" * 4000, data))
+    write("empty.glb", "")
+
+
+def write_dae(points, triangles):
+    numbers = " ".join(points.split())
+    indices = " ".join(str(corner) for triangle in triangles for corner in triangle)
+    dae = f"""<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema"><library_geometries><geometry id="g"><mesh>
+<source id="s"><float_array count="12">{numbers}</float_array></source>
+<vertices id="v"><input semantic="POSITION" source="#s"/></vertices>
+<triangles count="4"><input semantic="VERTEX" source="#v" offset="0"/><p>{indices}</p></triangles>
+</mesh></geometry></library_geometries><library_visual_scenes><visual_scene id="w">
+<node id="n0"><instance_geometry url="#g"/></node></visual_scene></library_visual_scenes>
+<scene><instance_visual_scene url="#w"/></scene></COLLADA>
+"""
+    write("sound.dae", dae)
+    write("offset_beyond_all.dae", dae, ('offset="0"', f'offset="{U64}"'))
+    write("missing_point.dae", dae, (f"<p>{indices}", "<p>9 2 1"))
+    write("node_in_itself.dae", dae, ('<instance_geometry url="#g"/>', '<instance_node url="#n0"/>'))
+    write("not_closed.dae", dae, ("</COLLADA>", ""))
+    write("empty.dae", "")
 
 
 write_sound()

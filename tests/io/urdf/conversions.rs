@@ -90,12 +90,44 @@ fn mirrored_meshes_keep_their_outer_side() {
 }
 
 #[test]
-fn collada_files_are_refused_by_name_when_they_are_loaded() {
-    let error = shape("<mesh filename='hand.dae'/>", &ShapeOptions::default()).unwrap_err();
-    assert_eq!(
-        error.to_string(),
-        "line 2: <mesh> of link \"a\": the name of hand.dae ends in \"dae\", but has to end in one of [\"obj\", \"stl\"]"
-    );
+fn unknown_files_are_refused_by_name_when_they_are_loaded() {
+    let error = shape("<mesh filename='hand.step'/>", &ShapeOptions::default()).unwrap_err();
+    let start = "line 2: <mesh> of link \"a\": the name of hand.step ends in \"step\", but has to end in one of [";
+    assert!(error.to_string().starts_with(start), "{error}");
+}
+
+#[test]
+fn meshes_that_are_not_closed_become_their_hulls() {
+    let mesh = |name: &str, meshes: MeshShape| {
+        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/field_files");
+        let options = ShapeOptions {
+            meshes,
+            ..ShapeOptions::default()
+        };
+        shape(
+            &format!("<mesh filename='file://{folder}/{name}'/>"),
+            &options,
+        )
+    };
+    for name in [
+        "open_box.obj",
+        "open_and_reversed.obj",
+        "points.obj",
+        "inwards.obj",
+    ] {
+        for kind in [MeshShape::Rigid, MeshShape::Hull, MeshShape::CompliantHull] {
+            let shape = mesh(name, kind).unwrap();
+            assert_eq!(shape.is_rigid(), kind != MeshShape::CompliantHull);
+            assert_relative_eq!(volume(&shape), 1.0, max_relative = ROUND_OFF);
+        }
+        let refused = mesh(name, MeshShape::StarShaped).unwrap_err();
+        assert!(matches!(refused, UrdfError::Surface { .. }), "{refused}");
+    }
+    // A closed mesh keeps its shape.
+    let prism = mesh("u_prism.obj", MeshShape::Rigid).unwrap();
+    assert_relative_eq!(volume(&prism), 7.0, max_relative = ROUND_OFF);
+    let hull = mesh("u_prism.obj", MeshShape::Hull).unwrap();
+    assert_relative_eq!(volume(&hull), 9.0, max_relative = ROUND_OFF);
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use super::sample_surfaces::{soup, surface, together, torus, unit_block};
 use crate::tet_mesh::sample_meshes::meshes;
-use hydroelastic::mesh::TriangleSurface;
+use hydroelastic::mesh::{TriangleSoup, TriangleSurface};
 use nalgebra::vector;
 use std::time::{Duration, Instant};
 
@@ -41,7 +41,7 @@ fn a_soup_in_any_order_becomes_the_surface_it_was_made_of() {
         .map(|k| (5 * k + 2) % corners.len())
         .collect();
     let shuffled: Vec<_> = order.iter().map(|&k| corners[k]).collect();
-    let welded = TriangleSurface::from_soup(&shuffled).unwrap();
+    let welded = TriangleSoup::from_corners(&shuffled).closed().unwrap();
     assert_eq!(welded.vertices().len(), whole.vertices().len());
     for (triangle, &before) in order.iter().enumerate() {
         assert_eq!(welded.corners(triangle), whole.corners(before));
@@ -64,7 +64,7 @@ fn triangles_without_three_corners_are_left_out_of_a_soup() {
         .position(|corner| corner.x == 0.0)
         .unwrap();
     corners[0][zero].x = -0.0;
-    let welded = TriangleSurface::from_soup(&corners).unwrap();
+    let welded = TriangleSoup::from_corners(&corners).closed().unwrap();
     assert_eq!((welded.vertices().len(), welded.triangles().len()), (8, 12));
 }
 
@@ -74,7 +74,7 @@ fn blocks_that_touch_at_a_corner_are_two_components() {
         unit_block(vector![0.0, 0.0, 0.0]),
         unit_block(vector![1.0, 1.0, 1.0]),
     ]);
-    let welded = TriangleSurface::from_soup(&soup(&both)).unwrap();
+    let welded = TriangleSoup::from_corners(&soup(&both)).closed().unwrap();
     assert_eq!(welded.vertices().len(), 15);
     assert_eq!(welded.component_starts(), [0, 12]);
 }
@@ -84,7 +84,7 @@ fn blocks_that_touch_at_a_corner_are_two_components() {
 fn a_million_triangles_become_a_surface_in_about_a_second() {
     let corners = soup(&torus(1.0, 0.3, [1000, 500]));
     let start = Instant::now();
-    let scan = TriangleSurface::from_soup(&corners).unwrap();
+    let scan = TriangleSoup::from_corners(&corners).closed().unwrap();
     let elapsed = start.elapsed();
     println!("{} triangles: {elapsed:.2?}", scan.triangles().len());
     assert!(elapsed < TIME, "{elapsed:?}");

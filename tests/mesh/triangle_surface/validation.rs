@@ -2,7 +2,7 @@
 
 use super::sample_surfaces::{Triangulation, block, reversed, soup, together, unit_block};
 use crate::tet_mesh::sample_meshes::grid;
-use hydroelastic::mesh::{SurfaceError, TriangleSurface};
+use hydroelastic::mesh::{SurfaceError, SurfaceFaults, TriangleSoup, TriangleSurface};
 use nalgebra::{Vector3, vector};
 
 fn cube() -> Triangulation {
@@ -55,7 +55,7 @@ fn numbers_that_are_no_triangles_are_refused() {
 fn a_soup_that_is_not_finite_is_refused_by_its_corner() {
     let mut corners = soup(&cube());
     corners[4][1].z = f64::NAN;
-    let refused = TriangleSurface::from_soup(&corners).unwrap_err();
+    let refused = TriangleSoup::from_corners(&corners).closed().unwrap_err();
     assert!(
         matches!(
             refused,
@@ -63,73 +63,63 @@ fn a_soup_that_is_not_finite_is_refused_by_its_corner() {
         ),
         "{refused}"
     );
-    let refused = TriangleSurface::from_soup(&[]).unwrap_err();
+    let refused = TriangleSoup::default().closed().unwrap_err();
     assert_eq!(refused, SurfaceError::TooFewTriangles { count: 0 });
+}
+
+/// Returns the faults of a surface that is not closed.
+fn faults(refused: SurfaceError) -> SurfaceFaults {
+    let SurfaceError::NotClosed(faults) = refused else {
+        panic!("{refused}");
+    };
+    *faults
 }
 
 #[test]
 fn holes_are_counted_and_one_is_shown() {
     let (vertices, mut triangles) = cube();
-    let removed = triangles.remove(6);
-    let SurfaceError::Open {
-        edge_count,
-        triangle,
-        edge,
-    } = refusal((vertices, triangles.clone()))
-    else {
-        panic!("a cube without a triangle is open");
-    };
-    assert_eq!(edge_count, 3);
+    let removed = triangles.remove(6).map(|vertex| vertices[vertex]);
+    let open = faults(refusal((vertices, triangles))).open.unwrap();
+    assert_eq!(open.count, 3);
     // The hole's edge, in the direction of the triangle beside it.
-    let [from, to] = edge;
-    assert!(removed.contains(&from) && removed.contains(&to));
-    let beside = triangles[triangle];
-    assert!((0..3).any(|k| [beside[k], beside[(k + 1) % 3]] == edge));
+    assert!((0..3).any(|k| [removed[(k + 1) % 3], removed[k]] == open.first));
 }
 
 #[test]
 fn a_triangle_turned_the_wrong_way_round_is_found() {
     let (vertices, mut triangles) = cube();
     triangles[8].swap(0, 1);
-    let refused = refusal((vertices, triangles));
-    let SurfaceError::InconsistentOrientation { first, second, .. } = refused else {
-        panic!("{refused}");
-    };
-    assert!([first, second].contains(&8));
+    let turned = triangles[8].map(|vertex| vertices[vertex]);
+    let inconsistent = faults(refusal((vertices, triangles))).inconsistent.unwrap();
+    assert_eq!(inconsistent.count, 3);
+    assert!(inconsistent.first.iter().all(|end| turned.contains(end)));
 }
 
 #[test]
-fn an_edge_of_four_triangles_is_refused() {
+fn blocks_that_touch_in_an_edge_are_two_components() {
     let beside = unit_block(vector![1.0, 1.0, 0.0]);
     let both = soup(&together([cube(), beside]));
-    let refused = TriangleSurface::from_soup(&both).unwrap_err();
-    assert!(
-        matches!(
-            refused,
-            SurfaceError::CrowdedEdge {
-                triangle_count: 4,
-                ..
-            }
-        ),
-        "{refused}"
-    );
-    // With separate vertices, the cubes are two components.
-    let (vertices, triangles) = together([cube(), unit_block(vector![1.0, 1.0, 0.0])]);
-    let apart = TriangleSurface::new(vertices, triangles).unwrap();
-    assert_eq!(apart.component_count(), 2);
+    let welded = TriangleSoup::from_corners(&both).closed().unwrap();
+    assert_eq!((welded.vertices().len(), welded.component_count()), (14, 2));
+    assert_eq!(welded.component_starts(), [0, 12]);
+    assert!((welded.volume() - 2.0).abs() < 1e-14);
     // Two cells of a mesh share an edge.
     let mesh = grid([2, 2, 1], 1.0, |[x, y, _]| x == y);
-    let refused = TriangleSurface::around(&mesh).unwrap_err();
-    assert!(
-        matches!(
-            refused,
-            SurfaceError::CrowdedEdge {
-                triangle_count: 4,
-                ..
-            }
-        ),
-        "{refused}"
-    );
+    let around = TriangleSurface::around(&mesh).unwrap();
+    assert_eq!(around.component_count(), 2);
+    // Four cells, two of which share each of six edges, leave four others out around a point.
+    let mesh = grid([2, 2, 2], 1.0, |[x, y, z]| (x + y + z) % 2 == 0);
+    let around = TriangleSurface::around(&mesh).unwrap();
+    assert_eq!(around.component_count(), 4);
+    assert!((around.volume() - 4.0).abs() < 1e-14);
+}
+
+#[test]
+fn an_edge_of_three_triangles_is_refused() {
+    let (vertices, mut triangles) = cube();
+    triangles.push(triangles[4]);
+    let crowded = faults(refusal((vertices, triangles))).crowded.unwrap();
+    assert_eq!(crowded.count, 3);
 }
 
 #[test]
@@ -184,7 +174,7 @@ fn flat_solids_are_refused() {
 fn a_surface_turned_inwards_is_refused_unless_it_is_a_cavity() {
     let refused = refusal(reversed(cube()));
     assert!(
-        matches!(refused, SurfaceError::Inward { triangle: 0, volume } if (volume + 1.0).abs() < 1e-14)
+        matches!(refused, SurfaceError::Inward { triangle: 0, volume, .. } if (volume + 1.0).abs() < 1e-14)
     );
 
     // The inner surface is beside the solid, in the bounding box around the concave part of an L, or in a cavity, and never inside the

@@ -1,0 +1,265 @@
+//! Reader of glTF 2.0 files: the triangles of the default scene. Materials, skins and morph targets are ignored.
+
+use super::FileError;
+use super::scene::{MAX_DEPTH, Scene, fan, strip};
+use crate::mesh::TriangleSoup;
+use base64::{Engine, prelude::BASE64_STANDARD};
+use gltf_json::accessor::ComponentType::{self, F32, I8, I16, U8, U16, U32};
+use gltf_json::mesh::{Mode, Primitive, Semantic};
+use gltf_json::validation::Checked;
+use gltf_json::{Index, Node, Root, accessor::Type};
+use nalgebra::{Matrix4, Quaternion, Translation3, UnitQuaternion, Vector3, Vector4};
+use std::path::Path;
+
+/// First bytes of a binary file: the word glTF, the version, and the length of the file.
+const HEADER_SIZE: usize = 12;
+
+/// Types of the chunks of a binary file.
+const JSON: &[u8] = b"JSON";
+const BINARY: &[u8] = b"BIN\0";
+
+type Cause = Box<dyn std::error::Error + Send + Sync>;
+
+/// Reads a file with its y axis upwards.
+pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<TriangleSoup, FileError> {
+    let soup = document(bytes).and_then(|document| document.soup(bytes.len()));
+    soup.map_err(|source| FileError::Syntax {
+        path: path.into(),
+        format: "glTF 2.0",
+        source,
+    })
+}
+
+struct Document<'a> {
+    root: Root,
+    buffers: Vec<Buffer<'a>>,
+}
+
+enum Buffer<'a> {
+    Chunk(&'a [u8]),
+    Decoded(Vec<u8>),
+}
+
+fn document(bytes: &[u8]) -> Result<Document<'_>, Cause> {
+    let (json, chunk) = match bytes {
+        [b'g', b'l', b'T', b'F', 2, 0, 0, 0, ..] => {
+            let rest = bytes.get(HEADER_SIZE..).unwrap_or_default();
+            let (json, rest) = chunk_of(JSON, rest)?;
+            (
+                json,
+                if rest.is_empty() {
+                    rest
+                } else {
+                    chunk_of(BINARY, rest)?.0
+                },
+            )
+        }
+        [b'g', b'l', b'T', b'F', ..] => {
+            return Err("only version 2 of binary glTF can be read".into());
+        }
+        _ => (bytes, &[][..]),
+    };
+    let root: Root = Root::from_slice(json)?;
+    if let Some(extension) = root.extensions_required.first() {
+        return Err(format!("the required extension {extension:?} cannot be read").into());
+    }
+    let buffers = root.buffers.iter().map(|buffer| {
+        let Some(uri) = &buffer.uri else {
+            return Ok(Buffer::Chunk(chunk));
+        };
+        let data = uri
+            .strip_prefix("data:")
+            .and_then(|data| data.split_once(";base64,"));
+        let Some((_, data)) = data else {
+            return Err("the coordinates are in another file: save as .glb".into());
+        };
+        let decoded = BASE64_STANDARD.decode(data);
+        Ok(Buffer::Decoded(decoded.map_err(|error| error.to_string())?))
+    });
+    let buffers = buffers.collect::<Result<_, Cause>>()?;
+    Ok(Document { root, buffers })
+}
+
+/// Content of a chunk of this type at the start of the bytes, and the bytes after it.
+fn chunk_of<'a>(kind: &[u8], bytes: &'a [u8]) -> Result<(&'a [u8], &'a [u8]), Cause> {
+    let chunk = || {
+        let (length, rest) = bytes.split_first_chunk()?;
+        let rest = rest.strip_prefix(kind)?;
+        rest.split_at_checked(usize::try_from(u32::from_le_bytes(*length)).ok()?)
+    };
+    chunk().ok_or_else(|| {
+        format!(
+            "the chunk {:?} is missing or cut",
+            String::from_utf8_lossy(kind)
+        )
+        .into()
+    })
+}
+
+impl Document<'_> {
+    fn soup(&self, size: usize) -> Result<TriangleSoup, Cause> {
+        let parts = self.root.meshes.iter().map(|mesh| {
+            let primitives = mesh.primitives.iter().map(|primitive| self.part(primitive));
+            primitives.collect::<Result<Vec<TriangleSoup>, Cause>>()
+        });
+        let parts: Vec<Vec<TriangleSoup>> = parts.collect::<Result<_, Cause>>()?;
+        let mut scene = Scene::of_file(size);
+        let index = self.root.scene.map_or(0, |scene| scene.value());
+        let Some(nodes) = self.root.scenes.get(index).map(|scene| &scene.nodes) else {
+            // A file without a scene is a library of meshes.
+            parts
+                .iter()
+                .flatten()
+                .try_for_each(|part| scene.add(part, &Matrix4::identity()))?;
+            return Ok(scene.soup);
+        };
+        let mut waiting: Vec<(usize, usize, Matrix4<f64>)> = nodes
+            .iter()
+            .map(|node| (node.value(), 0, Matrix4::identity()))
+            .collect();
+        while let Some((index, depth, parent)) = waiting.pop() {
+            let node = self.root.nodes.get(index).ok_or("a node does not exist")?;
+            if depth > MAX_DEPTH {
+                return Err("the tree of nodes is too deep, or contains itself".into());
+            }
+            let transform = parent * transform(node);
+            if let Some(mesh) = node.mesh {
+                let parts = parts.get(mesh.value()).ok_or("a mesh does not exist")?;
+                parts
+                    .iter()
+                    .try_for_each(|part| scene.add(part, &transform))?;
+            }
+            // An empty part counts visits of nodes.
+            scene.add(&TriangleSoup::default(), &transform)?;
+            let children = node.children.iter().flatten();
+            waiting.extend(children.map(|child| (child.value(), depth + 1, transform)));
+        }
+        Ok(scene.soup)
+    }
+
+    fn part(&self, primitive: &Primitive) -> Result<TriangleSoup, Cause> {
+        let Some(&positions) = primitive
+            .attributes
+            .get(&Checked::Valid(Semantic::Positions))
+        else {
+            return Ok(TriangleSoup::default());
+        };
+        let numbers = self.numbers(positions, &[F32], Type::Vec3)?;
+        let (points, _) = numbers.as_chunks::<3>();
+        let vertices: Vec<Vector3<f64>> = points.iter().map(|&point| point.into()).collect();
+        let corners: Vec<usize> = match primitive.indices {
+            None => (0..vertices.len()).collect(),
+            Some(indices) => {
+                let indices = self.numbers(indices, &[U8, U16, U32], Type::Scalar)?;
+                #[expect(
+                    clippy::cast_possible_truncation,
+                    clippy::cast_sign_loss,
+                    reason = "the numbers are unsigned and have at most 32 bits"
+                )]
+                indices.into_iter().map(|index| index as usize).collect()
+            }
+        };
+        if corners.iter().any(|&corner| corner >= vertices.len()) {
+            return Err("a triangle refers to a vertex that does not exist".into());
+        }
+        let triangles = match primitive.mode {
+            Checked::Valid(Mode::Triangles) => corners.as_chunks::<3>().0.to_vec(),
+            Checked::Valid(Mode::TriangleStrip) => strip(&corners).collect(),
+            Checked::Valid(Mode::TriangleFan) => fan(&corners).collect(),
+            _ => Vec::new(),
+        };
+        Ok(TriangleSoup {
+            vertices,
+            triangles,
+        })
+    }
+
+    /// Numbers of an accessor, which must have one of the types.
+    fn numbers(
+        &self,
+        accessor: Index<gltf_json::Accessor>,
+        types: &[ComponentType],
+        dimension: Type,
+    ) -> Result<Vec<f64>, Cause> {
+        let accessor = self.root.accessors.get(accessor.value());
+        let accessor = accessor.ok_or("an accessor does not exist")?;
+        let Checked::Valid(component) = accessor.component_type else {
+            return Err("an accessor has an unknown type".into());
+        };
+        let component = component.0;
+        if !types.contains(&component) || accessor.type_ != Checked::Valid(dimension) {
+            return Err(
+                "coordinates must be vectors in single precision, and indices whole numbers".into(),
+            );
+        }
+        let Some(view) = accessor.buffer_view else {
+            return Err("sparse accessors cannot be read".into());
+        };
+        let width = if dimension == Type::Vec3 { 3 } else { 1 };
+        let size = match component {
+            U8 | I8 => 1,
+            U16 | I16 => 2,
+            U32 | F32 => 4,
+        };
+        let count = usize::try_from(accessor.count.0)?;
+        let offset = usize::try_from(accessor.byte_offset.map_or(0, |offset| offset.0))?;
+        let (bytes, stride) = self.view(view.value(), width * size)?;
+        let mut numbers = Vec::new();
+        for item in 0..count {
+            let start = item
+                .checked_mul(stride)
+                .and_then(|start| start.checked_add(offset));
+            let item = start.and_then(|start| bytes.get(start..)?.get(..width * size));
+            let item = item.ok_or("an accessor is longer than its buffer")?;
+            numbers.extend(
+                item.chunks_exact(size)
+                    .map(|bytes| number(component, bytes)),
+            );
+        }
+        Ok(numbers)
+    }
+
+    /// Bytes of a view, and the distance of its items (bytes).
+    fn view(&self, index: usize, item_size: usize) -> Result<(&[u8], usize), Cause> {
+        let view = self.root.buffer_views.get(index);
+        let view = view.ok_or("a view of a buffer does not exist")?;
+        let buffer = match self.buffers.get(view.buffer.value()) {
+            Some(Buffer::Chunk(bytes)) => bytes,
+            Some(Buffer::Decoded(bytes)) => &bytes[..],
+            None => return Err("a buffer does not exist".into()),
+        };
+        let offset = usize::try_from(view.byte_offset.map_or(0, |offset| offset.0))?;
+        let length = usize::try_from(view.byte_length.0)?;
+        let bytes = buffer.get(offset..).and_then(|rest| rest.get(..length));
+        let bytes = bytes.ok_or("a view is longer than its buffer")?;
+        let stride = view.byte_stride.map_or(item_size, |stride| stride.0);
+        Ok((bytes, stride.max(1)))
+    }
+}
+
+fn number(component: ComponentType, bytes: &[u8]) -> f64 {
+    let bits = bytes
+        .iter()
+        .rev()
+        .fold(0, |bits, &byte| bits << 8 | u32::from(byte));
+    if component == F32 {
+        f64::from(f32::from_bits(bits))
+    } else {
+        f64::from(bits)
+    }
+}
+
+/// Transform of a node into its parent.
+fn transform(node: &Node) -> Matrix4<f64> {
+    if let Some(matrix) = node.matrix {
+        return Matrix4::from_column_slice(&matrix).cast();
+    }
+    let [x, y, z, w] = node
+        .rotation
+        .map_or([0.0, 0.0, 0.0, 1.0], |rotation| rotation.0);
+    let rotation = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z).cast::<f64>());
+    let scale: Vector3<f64> = Vector3::from(node.scale.unwrap_or([1.0; 3])).cast();
+    let translation: Vector3<f64> = Vector3::from(node.translation.unwrap_or_default()).cast();
+    let scale = Matrix4::from_diagonal(&Vector4::new(scale.x, scale.y, scale.z, 1.0));
+    Translation3::from(translation).to_homogeneous() * rotation.to_homogeneous() * scale
+}

@@ -1,0 +1,282 @@
+//! Reader of PLY files (Stanford), in text and in binary of either byte order: vertices and faces. Other elements and properties are
+//! skipped.
+
+use super::FileError;
+use super::polygons::add_polygon;
+use super::scene::strip;
+use super::text_lines::{TextFile, number, words};
+use crate::mesh::TriangleSoup;
+use nalgebra::Vector3;
+use std::path::Path;
+
+/// Encoding of the numbers after the header.
+#[derive(Clone, Copy, PartialEq)]
+enum Encoding {
+    Text,
+    LittleEndian,
+    BigEndian,
+}
+
+/// Type of a number.
+#[derive(Clone, Copy)]
+enum Number {
+    Signed(usize),
+    Unsigned(usize),
+    Float(usize),
+}
+
+struct Property {
+    name: Vec<u8>,
+    /// Type of the length of a list.
+    length: Option<Number>,
+    number: Number,
+}
+
+struct Element {
+    name: Vec<u8>,
+    count: usize,
+    properties: Vec<Property>,
+}
+
+pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<TriangleSoup, FileError> {
+    let file = TextFile {
+        path,
+        format: "PLY",
+        bytes,
+    };
+    let (encoding, elements, rest) = header(file)?;
+    let mut body = Body {
+        file,
+        encoding,
+        rest,
+    };
+    let mut soup = TriangleSoup::default();
+    for element in elements
+        .iter()
+        .filter(|element| !element.properties.is_empty())
+    {
+        for _ in 0..element.count {
+            match &element.name[..] {
+                b"vertex" => soup.vertices.push(body.vertex(element)?),
+                _ => body.face(element, &mut soup)?,
+            }
+        }
+    }
+    Ok(soup)
+}
+
+/// Encoding, elements and bytes after the header.
+fn header(file: TextFile<'_>) -> Result<(Encoding, Vec<Element>, &[u8]), FileError> {
+    let (mut encoding, mut elements, mut offset) = (None, Vec::<Element>::new(), 0);
+    for (index, line) in file.lines().enumerate() {
+        offset += line.len();
+        let mut all = words(line);
+        let first = all.next().unwrap_or_default();
+        let rest: Vec<&[u8]> = all.collect();
+        let is_known = match (first, &rest[..]) {
+            (b"ply", []) => index == 0,
+            _ if index == 0 => false,
+            (b"format", [name, ..]) => {
+                encoding = encoding_of(name);
+                encoding.is_some()
+            }
+            (b"element", &[name, count]) => number(count).is_some_and(|count| {
+                let (name, properties) = (name.to_vec(), Vec::new());
+                elements.push(Element {
+                    name,
+                    count,
+                    properties,
+                });
+                true
+            }),
+            (b"property", words) => property(words).is_some_and(|property| {
+                let element = elements.last_mut();
+                element
+                    .map(|element| element.properties.push(property))
+                    .is_some()
+            }),
+            (b"end_header", []) => {
+                let encoding =
+                    encoding.ok_or_else(|| file.syntax_error(line, "the format is missing"))?;
+                return Ok((encoding, elements, &file.bytes[offset..]));
+            }
+            (b"comment" | b"obj_info" | b"", _) => true,
+            _ => false,
+        };
+        if !is_known {
+            return Err(file.syntax_error(line, "this is not a line of a PLY header"));
+        }
+    }
+    Err(file.syntax_error(
+        &file.bytes[file.bytes.len()..],
+        "expected the word end_header",
+    ))
+}
+
+fn encoding_of(name: &[u8]) -> Option<Encoding> {
+    match name {
+        b"ascii" => Some(Encoding::Text),
+        b"binary_little_endian" => Some(Encoding::LittleEndian),
+        b"binary_big_endian" => Some(Encoding::BigEndian),
+        _ => None,
+    }
+}
+
+fn property(words: &[&[u8]]) -> Option<Property> {
+    let (length, word, name) = match *words {
+        [b"list", length, word, name] => (Some(number_type(length)?), word, name),
+        [word, name] => (None, word, name),
+        _ => return None,
+    };
+    Some(Property {
+        name: name.to_vec(),
+        length,
+        number: number_type(word)?,
+    })
+}
+
+fn number_type(word: &[u8]) -> Option<Number> {
+    Some(match word {
+        b"char" | b"int8" => Number::Signed(1),
+        b"short" | b"int16" => Number::Signed(2),
+        b"int" | b"int32" => Number::Signed(4),
+        b"uchar" | b"uint8" => Number::Unsigned(1),
+        b"ushort" | b"uint16" => Number::Unsigned(2),
+        b"uint" | b"uint32" => Number::Unsigned(4),
+        b"float" | b"float32" => Number::Float(4),
+        b"double" | b"float64" => Number::Float(8),
+        _ => return None,
+    })
+}
+
+/// The numbers after the header.
+struct Body<'a> {
+    file: TextFile<'a>,
+    encoding: Encoding,
+    rest: &'a [u8],
+}
+
+impl<'a> Body<'a> {
+    fn vertex(&mut self, element: &Element) -> Result<Vector3<f64>, FileError> {
+        let mut position = Vector3::repeat(f64::NAN);
+        let start = self.rest;
+        for property in &element.properties {
+            let values = self.values(property)?;
+            let axis = [b"x", b"y", b"z"]
+                .iter()
+                .position(|name| property.name == *name);
+            if let (Some(axis), &[value]) = (axis, &values[..]) {
+                position[axis] = value;
+            }
+        }
+        if position.iter().all(|x| x.is_finite()) {
+            return Ok(position);
+        }
+        Err(self
+            .file
+            .syntax_error(start, "expected three finite coordinates x, y and z"))
+    }
+
+    /// Reads the properties of an element, and adds its faces if it has any.
+    fn face(&mut self, element: &Element, soup: &mut TriangleSoup) -> Result<(), FileError> {
+        for property in &element.properties {
+            let start = self.rest;
+            let values = self.values(property)?;
+            let is_list = matches!(&property.name[..], b"vertex_indices" | b"vertex_index");
+            let added = match &element.name[..] {
+                b"face" if is_list => {
+                    let corners = corners(&values, soup.vertices.len());
+                    corners.and_then(|corners| add_polygon(soup, &corners))
+                }
+                b"tristrips" if is_list => {
+                    values.split(|&value| value < 0.0).try_for_each(|values| {
+                        let corners = corners(values, soup.vertices.len())?;
+                        soup.triangles.extend(strip(&corners));
+                        Ok(())
+                    })
+                }
+                _ => Ok(()),
+            };
+            added.map_err(|cause| self.file.syntax_error(start, cause))?;
+        }
+        Ok(())
+    }
+
+    /// Reads the number or the list of a property.
+    fn values(&mut self, property: &Property) -> Result<Vec<f64>, FileError> {
+        let Some(length) = property.length else {
+            return Ok(vec![self.number(property.number)?]);
+        };
+        let start = self.rest;
+        let count = self.number(length)?;
+        if count < 0.0 || count > self.rest.len() as f64 {
+            let cause = format!("a list cannot have {count} entries here");
+            return Err(self.file.syntax_error(start, cause));
+        }
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "the number is between zero and the size of the file"
+        )]
+        let entries = 0..count as usize;
+        { entries }.map(|_| self.number(property.number)).collect()
+    }
+
+    fn number(&mut self, number_type: Number) -> Result<f64, FileError> {
+        let value = if self.encoding == Encoding::Text {
+            self.word().and_then(number)
+        } else {
+            self.binary_number(number_type)
+        };
+        value.ok_or_else(|| self.file.syntax_error(self.rest, "expected a number"))
+    }
+
+    fn word(&mut self) -> Option<&'a [u8]> {
+        let word = words(self.rest).next()?;
+        let end = word.as_ptr().addr() - self.rest.as_ptr().addr() + word.len();
+        self.rest = &self.rest[end..];
+        Some(word)
+    }
+
+    fn binary_number(&mut self, number: Number) -> Option<f64> {
+        let (Number::Signed(size) | Number::Unsigned(size) | Number::Float(size)) = number;
+        let (bytes, rest) = self.rest.split_at_checked(size)?;
+        self.rest = rest;
+        let little = self.encoding == Encoding::LittleEndian;
+        let bits = (0..size).fold(0_u64, |bits, place| {
+            let index = if little { size - 1 - place } else { place };
+            bits << 8 | u64::from(bytes[index])
+        });
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_possible_wrap,
+            reason = "the number has this many bytes"
+        )]
+        Some(match number {
+            Number::Unsigned(_) => bits as f64,
+            Number::Signed(1) => f64::from(bits as u8 as i8),
+            Number::Signed(2) => f64::from(bits as u16 as i16),
+            Number::Signed(_) => f64::from(bits as u32 as i32),
+            Number::Float(4) => f64::from(f32::from_bits(bits as u32)),
+            Number::Float(_) => f64::from_bits(bits),
+        })
+    }
+}
+
+/// Vertex indices of a face.
+///
+/// # Errors
+/// Returns the cause if an index is out of range. The vertices must precede the faces.
+fn corners(values: &[f64], vertex_count: usize) -> Result<Vec<usize>, &'static str> {
+    let in_range =
+        |&value: &f64| value >= 0.0 && value < vertex_count as f64 && value.fract() == 0.0;
+    if !values.iter().all(in_range) {
+        return Err("the face has an index of no preceding vertex");
+    }
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "the numbers are whole and in range"
+    )]
+    Ok(values.iter().map(|&value| value as usize).collect())
+}
