@@ -1,7 +1,7 @@
 //! Files and conversions. This module reads tetrahedral meshes and closed surfaces. It writes contact surfaces, trajectories and
-//! recordings. The default feature `files` enables it. The default feature `vtk` adds the VTK formats.
+//! recordings. The default feature `files` enables it.
 //!
-//! - [`read_mesh`] reads the file of a mesher (Gmsh `.msh`, VTK `.vtk` and `.vtu`) into a [`MeshFile`]: a mesh (m), and point data.
+//! - [`read_mesh`] reads the file of a mesher (Gmsh, VTK, Medit, TetGen, Abaqus) into a [`MeshFile`]: a mesh (m), and point data.
 //!   Extents are either an array of the point data ([`MeshFile::pressure_field`]) or computed from the distance to the surface
 //!   ([`PressureField::from_distance`](crate::mesh::PressureField::from_distance)).
 //! - [`read_triangle_surface`] reads the closed surface of a rigid body (STL, OBJ).
@@ -21,14 +21,14 @@
 //! Readers validate everything in a file. A damaged file causes a [`FileError`], never a panic.
 //!
 //! ```
-//! # #[cfg(feature = "vtk")] {
-//! use hydroelastic::io::{read_mesh, write_surface};
+//! # #[cfg(feature = "files")] {
+//! use hydroelastic::io::{MeshOptions, read_mesh, write_surface};
 //! use hydroelastic::contact::{ContactBody, ContactPair, Shape};
 //! use hydroelastic::mesh::{PressureField, shapes};
 //! use hydroelastic::spatial::Pose;
 //! use nalgebra::Vector3;
 //!
-//! let file = read_mesh("tests/data/meshes_from_mesher/bracket.msh")?;
+//! let file = read_mesh("tests/data/meshes_from_mesher/bracket.msh", &MeshOptions::default())?;
 //! let bracket = Shape::new(PressureField::from_distance(&file.mesh)?);
 //! let ball = Shape::new(shapes::icosphere(0.03, 2)?);
 //!
@@ -53,12 +53,10 @@ mod parry_surface;
 #[cfg(feature = "urdf")]
 pub mod urdf;
 
-#[cfg(feature = "vtk")]
-pub use files::write_surface;
 #[cfg(feature = "files")]
 pub use files::{
-    FileError, MeshFile, Placement, Recording, TrajectoryFile, read_mesh, read_triangle_surface,
-    write_trajectory,
+    FileError, FileWarning, MeshFile, MeshOptions, Placement, Recording, TrajectoryFile, read_mesh,
+    read_triangle_surface, write_surface, write_trajectory,
 };
 #[cfg(feature = "parry")]
 pub use parry::{HullError, field_from_hull, field_from_polyhedron, field_from_trimesh};

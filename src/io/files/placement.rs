@@ -1,5 +1,7 @@
+use super::FileError;
 use crate::spatial::Pose;
 use nalgebra::Vector3;
+use std::path::Path;
 
 /// How the coordinates of a file become positions in the body frame: position = pose · (unit · scale ∘ coordinates).
 ///
@@ -39,6 +41,24 @@ impl Placement {
     pub fn position(&self, coordinates: &Vector3<f64>) -> Vector3<f64> {
         self.pose
             .transformed_point(&(coordinates.component_mul(&self.scale) * self.unit))
+    }
+
+    /// Checks the numbers for the reader of a file.
+    pub(super) fn check(&self, path: &Path) -> Result<(), FileError> {
+        let error = |name, found, expected| FileError::Option {
+            path: path.into(),
+            name,
+            found,
+            expected,
+        };
+        if !(self.unit > 0.0 && self.unit.is_finite()) {
+            return Err(error("unit", self.unit, "positive and finite"));
+        }
+        let is_wrong = |factor: &&f64| **factor == 0.0 || !factor.is_finite();
+        match self.scale.iter().find(is_wrong) {
+            Some(&factor) => Err(error("scale", factor, "finite and not zero")),
+            None => Ok(()),
+        }
     }
 
     /// Returns true if the body is a mirror image of the file.

@@ -1,9 +1,9 @@
-use super::{FileError, extension::known_extension, obj, stl};
+use super::{FileError, extension::known_extension, obj, stl, vtk};
 use crate::mesh::TriangleSurface;
 use std::path::Path;
 
 /// Extensions of surface files.
-const EXTENSIONS: &[&str] = &["obj", "stl"];
+const EXTENSIONS: &[&str] = &["obj", "stl", "vtk", "vtp"];
 
 /// Reads the closed surface (m) of a rigid body. The extension of the file name, in upper or lower case, selects the format:
 ///
@@ -12,9 +12,11 @@ const EXTENSIONS: &[&str] = &["obj", "stl"];
 /// - `.obj`: The vertices and faces of all groups are merged. A face with more than 3 corners is triangulated as a fan. Its apex is
 ///   the first corner whose diagonals all lie in the face.
 ///
+/// - `.vtk`, `.vtp`: VTK PolyData, legacy or XML. The contents decide between these two. Polygons and triangle strips are read.
+///
 /// Text files are read in double precision. Binary files have single precision.
 ///
-/// Neither format has a unit. A coordinate of 1 in the file becomes `unit` (m). Use 0.001 for the millimeters of most CAD programs.
+/// No format has a unit. A coordinate of 1 in the file becomes `unit` (m). Use 0.001 for the millimeters of most CAD programs.
 /// Vertices with exactly equal coordinates are merged.
 ///
 /// # Errors
@@ -45,6 +47,11 @@ pub fn read_triangle_surface(
     })?;
     let mut soup = match extension {
         "stl" => stl::read(path, bytes)?,
+        "vtk" | "vtp" => {
+            let soup = vtk::read_polygons(path, &bytes)?;
+            let corners = |triangle: &[usize; 3]| triangle.map(|vertex| soup.vertices[vertex]);
+            soup.triangles.iter().map(corners).collect()
+        }
         _ => obj::read(path, &bytes)?,
     };
     for corner in soup.iter_mut().flatten() {
