@@ -40,7 +40,7 @@ def test_extents_come_from_point_data():
         actual = he.Shape.read(MESHES / name, "extent")
         assert np.array_equal(actual.tets, first.tets) and np.abs(actual.vertices - first.vertices).max() < TEXT
         assert np.abs(actual.extents - first.extents).max() < TEXT
-    with pytest.raises(he.HydroelasticError, match=r"no point-data array 'position' with one number.*only \['extent'\]"):
+    with pytest.raises(he.HydroelasticError, match=r'no point-data array "position" with one number.*only \["extent"\]'):
         he.Shape.read(MESHES / "bracket_extents.vtk", "position")
 
 

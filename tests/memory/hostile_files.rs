@@ -22,7 +22,6 @@ const SURFACES: [&str; 2] = ["obj", "stl"];
 
 /// Files, and the text in the message or one of its causes besides the name of the file.
 const REFUSED: &[(&str, &str)] = &[
-    ("alone.node", "alone.ele"),
     ("cut_in_element.inp", "the last element is incomplete"),
     ("cut_in_tets.mesh", "unexpected end of the file"),
     ("empty.mesh", "has no tetrahedra"),

@@ -244,7 +244,6 @@ def write_others():
     write("most_attributes.ele", tets)
     write("trillion_nodes.node", nodes, ("4 3", f"{TRILLION} 3"))
     write("trillion_nodes.ele", tets)
-    write("alone.node", nodes)
 
 
 def stl(count, *numbers):
