@@ -6,7 +6,7 @@
 //! path or to the directory for temporary files.
 
 use hydroelastic::contact::{BodyError, ContactBody, ContactPair, Shape};
-use hydroelastic::io::{read_mesh, write_surface};
+use hydroelastic::io::{MeshOptions, read_mesh, write_surface};
 use hydroelastic::mesh::{PressureField, shapes};
 use hydroelastic::spatial::{Pose, Twist, Wrench};
 use nalgebra::{SMatrix, SVector, Vector3};
@@ -27,7 +27,10 @@ const TOLERANCE: f64 = 1e-7;
 type Jacobian = SMatrix<f64, 12, 14>;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let file = read_mesh(Path::new(env!("CARGO_MANIFEST_DIR")).join(BRACKET))?;
+    let file = read_mesh(
+        Path::new(env!("CARGO_MANIFEST_DIR")).join(BRACKET),
+        &MeshOptions::default(),
+    )?;
     let bracket = Shape::new(PressureField::from_distance(&file.mesh)?);
     let ball = Shape::new(shapes::icosphere(RADIUS, 3)?);
     // The corner is an upright wall and a floor. It runs along y at x = z = 0.07 m.

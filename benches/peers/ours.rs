@@ -11,7 +11,7 @@ use hydroelastic::contact::{
 };
 use hydroelastic::dynamics::{Body, Mass, Material, Plan, State, World};
 use hydroelastic::gradient::{Experiment, FinalState, Parameter};
-use hydroelastic::io::read_mesh;
+use hydroelastic::io::{MeshOptions, read_mesh};
 use hydroelastic::mesh::{PressureField, TriangleSurface};
 use hydroelastic::spatial::{Pose, Wrench};
 use nalgebra::{Matrix3, Vector3};
@@ -160,7 +160,7 @@ impl Server {
         if let Some(shape) = self.shapes.get(path) {
             return Ok(Arc::clone(shape));
         }
-        let field = PressureField::from_distance(&read_mesh(path)?.mesh)?;
+        let field = PressureField::from_distance(&read_mesh(path, &MeshOptions::default())?.mesh)?;
         let shape = Arc::new(Shape::new(field));
         self.shapes.insert(path.to_owned(), Arc::clone(&shape));
         Ok(shape)

@@ -12,7 +12,7 @@ use hydroelastic::dynamics::{
     Accuracy, Body, BodyState, Integrator, KinematicPath, Mass, Material, Plan, Trajectory, World,
 };
 use hydroelastic::gradient::{Experiment, Outcome, Parameter};
-use hydroelastic::io::read_mesh;
+use hydroelastic::io::{MeshOptions, read_mesh};
 use hydroelastic::mesh::PressureField;
 use hydroelastic::scalar::Scalar;
 use hydroelastic::spatial::{Pose, Twist};
@@ -186,7 +186,9 @@ impl Scene {
             let skin = Material::rigid().with_friction(body.friction);
             return Ok(Body::fixed(name, HalfSpace::rigid(), skin)?.with_pose(pose));
         };
-        let shape = Shape::new(PressureField::from_distance(&read_mesh(mesh)?.mesh)?);
+        let shape = Shape::new(PressureField::from_distance(
+            &read_mesh(mesh, &MeshOptions::default())?.mesh,
+        )?);
         let skin = Material::elastic(body.modulus)
             .with_dissipation(self.dissipation)
             .with_friction(body.friction);

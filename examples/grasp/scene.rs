@@ -4,7 +4,7 @@ use super::guide::Guide;
 use super::path::{self, Move};
 use hydroelastic::contact::{HalfSpace, Shape};
 use hydroelastic::dynamics::{Body, Control, Integrator, Mass, Material, Plan, World, WorldError};
-use hydroelastic::io::read_mesh;
+use hydroelastic::io::{MeshOptions, read_mesh};
 use hydroelastic::mesh::{PressureField, shapes};
 use hydroelastic::spatial::Wrench;
 use nalgebra::vector;
@@ -51,7 +51,9 @@ pub fn squeezed() -> Result<World<f64, Guide>, Box<dyn Error>> {
             .with_dissipation(DISSIPATION)
             .with_friction(FRICTION)
     };
-    let mug = Shape::new(PressureField::from_distance(&read_mesh(MESH)?.mesh)?);
+    let mug = Shape::new(PressureField::from_distance(
+        &read_mesh(MESH, &MeshOptions::default())?.mesh,
+    )?);
     let finger = Arc::new(Shape::new(shapes::distance_cuboid(FINGER)?));
     let hard = Material::rigid().with_friction(FRICTION);
 

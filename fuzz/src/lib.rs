@@ -1,7 +1,7 @@
 //! Functions shared by the fuzz targets: bytes read as a mesh file, as a surface file or as a robot.
 
 use hydroelastic::io::urdf::Robot;
-use hydroelastic::io::{MeshFile, Placement, read_mesh, read_triangle_surface};
+use hydroelastic::io::{MeshFile, MeshOptions, Placement, read_mesh, read_triangle_surface};
 use hydroelastic::mesh::{PressureField, TriangleSurface};
 use std::path::PathBuf;
 
@@ -13,7 +13,7 @@ use std::path::PathBuf;
 pub fn read(extension: &str, bytes: &[u8]) {
     let path = file_of(extension);
     std::fs::write(&path, bytes).expect("the file for the bytes can be written");
-    match read_mesh(&path) {
+    match read_mesh(&path, &MeshOptions::default()) {
         Ok(file) => check(&file),
         Err(error) => check_error(&path, &error.to_string()),
     }

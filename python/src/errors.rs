@@ -3,6 +3,7 @@
 use crate::trajectory::Trajectory;
 use hydroelastic::dynamics::{self, RolloutError as RolloutCause};
 use hydroelastic::gradient::GradientError;
+use hydroelastic::io::FileError;
 use pyo3::PyTypeInfo;
 use pyo3::create_exception;
 use pyo3::exceptions::PyValueError;
@@ -26,6 +27,17 @@ create_exception!(
 /// Creates the exception for an invalid argument.
 pub fn value_error(why: impl Display) -> PyErr {
     HydroelasticError::new_err(why.to_string())
+}
+
+/// Creates the exception for a file: a subclass of OSError for errors of the operating system.
+pub fn file_error(why: FileError) -> PyErr {
+    let message = why.to_string();
+    match why {
+        FileError::Read { source, .. } | FileError::Write { source, .. } => {
+            std::io::Error::new(source.kind(), message).into()
+        }
+        _ => value_error(message),
+    }
 }
 
 /// Creates the exception for a rollout that ended early, without recorded states.

@@ -2,13 +2,14 @@
 
 use crate::any_shape::{self, AnyShape};
 use crate::arrays::{Floats, optional_real, real};
-use crate::errors::value_error;
+use crate::errors::{file_error, value_error};
 use crate::material::{SurfaceLaw, modulus_repr};
 use crate::pair_inputs::Inputs;
 use crate::poses::single_pose;
 use crate::shape::Shape;
 use crate::surface::Surface;
 use hydroelastic::contact::{ContactPair, ContactWrench, LinearizedContact};
+use hydroelastic::io::write_surface;
 use hydroelastic::nalgebra::SMatrix;
 use hydroelastic::spatial::Pose;
 use numpy::PyUntypedArrayMethods;
@@ -447,17 +448,15 @@ impl Pair {
     ///     If a pose is not rigid, or the extension is unknown.
     /// OSError
     ///     If the file cannot be written.
-    fn write_surface<'py>(
+    fn write_surface(
         &self,
-        py: Python<'py>,
+        py: Python<'_>,
         path: PathBuf,
-        pose_a: &Bound<'py, PyAny>,
-        pose_b: &Bound<'py, PyAny>,
+        pose_a: &Bound<'_, PyAny>,
+        pose_b: &Bound<'_, PyAny>,
     ) -> PyResult<()> {
-        let surface = self.surface(py, pose_a, pose_b)?;
-        py.import("hydroelastic._vtk")?
-            .call_method1("write_surface", (path, surface))?;
-        Ok(())
+        let pair = self.at_poses(pose_a, pose_b)?;
+        py.detach(|| write_surface(path, &pair.surface()).map_err(file_error))
     }
 
     fn __repr__(&self) -> String {

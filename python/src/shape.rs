@@ -4,10 +4,11 @@ use crate::arrays::{
     Floats, Whole, array, check_finite, count, indices, list, optional_real, real, row, signed,
     table, whole, whole_array,
 };
-use crate::errors::value_error;
+use crate::errors::{file_error, value_error};
+use crate::poses::single_pose;
 use crate::shape_gradient::mass_gradient;
 use hydroelastic::contact::{self, BodyError, ContactBody};
-use hydroelastic::io::read_mesh;
+use hydroelastic::io::{FileWarning, MeshOptions, Placement, read_mesh};
 use hydroelastic::mesh::{MeshError, PressureField, TetMesh, TriangleSoup, shapes};
 use hydroelastic::spatial::{MassProperties, Pose};
 use numpy::PyArrayDyn;
@@ -50,28 +51,6 @@ impl Shape {
 
     fn field(&self) -> &PressureField {
         self.0.field()
-    }
-
-    /// Reads a mesh from a file. The numbers of the file are taken as meters.
-    fn in_file(py: Python<'_>, path: PathBuf, extents: Option<&str>) -> PyResult<Self> {
-        if is_of(&path, &["vtk", "vtu"]) {
-            let mesh = py.import("hydroelastic._vtk")?;
-            let mesh = mesh.call_method1("read_mesh", (&path, extents))?;
-            let (vertices, tets, extents): (Bound<'_, PyAny>, Bound<'_, PyAny>, Option<_>) =
-                mesh.extract()?;
-            let shape = Self::new(&vertices, &tets, extents.as_ref(), false);
-            return shape.map_err(|error| {
-                let (path, why) = (path.display(), error.value(py));
-                value_error(format!("{path} does not hold a usable mesh: {why}"))
-            });
-        }
-        py.detach(|| {
-            let file = read_mesh(path).map_err(value_error)?;
-            match extents {
-                Some(name) => Self::of(Ok(file.pressure_field(name).map_err(value_error)?)),
-                None => Self::of(PressureField::from_distance(&file.mesh)),
-            }
-        })
     }
 
     /// Creates the body of a contact, at a pose and with a modulus (Pa).
@@ -130,6 +109,19 @@ pub fn warn_of_size(py: Python<'_>, path: &Path, size: f64) -> PyResult<()> {
     warnings.call_method1("warn", (message,)).map(|_| ())
 }
 
+/// Emits warnings about a file.
+pub fn warn_of_file(py: Python<'_>, path: &Path, warnings: &[FileWarning]) -> PyResult<()> {
+    for warning in warnings {
+        let remedy = match warning {
+            FileWarning::Size { .. } => "; unit=1.0 reads meters without this warning",
+            _ => "",
+        };
+        let message = format!("{}: {warning}{remedy}", path.display());
+        py.import("warnings")?.call_method1("warn", (message,))?;
+    }
+    Ok(())
+}
+
 #[pymethods]
 impl Shape {
     #[new]
@@ -153,9 +145,10 @@ impl Shape {
         })
     }
 
-    /// Reads a tetrahedral mesh from a file: Gmsh 4.1 (.msh), legacy VTK (.vtk) or VTK XML (.vtu).
+    /// Reads a tetrahedral mesh from a file: Gmsh (.msh), VTK (.vtk, .vtu), Medit (.mesh), TetGen (.node, .ele) or Abaqus (.inp).
     ///
-    /// VTK files need meshio, which the extra hydroelastic[files] installs. Vertices that no tetrahedron uses are dropped.
+    /// Vertices that no tetrahedron uses are dropped. Properties of the file that may be mistakes are warnings (UserWarning): seams,
+    /// thin tetrahedra, surfaces that are not part of the mesh, and an unlikely size.
     ///
     /// Parameters
     /// ----------
@@ -165,7 +158,15 @@ impl Shape {
     ///     Name of a point-data array of a VTK file with the extents. Default: the extents are distances to the surface.
     /// unit : float, optional
     ///     Unit of the file in meters, such as 0.001 for millimeters. None, the default, means 1, with a warning if the mesh is larger
-    ///     than 100 m.
+    ///     than 100 m or smaller than 0.1 mm.
+    /// scale : (3,) array_like, optional
+    ///     Factor for each axis of the file. A negative factor mirrors the body. Default: 1.
+    /// pose : (4, 4) array_like, optional
+    ///     Pose of the axes of the file in the body frame. Default: the identity.
+    /// corners_only : bool
+    ///     True to read tetrahedra of second or higher order as tetrahedra of first order with the same corners.
+    /// weld_tolerance : float
+    ///     Distance (m) up to which duplicated vertices on coincident faces are merged. Vertices at equal positions are always merged.
     ///
     /// Returns
     /// -------
@@ -175,18 +176,21 @@ impl Shape {
     /// Raises
     /// ------
     /// HydroelasticError
-    ///     If the file is damaged, has no tetrahedra of first order, or has other solid elements.
-    /// ImportError
-    ///     If the file is a VTK file and meshio is not installed.
+    ///     If an option is out of range, or if the file is damaged, has no tetrahedra, has tetrahedra of higher order without
+    ///     corners_only, or has other solid elements.
     /// OSError
-    ///     If a VTK file cannot be opened.
+    ///     If the file cannot be read from the disk.
     #[staticmethod]
-    #[pyo3(signature = (path, extents=None, unit=None))]
+    #[pyo3(signature = (path, extents=None, unit=None, *, scale=None, pose=None, corners_only=false, weld_tolerance=0.0))]
     fn read(
         py: Python<'_>,
         path: PathBuf,
         extents: Option<&str>,
         #[pyo3(from_py_with = optional_real)] unit: Option<f64>,
+        scale: Option<&Bound<'_, PyAny>>,
+        pose: Option<&Bound<'_, PyAny>>,
+        corners_only: bool,
+        #[pyo3(from_py_with = real)] weld_tolerance: f64,
     ) -> PyResult<Self> {
         check_extension(
             &path,
@@ -198,22 +202,32 @@ impl Shape {
                 )
             },
         )?;
-        let shape = Self::in_file(py, path.clone(), extents)?;
-        let Some(unit) = unit else {
-            let bounds = shape.field().mesh().aabb();
-            warn_of_size(py, &path, 2.0 * bounds.half_extents().amax())?;
-            return Ok(shape);
-        };
-        if !(unit > 0.0 && unit.is_finite()) {
-            return Err(value_error(format!(
-                "the unit of {} is {unit} m, but must be positive and finite",
-                path.display()
-            )));
+        let mut placement = Placement::default();
+        placement.unit = unit.unwrap_or(placement.unit);
+        if let Some(scale) = scale {
+            placement.scale = row::<3>(scale, "scale")?.into();
         }
-        let (mesh, extents) = (shape.field().mesh(), shape.field().extents().to_vec());
-        let vertices = mesh.vertices().iter().map(|vertex| vertex * unit).collect();
-        let mesh = TetMesh::new(vertices, mesh.tets().to_vec()).map_err(value_error)?;
-        Self::of(PressureField::with_inert_tets(mesh, extents))
+        if let Some(pose) = pose {
+            placement.pose = single_pose(pose, "pose")?;
+        }
+        let options = MeshOptions {
+            placement,
+            corners_only,
+            weld_tolerance,
+        };
+        let (shape, mut warnings) = py.detach(|| {
+            let mut file = read_mesh(&path, &options).map_err(file_error)?;
+            let warnings = std::mem::take(&mut file.warnings);
+            let shape = Self::of(match extents {
+                Some(name) => Ok(file.pressure_field(name).map_err(file_error)?),
+                None => PressureField::from_distance(&file.mesh),
+            })?;
+            Ok::<_, PyErr>((shape, warnings))
+        })?;
+        // A unit that was given is no mistake.
+        warnings.retain(|warning| unit.is_none() || !matches!(warning, FileWarning::Size { .. }));
+        warn_of_file(py, &path, &warnings)?;
+        Ok(shape)
     }
 
     /// Creates a ball about the origin of the body frame.

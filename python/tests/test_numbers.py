@@ -10,6 +10,8 @@ import pytest
 
 import hydroelastic as he
 
+MESH = Path(__file__).parents[2] / "tests" / "data" / "field_files" / "gmsh_1.msh"
+
 # Names in the annotations of numeric arguments.
 NUMERIC = {"float", "int", "_Floats", "_Numbers", "_Rows", "_Indices", "_Whole", "_Array", "_Tensor", "NDArray"}
 REFUSED = (he.HydroelasticError, TypeError, ValueError)
@@ -187,7 +189,6 @@ def cases(folder):
     shown = {"pressure_limit": Positive(1e3), "height": 300}
     stl = folder / "part.obj"
     stl.write_text("".join(f"v {x} {y} {z}\n" for x, y, z in CORNERS) + "".join(f"f {a} {b} {c}\n" for a, b, c in FACES + 1))
-    msh = folder / "part.vtk"
     elastic = he.Material(1e5)
 
     def recording(slowdown, targets, radius, paths, camera, at):
@@ -223,12 +224,6 @@ def cases(folder):
         )
     moved = {name: value for name, value in hinge.items() if name not in ("axis", "origin")}
 
-    def mesh(unit):
-        import meshio
-
-        meshio.write(msh, meshio.Mesh(CORNERS, [("tetra", TET)]))
-        return he.Shape.read(msh, unit=unit)
-
     fields = ("vertices", "pressures", "normals", "areas", "centroids", "mean_pressures", "area", "center_of_pressure")
     arrays = {name: getattr(surface, name) for name in fields}
     whole = {"offsets": surface.offsets, "tets": surface.tets}
@@ -240,7 +235,10 @@ def cases(folder):
         "moved_pose": (he.moved_pose, {"pose": EYE, "twist": TWIST}),
         "Shape": (he.Shape, {"vertices": CORNERS, "tets": TET}),
         "Shape (with extents)": (lambda **it: he.Shape(ball.vertices, ball.tets, **it), {"extents": ball.extents}),
-        "Shape.read": (mesh, {"unit": Positive(1.0)}),
+        "Shape.read": (
+            lambda **it: he.Shape.read(MESH, **it),
+            {"unit": Positive(1.0), "scale": np.ones(3), "pose": EYE, "weld_tolerance": NotNegative(0.0)},
+        ),
         "Shape.icosphere": (he.Shape.icosphere, {"radius": Positive(0.1), "subdivisions": 1}),
         "Shape.ellipsoid": (he.Shape.ellipsoid, {"semi_axes": POINT, "subdivisions": 1}),
         "Shape.cuboid": (he.Shape.cuboid, {"lengths": POINT}),
@@ -527,8 +525,6 @@ def test_arrays_in_column_order_are_read_by_their_rows():
 
 @pytest.mark.parametrize("name", NAMES)
 def test_numbers_out_of_range_are_refused(name, tmp_path):
-    if name in ("Pair.write_surface", "Shape.read"):
-        pytest.importorskip("meshio")
     of_name = {case: item for case, item in cases(tmp_path).items() if case.split(" (")[0] == name and item[1]}
     assert of_name
     for call, arguments in of_name.values():

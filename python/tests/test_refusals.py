@@ -184,7 +184,6 @@ def refusals():
         "twists must be finite": lambda: he.State(0.0, eye[None], np.full((1, 6), np.inf)),
         "a trajectory needs at least one state": lambda: he.Trajectory([]),
         "the times of a path must increase": lambda: he.Path([0.0, 0.0], np.stack([eye, eye])),
-        "no such file": lambda: he.Shape.read("/nowhere/mesh.msh"),
     }
 
 

@@ -1,10 +1,10 @@
 //! Files and conversions. This module reads tetrahedral meshes and closed surfaces. It writes contact surfaces, trajectories and
-//! recordings. The default feature `files` enables it. The default feature `vtk` adds the VTK formats.
+//! recordings. The default feature `files` enables it.
 //!
-//! - [`read_mesh`] reads the file of a mesher (Gmsh `.msh`, VTK `.vtk` and `.vtu`) into a [`MeshFile`]: a mesh (m), and point data.
+//! - [`read_mesh`] reads the file of a mesher (Gmsh, VTK, Medit, TetGen, Abaqus) into a [`MeshFile`]: a mesh (m), and point data.
 //!   Extents are either an array of the point data ([`MeshFile::pressure_field`]) or computed from the distance to the surface
 //!   ([`PressureField::from_distance`](crate::mesh::PressureField::from_distance)).
-//! - [`read_triangle_surface`] reads the closed surface of a rigid body (STL, OBJ, OFF, PLY, glTF, COLLADA). [`read_triangles`] reads
+//! - [`read_triangle_surface`] reads the closed surface of a rigid body (STL, OBJ, OFF, PLY, glTF, COLLADA, VTK). [`read_triangles`] reads
 //!   triangles that need not be closed.
 //! - [`write_surface`] writes a contact surface for ParaView and similar programs.
 //! - [`write_trajectory`] writes the motion of all bodies as a table (CSV, or Parquet with the feature `parquet`).
@@ -22,14 +22,14 @@
 //! Readers validate everything in a file. A damaged file causes a [`FileError`], never a panic.
 //!
 //! ```
-//! # #[cfg(feature = "vtk")] {
-//! use hydroelastic::io::{read_mesh, write_surface};
+//! # #[cfg(feature = "files")] {
+//! use hydroelastic::io::{MeshOptions, read_mesh, write_surface};
 //! use hydroelastic::contact::{ContactBody, ContactPair, Shape};
 //! use hydroelastic::mesh::{PressureField, shapes};
 //! use hydroelastic::spatial::Pose;
 //! use nalgebra::Vector3;
 //!
-//! let file = read_mesh("tests/data/meshes_from_mesher/bracket.msh")?;
+//! let file = read_mesh("tests/data/meshes_from_mesher/bracket.msh", &MeshOptions::default())?;
 //! let bracket = Shape::new(PressureField::from_distance(&file.mesh)?);
 //! let ball = Shape::new(shapes::icosphere(0.03, 2)?);
 //!
@@ -54,12 +54,10 @@ mod parry_surface;
 #[cfg(feature = "urdf")]
 pub mod urdf;
 
-#[cfg(feature = "vtk")]
-pub use files::write_surface;
 #[cfg(feature = "files")]
 pub use files::{
-    FileError, MeshFile, Placement, Recording, TrajectoryFile, read_mesh, read_triangle_surface,
-    read_triangles, write_trajectory,
+    FileError, FileWarning, MeshFile, MeshOptions, Placement, Recording, TrajectoryFile, read_mesh,
+    read_triangle_surface, read_triangles, write_surface, write_trajectory,
 };
 #[cfg(feature = "parry")]
 pub use parry::{field_from_polyhedron, field_from_trimesh};

@@ -1,6 +1,6 @@
 //! Fields of the whole data set before the points of a legacy VTK file, as written by VTK and ParaView, do not affect the mesh.
 
-use hydroelastic::io::{FileError, read_mesh};
+use hydroelastic::io::{FileError, MeshOptions, read_mesh};
 use std::error::Error;
 use std::fs;
 use std::path::Path;
@@ -24,7 +24,7 @@ fn with_fields(name: &str, fields: &[u8]) -> Vec<u8> {
 fn vertices(name: &str, bytes: &[u8]) -> Result<Vec<[f64; 3]>, FileError> {
     let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     fs::write(&path, bytes).unwrap();
-    let file = read_mesh(&path)?;
+    let file = read_mesh(&path, &MeshOptions::default())?;
     Ok(file.mesh.vertices().iter().map(|&v| v.into()).collect())
 }
 

@@ -1,12 +1,14 @@
 //! Files of contact surfaces, written and read back.
 
 use crate::support::worlds::{cuboid, icosphere};
+use base64::{Engine, prelude::BASE64_STANDARD};
 use hydroelastic::contact::{ContactBody, ContactPair, ContactSurface};
 use hydroelastic::io::{FileError, write_surface};
 use hydroelastic::spatial::Pose;
 use nalgebra::Vector3;
+use roxmltree::Document;
+use std::collections::HashMap;
 use std::path::Path;
-use vtkio::model::{Attribute, DataSet, Piece, PolyDataPiece, VertexNumbers};
 
 fn touching() -> ContactSurface {
     let ball = icosphere(0.1, 2);
@@ -18,50 +20,122 @@ fn touching() -> ContactSurface {
     ContactPair::new(a, b).surface()
 }
 
-/// Writes the surface and reads it with vtkio.
-fn written(name: &str, surface: &ContactSurface) -> PolyDataPiece {
+/// Numbers of a file of polygons.
+#[derive(Default)]
+struct PolyData {
+    points: Vec<f64>,
+    polygons: Vec<Vec<usize>>,
+    /// Arrays by the name of their group and their own name.
+    arrays: HashMap<(String, String), Vec<f64>>,
+}
+
+/// Writes the surface and reads it back with readers of this test.
+fn written(name: &str, surface: &ContactSurface) -> PolyData {
     let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     write_surface(&path, surface).unwrap();
     let bytes = std::fs::read(&path).unwrap();
-    let vtk = match path.extension().unwrap().to_ascii_lowercase().to_str() {
-        Some("vtp") => vtkio::Vtk::parse_xml(bytes.as_slice()).unwrap(),
-        _ => vtkio::Vtk::parse_legacy_be(bytes.as_slice()).unwrap(),
-    };
-    let DataSet::PolyData { mut pieces, .. } = vtk.data else {
-        panic!("{name} is not PolyData");
-    };
-    let Some(Piece::Inline(piece)) = pieces.pop() else {
-        panic!("{name} has no data");
-    };
-    *piece
+    match path.extension().unwrap().to_ascii_lowercase().to_str() {
+        Some("vtp") => xml(std::str::from_utf8(&bytes).unwrap()),
+        _ => legacy(&bytes),
+    }
 }
 
-/// Returns the numbers of the array with this name.
-fn values(attributes: &[Attribute], name: &str) -> Vec<f64> {
-    let named = attributes.iter().find_map(|attribute| match attribute {
-        Attribute::DataArray(array) if array.name == name => array.data.cast_into(),
-        _ => None,
-    });
-    named.unwrap_or_else(|| panic!("{name} is missing"))
-}
-
-/// Returns the corner indices of each polygon.
-fn polygons(piece: &PolyDataPiece) -> Vec<Vec<usize>> {
-    let (connectivity, ends) = match piece.polys.clone().unwrap_or_default() {
-        numbers @ VertexNumbers::Legacy { .. } => numbers.into_xml(),
-        VertexNumbers::XML {
-            connectivity,
-            offsets,
-        } => (connectivity, offsets),
-    };
+fn xml(text: &str) -> PolyData {
+    let document = Document::parse(text).unwrap();
+    let mut data = PolyData::default();
+    let (mut ends, mut corners) = (Vec::new(), Vec::new());
+    for array in document
+        .descendants()
+        .filter(|node| node.has_tag_name("DataArray"))
+    {
+        let bytes = BASE64_STANDARD.decode(array.text().unwrap()).unwrap();
+        let (length, bytes) = bytes.split_first_chunk().unwrap();
+        assert_eq!(u64::from_le_bytes(*length), bytes.len() as u64);
+        let group = array.parent().unwrap().tag_name().name();
+        let name = array.attribute("Name").unwrap();
+        let numbers = bytes.as_chunks().0.iter();
+        let wholes = || {
+            numbers
+                .clone()
+                .map(|&bytes| usize::try_from(u64::from_le_bytes(bytes)).unwrap())
+        };
+        let reals = || {
+            numbers
+                .clone()
+                .map(|&bytes| f64::from_le_bytes(bytes))
+                .collect()
+        };
+        match (group, name) {
+            ("Points", _) => data.points = reals(),
+            ("Polys", "connectivity") => corners = wholes().collect(),
+            ("Polys", _) => ends = wholes().collect(),
+            _ => drop(data.arrays.insert((group.into(), name.into()), reals())),
+        }
+    }
     let starts = [0].into_iter().chain(ends.iter().copied());
-    let index = |number: &u64| usize::try_from(*number).unwrap();
-    let ranges = starts
+    data.polygons = starts
         .zip(&ends)
-        .map(|(start, end)| index(&start)..index(end));
-    ranges
-        .map(|range| connectivity[range].iter().map(index).collect())
-        .collect()
+        .map(|(start, &end)| corners[start..end].to_vec())
+        .collect();
+    data
+}
+
+fn legacy(mut bytes: &[u8]) -> PolyData {
+    let mut data = PolyData::default();
+    let (mut group, mut count) = (String::new(), 0);
+    while let Some(end) = bytes.iter().position(|&byte| byte == b'\n') {
+        let line = std::str::from_utf8(&bytes[..end]).unwrap();
+        bytes = &bytes[end + 1..];
+        let mut reals = |count: usize| -> Vec<f64> {
+            let (numbers, rest) = bytes.split_at(8 * count);
+            bytes = rest.strip_prefix(b"\n").unwrap();
+            numbers
+                .as_chunks()
+                .0
+                .iter()
+                .map(|&bytes| f64::from_be_bytes(bytes))
+                .collect()
+        };
+        let number = |word: &str| word.parse::<usize>().unwrap();
+        match line.split(' ').collect::<Vec<_>>()[..] {
+            ["POINTS", points, "double"] => data.points = reals(3 * number(points)),
+            ["POLYGONS", _, length] => {
+                let (numbers, rest) = bytes.split_at(4 * number(length));
+                bytes = rest.strip_prefix(b"\n").unwrap();
+                let numbers = numbers
+                    .as_chunks()
+                    .0
+                    .iter()
+                    .map(|&bytes| u32::from_be_bytes(bytes) as usize);
+                let numbers: Vec<_> = numbers.collect();
+                let mut list = &numbers[..];
+                while let Some((&count, rest)) = list.split_first() {
+                    data.polygons.push(rest[..count].to_vec());
+                    list = &rest[count..];
+                }
+            }
+            ["POINT_DATA", points] => (group, count) = ("PointData".into(), number(points)),
+            ["CELL_DATA", cells] => (group, count) = ("CellData".into(), number(cells)),
+            ["SCALARS", name, "double", "1"] => {
+                bytes = bytes.strip_prefix(b"LOOKUP_TABLE default\n").unwrap();
+                let (numbers, rest) = bytes.split_at(8 * count);
+                bytes = rest.strip_prefix(b"\n").unwrap();
+                let numbers = numbers
+                    .as_chunks()
+                    .0
+                    .iter()
+                    .map(|&bytes| f64::from_be_bytes(bytes));
+                data.arrays
+                    .insert((group.clone(), name.into()), numbers.collect());
+            }
+            ["VECTORS", name, "double"] => drop(
+                data.arrays
+                    .insert((group.clone(), name.into()), reals(3 * count)),
+            ),
+            _ => {}
+        }
+    }
+    data
 }
 
 #[test]
@@ -69,10 +143,13 @@ fn a_written_surface_reads_back_with_its_polygons_and_pressures() {
     let surface = touching();
     assert!(surface.polygons.len() > 20, "{}", surface.polygons.len());
     for name in ["surface.vtk", "surface.vtp", "SURFACE.VTP"] {
-        let piece = written(name, &surface);
-        let points: Vec<f64> = piece.points.cast_into().unwrap();
-        let corner_pressures = values(&piece.data.point, "pressure");
-        let read = polygons(&piece);
+        let PolyData {
+            points,
+            polygons: read,
+            arrays,
+        } = written(name, &surface);
+        let array = |group: &str, name: &str| arrays[&(group.into(), name.into())].clone();
+        let corner_pressures = array("PointData", "pressure");
         assert_eq!(read.len(), surface.polygons.len());
         assert_eq!(points.len(), 3 * corner_pressures.len());
         for (polygon, corners) in surface.polygons.iter().zip(&read) {
@@ -83,7 +160,7 @@ fn a_written_surface_reads_back_with_its_polygons_and_pressures() {
                 assert_eq!(corner_pressures[point].to_bits(), pressure.to_bits());
             }
         }
-        let cell = |name| values(&piece.data.cell, name);
+        let cell = |name| array("CellData", name);
         let of_each = |f: fn(&hydroelastic::contact::ContactPolygon) -> f64| {
             surface.polygons.iter().map(f).collect::<Vec<f64>>()
         };
@@ -103,9 +180,8 @@ fn an_empty_surface_makes_a_file_without_polygons() {
         polygons: Vec::new(),
     };
     for name in ["empty.vtk", "empty.vtp"] {
-        let piece = written(name, &surface);
-        assert!(polygons(&piece).is_empty());
-        assert!(piece.points.is_empty());
+        let data = written(name, &surface);
+        assert!(data.polygons.is_empty() && data.points.is_empty());
     }
 }
 

@@ -3,7 +3,7 @@
 use super::following::{Tally, is_all_inside};
 use crate::support::scenes::{Random, grid, pair};
 use hydroelastic::contact::{ContactPair, NotFollowed, Shape};
-use hydroelastic::io::read_mesh;
+use hydroelastic::io::{MeshOptions, read_mesh};
 use hydroelastic::mesh::{PressureField, TetMesh, shapes};
 use hydroelastic::spatial::Pose;
 use nalgebra::{Vector3, vector};
@@ -19,9 +19,12 @@ fn folder() -> PathBuf {
 }
 
 fn mesh(folder: &Path, name: &str) -> TetMesh {
-    read_mesh(folder.join(name).with_extension("msh"))
-        .unwrap()
-        .mesh
+    read_mesh(
+        folder.join(name).with_extension("msh"),
+        &MeshOptions::default(),
+    )
+    .unwrap()
+    .mesh
 }
 
 fn round_shapes(folder: &Path) -> Vec<Shape> {

@@ -35,11 +35,11 @@ fn commands_can_be_typed() {
 fn commands_with_unknown_features_or_tests_that_do_not_run_are_refused() {
     let repository = Repository::new(root());
     for (command, reason) in [
-        ("cargo build --features=vtk,vkt", "feature vkt"),
+        ("cargo build --features=urdf,vkt", "feature vkt"),
         ("cargo test --features vkt --test search", "feature vkt"),
         (
-            "cargo clippy -p hydroelastic-examples --features vtk",
-            "feature vtk",
+            "cargo clippy -p hydroelastic-examples --features urdf",
+            "feature urdf",
         ),
         // A helper function, an ignored test, and a test that is not ignored.
         ("cargo test --test source without_comment", "no test"),
@@ -53,8 +53,8 @@ fn commands_with_unknown_features_or_tests_that_do_not_run_are_refused() {
         assert!(refusal.contains(reason), "{command}: {refusal}");
     }
     for command in [
-        "cargo build --features=vtk,parry",
-        "cargo test --features vtk --test source commands::",
+        "cargo build --features=urdf,parry",
+        "cargo test --features urdf --test source commands::",
         "cargo test --test memory million -- --ignored",
         "cargo test --test memory million -- --include-ignored",
         "cargo test --features argmin --test argmin",

@@ -138,7 +138,7 @@ pub enum FileError {
         /// The file.
         path: PathBuf,
         /// The tag.
-        tag: u64,
+        tag: i64,
     },
     /// A tetrahedron refers to a vertex that does not exist.
     #[error("tetrahedron {tet} of {} refers to vertex {vertex}, which the file does not have", path.display())]
@@ -147,8 +147,8 @@ pub enum FileError {
         path: PathBuf,
         /// Index of the tetrahedron in the file, counted from 0 without other elements.
         tet: usize,
-        /// Tag (Gmsh) or index (VTK) of the vertex.
-        vertex: u64,
+        /// Tag or index (VTK) of the vertex.
+        vertex: i64,
     },
     /// The file has no tetrahedra.
     #[error("{} has no tetrahedra: was only its surface meshed or saved?", path.display())]
@@ -158,21 +158,23 @@ pub enum FileError {
     },
     /// The file has tetrahedra with more than four vertices.
     #[error(
-        "{} has tetrahedra of second or higher order ({found}), but only tetrahedra of first order, with 4 vertices, can be read",
+        "{} has {found} tetrahedra of second or higher order, with {vertices} or more vertices: the option corners_only reads them as tetrahedra of first order with the same 4 corners",
         path.display()
     )]
     HigherOrder {
         /// The file.
         path: PathBuf,
-        /// Name of the element type in the format.
-        found: String,
+        /// Number of these tetrahedra.
+        found: usize,
+        /// Smallest number of vertices of these tetrahedra.
+        vertices: usize,
     },
     /// The file has solid elements other than tetrahedra. They cannot be ignored, because the solid would have holes.
-    #[error("{} has solid elements of the kind {found}, but only tetrahedra can be read", path.display())]
+    #[error("{} has solid elements that are not tetrahedra ({found}): divide them into tetrahedra in the program that made them", path.display())]
     OtherSolid {
         /// The file.
         path: PathBuf,
-        /// Name of the element type in the format.
+        /// Number of the elements of each kind.
         found: String,
     },
     /// The file has no point-data array of this name with one number per vertex.

@@ -1,105 +1,320 @@
-use super::syntax_error::syntax_error_at;
-use super::{FileError, file_contents::FileContents, gmsh_headers};
-use mshio::mshfile::{ElementType, MshFile, NodeBlock};
+//! Reader of Gmsh files: versions 1, 2, 4.0 and 4.1, ASCII or binary.
+
+use super::cursor::Cursor;
+use super::file_contents::{Cell, FileContents};
+use super::scalar::{ByteOrder, Scalar};
+use super::{FileError, syntax_error::excerpt};
 use nalgebra::Vector3;
-use std::collections::HashMap;
 use std::path::Path;
 
-const FORMAT: &str = "Gmsh 4.1";
+/// Version of the format, as far as it determines the layout of nodes and elements.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Version {
+    V1,
+    V2,
+    V40,
+    V41,
+}
 
-/// Reads a Gmsh 4.1 file.
-pub(super) fn read(path: &Path, mut bytes: Vec<u8>) -> Result<FileContents, FileError> {
-    gmsh_headers::prepare(path, &mut bytes)?;
-    let file = mshio::parse_msh_bytes(&bytes).map_err(|error| {
-        // Uses only the first cause, because the message of the whole error contains the rest of the file.
-        let (rest, cause) = match error.begin_msh_errors().next() {
-            Some((rest, kind)) => (*rest, kind.to_string()),
-            None => (&bytes[bytes.len()..], "unexpected text".into()),
+/// Numbers of a block of nodes or elements.
+struct Block {
+    dimension: i64,
+    /// 1 if nodes have parameters (nodes), or the type of element (elements).
+    kind: i64,
+    count: usize,
+}
+
+struct Reader<'a> {
+    cursor: Cursor<'a>,
+    version: Version,
+    contents: FileContents,
+}
+
+/// Reads a Gmsh file. Sections other than nodes and elements are skipped.
+pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<FileContents, FileError> {
+    let mut reader = Reader {
+        cursor: Cursor::new(path, "Gmsh", bytes),
+        version: Version::V1,
+        contents: FileContents::default(),
+    };
+    if !matches!(reader.next_section(), Some("MeshFormat" | "NOD")) {
+        let found = excerpt(
+            bytes
+                .trim_ascii_start()
+                .split(|&b| b == b'\n')
+                .next()
+                .unwrap_or(bytes),
+        );
+        return Err(unsupported(path, &found));
+    }
+    reader.cursor = Cursor::new(path, "Gmsh", bytes);
+    while let Some(section) = reader.next_section() {
+        match section {
+            "MeshFormat" => reader.read_format()?,
+            "Nodes" | "NOD" => reader.read_nodes(false)?,
+            "ParametricNodes" => reader.read_nodes(true)?,
+            "Elements" | "ELM" => reader.read_elements()?,
+            _ => reader.skip_section(section),
+        }
+        reader.check_end(section)?;
+    }
+    Ok(reader.contents)
+}
+
+fn unsupported(path: &Path, found: &str) -> FileError {
+    FileError::Unsupported {
+        path: path.into(),
+        found: format!("the header {found:?}"),
+        expected: "Gmsh versions 1, 2.0 to 2.2, 4.0 and 4.1 (\"$NOD\", or \"$MeshFormat\" and \"4.1 0 8\" or \"4.1 1 8\")",
+    }
+}
+
+impl<'a> Reader<'a> {
+    /// Moves to the contents of the next section and returns its name.
+    fn next_section(&mut self) -> Option<&'a str> {
+        while !self.cursor.is_at_end() {
+            let line = std::str::from_utf8(self.cursor.line()).unwrap_or_default();
+            if let Some(name) = line.strip_prefix('$') {
+                return Some(name.trim_ascii_end());
+            }
+        }
+        None
+    }
+
+    fn skip_section(&mut self, name: &str) {
+        let end = format!("$End{name}");
+        let rest = self.cursor.rest();
+        let length = rest
+            .windows(end.len())
+            .position(|window| window == end.as_bytes());
+        // A section without an end is the last one.
+        let _ = self.cursor.take(length.unwrap_or(rest.len()));
+    }
+
+    /// Reads the end of a section.
+    fn check_end(&mut self, name: &str) -> Result<(), FileError> {
+        let mut after = self.cursor;
+        let end = format!("$End{name}");
+        if after.is_at_end() || after.word()?.eq_ignore_ascii_case(&end) {
+            // The end of a section of elements is required, because its last number may be truncated.
+            if self.cursor.is_at_end() && matches!(name, "Nodes" | "Elements" | "NOD" | "ELM") {
+                return Err(after.error(format!("{end} is missing")));
+            }
+            self.cursor = after;
+            return Ok(());
+        }
+        Err(self.cursor.error(format!("expected {end}")))
+    }
+
+    fn read_format(&mut self) -> Result<(), FileError> {
+        let words = self.cursor.line_words();
+        let version = match words.first().copied() {
+            Some("1" | "1.0") => Some(Version::V1),
+            Some("2" | "2.0" | "2.1" | "2.2") => Some(Version::V2),
+            Some("4" | "4.0") => Some(Version::V40),
+            Some("4.1") => Some(Version::V41),
+            _ => None,
         };
-        syntax_error_at(rest, cause, (path, FORMAT, &bytes))
-    })?;
-    contents(path, &file)
+        let is_binary = match words.get(1..) {
+            Some(["0", "8"]) => Some(false),
+            Some(["1", "8"]) => Some(true),
+            _ => None,
+        };
+        let (Some(version), Some(is_binary)) = (version, is_binary) else {
+            let found = excerpt(words.join(" ").as_bytes());
+            return Err(unsupported(self.cursor.path(), &found));
+        };
+        self.version = version;
+        if is_binary {
+            let one = self.cursor;
+            self.cursor.binary = match self.cursor.take(Scalar::I32.size)? {
+                [1, 0, 0, 0] => Some(ByteOrder::Little),
+                [0, 0, 0, 1] => Some(ByteOrder::Big),
+                _ => return Err(one.error("expected the number 1 in 4 bytes")),
+            };
+        }
+        Ok(())
+    }
+
+    /// Number of nodes or elements in versions 1 and 2, which is a line of text in binary files too.
+    fn text_count(&mut self) -> Result<usize, FileError> {
+        let start = self.cursor;
+        let words = self.cursor.line_words();
+        let count = words.first().and_then(|word| word.parse().ok());
+        count.ok_or_else(|| start.error("expected a number of entries"))
+    }
+
+    /// Number of blocks of a section in version 4.
+    fn block_count(&mut self) -> Result<usize, FileError> {
+        let count = self.cursor.count(Scalar::U64)?;
+        let others = if self.version == Version::V41 { 3 } else { 1 };
+        self.cursor.wholes(Scalar::U64, others)?;
+        Ok(count)
+    }
+
+    /// Header of a block in version 4.
+    fn block(&mut self) -> Result<Block, FileError> {
+        let (first, second) = (
+            self.cursor.whole(Scalar::I32)?,
+            self.cursor.whole(Scalar::I32)?,
+        );
+        Ok(Block {
+            dimension: if self.version == Version::V41 {
+                first
+            } else {
+                second
+            },
+            kind: self.cursor.whole(Scalar::I32)?,
+            count: self.cursor.count(Scalar::U64)?,
+        })
+    }
+
+    fn read_nodes(&mut self, are_parametric: bool) -> Result<(), FileError> {
+        if matches!(self.version, Version::V1 | Version::V2) {
+            for _ in 0..self.text_count()? {
+                let tag = self.cursor.whole(Scalar::I32)?;
+                self.contents.tags.push(tag);
+                self.read_position()?;
+                if are_parametric {
+                    let dimension = self.cursor.whole(Scalar::I32)?;
+                    self.cursor.whole(Scalar::I32)?;
+                    // Only nodes on curves and surfaces have parameters.
+                    self.skip_parameters(if dimension == 3 { 0 } else { dimension })?;
+                }
+            }
+            return Ok(());
+        }
+        for _ in 0..self.block_count()? {
+            let block = self.block()?;
+            let parameter_count = if block.kind == 0 { 0 } else { block.dimension };
+            if self.version == Version::V41 {
+                let tags = self.cursor.wholes(Scalar::U64, block.count)?;
+                self.contents.tags.extend(tags);
+            }
+            for _ in 0..block.count {
+                if self.version == Version::V40 {
+                    let tag = self.cursor.whole(Scalar::I32)?;
+                    self.contents.tags.push(tag);
+                }
+                self.read_position()?;
+                self.skip_parameters(parameter_count)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn read_position(&mut self) -> Result<(), FileError> {
+        let mut position = Vector3::zeros();
+        for coordinate in &mut position {
+            *coordinate = self.cursor.real(Scalar::F64)?;
+        }
+        self.contents.vertices.push(position);
+        Ok(())
+    }
+
+    fn skip_parameters(&mut self, count: i64) -> Result<(), FileError> {
+        (0..count.min(3)).try_for_each(|_| self.cursor.real(Scalar::F64).map(|_| ()))
+    }
+
+    fn read_elements(&mut self) -> Result<(), FileError> {
+        match self.version {
+            Version::V1 => {
+                for _ in 0..self.text_count()? {
+                    let [_, kind, _, _, count] = self.integers()?;
+                    self.read_element(kind, Some(count), Scalar::I32)?;
+                }
+            }
+            Version::V2 if self.cursor.binary.is_some() => {
+                let mut remaining = self.text_count()?;
+                while remaining > 0 {
+                    let [kind, count, tag_count] = self.integers()?;
+                    for _ in 0..count {
+                        self.skip_integers(tag_count.saturating_add(1))?;
+                        self.read_element(kind, None, Scalar::I32)?;
+                    }
+                    remaining = remaining.saturating_sub(usize::try_from(count).unwrap_or(0));
+                }
+            }
+            Version::V2 => {
+                for _ in 0..self.text_count()? {
+                    let [_, kind, tag_count] = self.integers()?;
+                    self.skip_integers(tag_count)?;
+                    self.read_element(kind, None, Scalar::I32)?;
+                }
+            }
+            Version::V40 | Version::V41 => {
+                let is_new = self.version == Version::V41;
+                let index = if is_new { Scalar::U64 } else { Scalar::I32 };
+                for _ in 0..self.block_count()? {
+                    let block = self.block()?;
+                    for _ in 0..block.count {
+                        self.cursor.whole(index)?;
+                        self.read_element(block.kind, None, index)?;
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn integers<const N: usize>(&mut self) -> Result<[i64; N], FileError> {
+        let mut integers = [0; N];
+        for integer in &mut integers {
+            *integer = self.cursor.whole(Scalar::I32)?;
+        }
+        Ok(integers)
+    }
+
+    fn skip_integers(&mut self, count: i64) -> Result<(), FileError> {
+        (0..count).try_for_each(|_| self.cursor.whole(Scalar::I32).map(|_| ()))
+    }
+
+    /// Reads the corners of an element. Version 1 states their number.
+    fn read_element(
+        &mut self,
+        kind: i64,
+        stated_count: Option<i64>,
+        index: Scalar,
+    ) -> Result<(), FileError> {
+        let start = self.cursor;
+        let unknown = || start.error(format!("elements of the unknown type {kind}"));
+        let (cell, count) = element(kind).ok_or_else(unknown)?;
+        if stated_count.is_some_and(|stated| usize::try_from(stated) != Ok(count)) {
+            let cause = format!("elements of type {kind} have {count} nodes");
+            return Err(start.error(cause));
+        }
+        let mut corners = [0; MAX_NODE_COUNT];
+        for corner in &mut corners[..count] {
+            *corner = self.cursor.whole(index)?;
+        }
+        self.contents.add(cell, &corners[..count]);
+        Ok(())
+    }
 }
 
-fn contents(path: &Path, file: &MshFile<u64, i32, f64>) -> Result<FileContents, FileError> {
-    let mut contents = FileContents::default();
-    let mut indices = HashMap::new();
-    for block in file.data.nodes.iter().flat_map(|n| &n.node_blocks) {
-        add_vertices(path, block, &mut contents.vertices, &mut indices)?;
-    }
-    for block in file.data.elements.iter().flat_map(|e| &e.element_blocks) {
-        if !is_tets(path, block.entity_dim, block.element_type)? {
-            continue;
-        }
-        for element in &block.elements {
-            let tet = contents.tets.len();
-            contents
-                .tets
-                .push(corners(path, tet, &element.nodes, &indices)?);
-        }
-    }
-    Ok(contents)
-}
+const MAX_NODE_COUNT: usize = 125;
 
-/// Appends the vertices of a block, and maps their tags to their indices.
-fn add_vertices(
-    path: &Path,
-    block: &NodeBlock<u64, i32, f64>,
-    vertices: &mut Vec<Vector3<f64>>,
-    indices: &mut HashMap<u64, u64>,
-) -> Result<(), FileError> {
-    let tags = block.node_tags.iter().flatten();
-    let (first, mut tag_count) = (vertices.len(), 0);
-    for (&tag, &index) in tags {
-        tag_count += 1;
-        if indices.insert(tag, (first + index) as u64).is_some() {
-            let path = path.into();
-            return Err(FileError::RepeatedTag { path, tag });
-        }
-    }
-    // mshio has merged repeated tags of the block.
-    if tag_count != block.nodes.len() {
-        return Err(FileError::TooShort {
-            path: path.into(),
-            part: "list of different node tags".into(),
-            found: tag_count,
-            expected: block.nodes.len(),
-        });
-    }
-    vertices.extend(block.nodes.iter().map(|n| Vector3::new(n.x, n.y, n.z)));
-    Ok(())
-}
+/// Number of nodes of each type of element from 0 on. Types with the number 0 are unknown or have any number of nodes.
+const NODE_COUNTS: [usize; 39] = [
+    0, 2, 3, 4, 4, 8, 6, 5, 3, 6, 9, 10, 27, 18, 14, 1, 8, 20, 15, 13, 9, 10, 12, 15, 15, 21, 4, 5,
+    6, 20, 35, 56, 22, 28, 0, 0, 16, 25, 36,
+];
 
-/// Whether the elements of a block are linear tetrahedra.
-///
-/// # Errors
-/// If the elements are other solids.
-fn is_tets(path: &Path, dimension: i32, element: ElementType) -> Result<bool, FileError> {
-    use ElementType as E;
-    let (path, found) = (path.into(), format!("{element:?}"));
-    match element {
-        E::Tet4 => Ok(true),
-        E::Tet10 | E::Tet20 | E::Tet35 | E::Tet56 | E::Tet84 | E::Tet22 | E::Tet28 => {
-            Err(FileError::HigherOrder { path, found })
-        }
-        _ if dimension == 3 => Err(FileError::OtherSolid { path, found }),
-        _ => Ok(false),
-    }
-}
-
-fn corners(
-    path: &Path,
-    tet: usize,
-    tags: &[u64],
-    indices: &HashMap<u64, u64>,
-) -> Result<[u64; 4], FileError> {
-    let mut corners = [0; 4];
-    for (corner, tag) in corners.iter_mut().zip(tags) {
-        *corner = *indices.get(tag).ok_or_else(|| FileError::UnknownVertex {
-            path: path.into(),
-            tet,
-            vertex: *tag,
-        })?;
-    }
-    Ok(corners)
+/// Kind of cell and number of nodes of a type of element.
+fn element(kind: i64) -> Option<(Cell, usize)> {
+    let cell = match kind {
+        4 => Cell::Tet,
+        11 | 29..=33 | 71 => Cell::HigherTet,
+        5 | 12 | 17 | 92 | 93 => Cell::Solid("hexahedron"),
+        6 | 13 | 18 => Cell::Solid("prism"),
+        7 | 14 | 19 => Cell::Solid("pyramid"),
+        _ => Cell::Flat,
+    };
+    let count = match kind {
+        71 => 84,
+        92 => 64,
+        93 => MAX_NODE_COUNT,
+        _ => *NODE_COUNTS.get(usize::try_from(kind).ok()?)?,
+    };
+    (count > 0).then_some((cell, count))
 }

@@ -1,15 +1,7 @@
-#[cfg(feature = "vtk")]
-use super::vtk;
-use super::{FileError, extension::known_extension, gmsh};
+use super::{FileError, FileWarning, Placement};
 use crate::mesh::{PressureField, TetMesh};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-
-/// Extensions of mesh files.
-#[cfg(feature = "vtk")]
-const EXTENSIONS: &[&str] = &["msh", "vtk", "vtu"];
-#[cfg(not(feature = "vtk"))]
-const EXTENSIONS: &[&str] = &["msh"];
 
 /// A tetrahedral mesh from a file.
 #[derive(Debug, Clone)]
@@ -18,42 +10,37 @@ pub struct MeshFile {
     pub mesh: TetMesh,
     /// Point-data arrays with one number per vertex, by name (VTK only).
     pub point_data: BTreeMap<String, Vec<f64>>,
-    path: PathBuf,
+    /// Properties of the file that may be mistakes.
+    pub warnings: Vec<FileWarning>,
+    pub(super) path: PathBuf,
 }
 
-/// Reads a tetrahedral mesh (m). The extension of the file name, in upper or lower case, selects the format:
+/// How a file of tetrahedra is read.
 ///
-/// - `.msh`: Gmsh 4.1, ASCII or binary. Data sections (`$NodeData`) are ignored, so compute the extents from the distance to the
-///   surface, or use a VTK file.
-/// - `.vtk` (feature `vtk`): VTK legacy unstructured grid, ASCII or binary, up to version 5.1.
-/// - `.vtu` (feature `vtk`): VTK XML unstructured grid of one piece, ASCII or inline binary, uncompressed or compressed with zlib.
-///   These are the data modes ascii and binary of VTK. The data mode appended is not supported.
+/// ```
+/// use hydroelastic::io::{MeshOptions, Placement};
 ///
-/// Elements of lower dimension (points, lines, surface triangles) and vertices that no tetrahedron uses are ignored.
-///
-/// # Errors
-/// - If the file cannot be read or parsed.
-/// - If the file has no tetrahedra, tetrahedra of higher order, or other solid elements.
-/// - If [`TetMesh::new`] returns an error.
-pub fn read_mesh(path: impl AsRef<Path>) -> Result<MeshFile, FileError> {
-    let path = path.as_ref();
-    let extension = known_extension(path, EXTENSIONS)?;
-    let bytes = std::fs::read(path).map_err(|source| FileError::Read {
+/// let millimeters = MeshOptions {
+///     placement: Placement { unit: 1e-3, ..Placement::default() },
+///     ..MeshOptions::default()
+/// };
+/// assert!(!millimeters.corners_only);
+/// ```
+#[derive(Debug, Clone, Default)]
+pub struct MeshOptions {
+    /// How coordinates become positions in the body frame.
+    pub placement: Placement,
+    /// True to read tetrahedra of second or higher order as tetrahedra of first order with the same corners. Curved faces become flat.
+    pub corners_only: bool,
+    /// Distance (m) up to which duplicated vertices on coincident faces are merged. Vertices with equal positions are always merged.
+    pub weld_tolerance: f64,
+}
+
+/// Reads the bytes of a file.
+pub(super) fn file_bytes(path: &Path) -> Result<Vec<u8>, FileError> {
+    std::fs::read(path).map_err(|source| FileError::Read {
         path: path.into(),
         source,
-    })?;
-    let contents = match extension {
-        #[cfg(feature = "vtk")]
-        "vtk" => vtk::read_legacy(path, &bytes)?,
-        #[cfg(feature = "vtk")]
-        "vtu" => vtk::read_xml(path, &bytes)?,
-        _ => gmsh::read(path, bytes)?,
-    };
-    let (mesh, point_data) = contents.into_mesh(path)?;
-    Ok(MeshFile {
-        mesh,
-        point_data,
-        path: path.into(),
     })
 }
 

@@ -1,10 +1,14 @@
-use super::{FileError, Placement, collada, extension::known_extension, gltf, obj, off, ply, stl};
+use super::{
+    FileError, Placement, collada, extension::known_extension, gltf, obj, off, ply, stl, vtk,
+};
 use crate::mesh::{TriangleSoup, TriangleSurface};
 use nalgebra::Matrix3;
 use std::path::Path;
 
 /// Extensions of surface files.
-const EXTENSIONS: &[&str] = &["dae", "glb", "gltf", "obj", "off", "ply", "stl"];
+const EXTENSIONS: &[&str] = &[
+    "dae", "glb", "gltf", "obj", "off", "ply", "stl", "vtk", "vtp",
+];
 
 /// Reads the closed surface (m) of a rigid body: the triangles of [`read_triangles`] as [`TriangleSoup::closed`] repairs them.
 ///
@@ -41,12 +45,13 @@ pub fn read_triangle_surface(
 ///   corners determines the outer side.
 /// - `.obj`, `.off`, `.ply`: PLY files may be binary. All groups are merged. Faces with more than 3 corners are cut into triangles.
 ///   Faces with fewer corners are ignored.
+/// - `.vtk`, `.vtp`: VTK PolyData, legacy or XML. The contents decide between these two. Polygons and triangle strips are read.
 /// - `.glb`, `.gltf`: glTF 2.0 with embedded buffers. The parts of the scene are placed by their nodes.
 /// - `.dae`: COLLADA. The parts of the scene are placed by their nodes, and the unit of the file is converted to meters.
 ///
 /// glTF and COLLADA files state which axis points upwards. The file is rotated so that this axis is z.
 ///
-/// Text files are read in double precision. STL, OBJ, OFF and PLY files have no unit. The unit of the placement is the length (m) of a
+/// Text files are read in double precision. STL, OBJ, OFF, PLY and VTK files have no unit. The unit of the placement is the length (m) of a
 /// coordinate of 1. It is 0.001 for most CAD programs. For glTF and COLLADA files, it is 1.
 ///
 /// # Errors
@@ -78,6 +83,7 @@ pub(in crate::io) fn read_as_drawn(path: &Path) -> Result<(TriangleSoup, Matrix3
         "obj" => obj::read(path, &bytes),
         "off" => off::read(path, &bytes),
         "ply" => ply::read(path, &bytes),
+        "vtk" | "vtp" => vtk::read_polygons(path, &bytes),
         _ => stl::read(path, &bytes),
     };
     Ok((soup?, Matrix3::identity()))

@@ -226,6 +226,27 @@ def write_vtu():
     write("empty.vtk", "")
 
 
+def write_others():
+    """Writes files of Medit, Abaqus and TetGen."""
+    medit = "MeshVersionFormatted 2\nDimension 3\nVertices\n4\n0 0 0 0\n1 0 0 0\n0 1 0 0\n0 0 1 0\nTetrahedra\n1\n1 2 3 4 0\nEnd\n"
+    write("sound.mesh", medit)
+    write("trillion_vertices.mesh", medit, ("\n4\n", f"\n{TRILLION}\n"))
+    write("cut_in_tets.mesh", medit[: medit.index(" 4 0\nEnd")])
+    write("vertex_zero.mesh", medit, ("1 2 3 4 0", "0 1 2 3 0"))
+    write("empty.mesh", "")
+    abaqus = "*Heading\n** one\n*Node\n1, 0, 0, 0\n2, 1, 0, 0\n3, 0, 1, 0\n4, 0, 0, 1\n*Element, type=C3D4\n1, 1, 2,\n3, 4\n"
+    write("sound.inp", abaqus)
+    write("cut_in_element.inp", abaqus[: abaqus.index("3, 4\n")])
+    write("word_for_a_number.inp", abaqus, ("0, 1, 0", "0, one, 0"))
+    nodes, tets = "4 3 0 0\n0 0 0 0\n1 1 0 0\n2 0 1 0\n3 0 0 1\n", "1 4 0\n0 0 1 2 3\n"
+    write("sound.node", nodes)
+    write("sound.ele", tets)
+    write("most_attributes.node", nodes, ("4 3 0 0", f"4 3 {U64} {U64}"))
+    write("most_attributes.ele", tets)
+    write("trillion_nodes.node", nodes, ("4 3", f"{TRILLION} 3"))
+    write("trillion_nodes.ele", tets)
+
+
 def stl(count, *numbers):
     """Returns a binary STL file with a triangle count in its header and nine coordinates per triangle."""
     records = [numbers[k : k + 9] for k in range(0, len(numbers), 9)]
@@ -362,4 +383,5 @@ write_sound()
 write_msh()
 write_vtk()
 write_vtu()
+write_others()
 write_surfaces()

@@ -2,5 +2,6 @@
 
 mod contents;
 mod damage;
+mod programs;
 mod refusals;
 mod sample_files;

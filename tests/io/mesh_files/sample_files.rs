@@ -1,6 +1,6 @@
 //! Sample mesh files and texts of mesh files, complete or modified.
 
-use hydroelastic::io::{FileError, MeshFile, read_mesh};
+use hydroelastic::io::{FileError, MeshFile, MeshOptions, read_mesh};
 use std::path::{Path, PathBuf};
 
 /// Meshes of the bracket, written by Gmsh.
@@ -36,14 +36,15 @@ pub fn path_of(name: &str) -> PathBuf {
 }
 
 pub fn bracket(name: &str) -> MeshFile {
-    read_mesh(path_of(name)).unwrap_or_else(|error| panic!("{error}: {error:?}"))
+    read_mesh(path_of(name), &MeshOptions::default())
+        .unwrap_or_else(|error| panic!("{error}: {error:?}"))
 }
 
 /// Reads the bytes as a file with a name. Each test uses its own names.
 pub fn read_bytes(name: &str, bytes: &[u8]) -> Result<MeshFile, FileError> {
     let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     std::fs::write(&path, bytes).unwrap();
-    read_mesh(path)
+    read_mesh(path, &MeshOptions::default())
 }
 
 pub fn replaced(text: &str, from: &str, to: &str) -> String {

@@ -1,0 +1,55 @@
+use super::mesh_file::file_bytes;
+use super::{FileError, MeshFile, MeshOptions, extension::known_extension};
+use super::{abaqus, gmsh, medit, tetgen, vtk};
+use std::path::Path;
+
+/// Extensions of mesh files.
+const EXTENSIONS: &[&str] = &["msh", "vtk", "vtu", "mesh", "node", "ele", "inp"];
+
+/// Reads a tetrahedral mesh. The extension of the file name, in upper or lower case, selects the format:
+///
+/// - `.msh`: Gmsh versions 1, 2, 4.0 and 4.1, ASCII or binary. Data sections (`$NodeData`) are ignored, so compute the extents from
+///   the distance to the surface, or use a VTK file.
+/// - `.vtk`, `.vtu`: VTK unstructured grid, legacy (up to version 5.1) or XML. The contents decide between these two. Legacy files
+///   are ASCII or binary. XML files are ASCII, inline binary or appended, uncompressed or compressed with zlib, and have any number of
+///   pieces.
+/// - `.mesh`: Medit, ASCII.
+/// - `.node`, `.ele`: the two files of TetGen, by the path of either. Indices begin at 0 or 1.
+/// - `.inp`: Abaqus with elements of the types C3D4 and C3D10. Instances are not placed.
+///
+/// Elements of lower dimension (points, lines, surface triangles) and vertices that no tetrahedron uses are ignored.
+///
+/// Vertices are merged if they have equal positions, or are at most [`MeshOptions::weld_tolerance`] apart, and if this joins faces of
+/// the surface to inner faces of a valid mesh.
+///
+/// # Errors
+/// - If an option is out of range: the unit must be positive, factors must not be zero, and the tolerance must not be negative.
+/// - If the file cannot be read or parsed.
+/// - If the file has no tetrahedra, tetrahedra of higher order without [`MeshOptions::corners_only`], or other solid elements.
+/// - If [`TetMesh::new`] returns an error.
+pub fn read_mesh(path: impl AsRef<Path>, options: &MeshOptions) -> Result<MeshFile, FileError> {
+    let path = path.as_ref();
+    let extension = known_extension(path, EXTENSIONS)?;
+    options.placement.check(path)?;
+    if !(options.weld_tolerance >= 0.0 && options.weld_tolerance.is_finite()) {
+        return Err(FileError::Option {
+            path: path.into(),
+            name: "weld_tolerance",
+            found: options.weld_tolerance,
+            expected: "finite and not negative",
+        });
+    }
+    let contents = match extension {
+        "node" | "ele" => tetgen::read(path)?,
+        _ => {
+            let bytes = file_bytes(path)?;
+            match extension {
+                "msh" => gmsh::read(path, &bytes)?,
+                "mesh" => medit::read(path, &bytes)?,
+                "inp" => abaqus::read(path, &bytes)?,
+                _ => vtk::read_grid(path, &bytes)?,
+            }
+        }
+    };
+    contents.into_mesh(path, options)
+}

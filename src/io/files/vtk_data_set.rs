@@ -1,0 +1,162 @@
+//! Data sets of VTK files: unstructured grids and polygons.
+
+use super::file_contents::{Cell, FileContents, PointData};
+use super::polygons;
+use crate::mesh::TriangleSoup;
+use nalgebra::Vector3;
+
+/// Lists of vertices.
+#[derive(Debug, Default)]
+pub(super) struct Lists {
+    vertices: Vec<i64>,
+    /// End of each list in the vertices.
+    ends: Vec<usize>,
+}
+
+/// Contents of a VTK file.
+#[derive(Debug, Default)]
+pub(super) struct DataSet {
+    /// The data set is a surface of polygons, not a grid of cells.
+    pub is_poly_data: bool,
+    pub points: Vec<f64>,
+    pub cells: Lists,
+    /// Type of each cell.
+    pub types: Vec<i64>,
+    pub polygons: Lists,
+    pub strips: Lists,
+    /// Arrays with one component. Their lengths may be wrong.
+    pub point_data: PointData,
+}
+
+impl Lists {
+    /// Splits a list in which the number of vertices precedes the vertices of each cell.
+    pub fn from_counted(mut list: &[i64]) -> Result<Self, String> {
+        let mut lists = Self::default();
+        while let Some((&count, rest)) = list.split_first() {
+            let split = usize::try_from(count)
+                .ok()
+                .and_then(|count| rest.split_at_checked(count));
+            let (vertices, rest) = split
+                .ok_or_else(|| format!("cell {} cannot have {count} vertices", lists.ends.len()))?;
+            lists.vertices.extend(vertices);
+            lists.ends.push(lists.vertices.len());
+            list = rest;
+        }
+        Ok(lists)
+    }
+
+    /// Splits a list at ends, which must increase.
+    pub fn from_ends(vertices: Vec<i64>, ends: &[i64]) -> Result<Self, String> {
+        let mut previous = 0;
+        let mut checked = Vec::with_capacity(ends.len());
+        for (cell, &end) in ends.iter().enumerate() {
+            let valid = usize::try_from(end)
+                .ok()
+                .filter(|end| (previous..=vertices.len()).contains(end));
+            previous = valid.ok_or_else(|| {
+                let count = vertices.len();
+                format!("cell {cell} cannot end at {end} in a list of {count} vertices")
+            })?;
+            checked.push(previous);
+        }
+        Ok(Self {
+            vertices,
+            ends: checked,
+        })
+    }
+
+    pub fn len(&self) -> usize {
+        self.ends.len()
+    }
+
+    /// Appends lists whose vertices follow a number of other vertices.
+    pub fn append(&mut self, other: &Self, first_vertex: i64) {
+        let start = self.vertices.len();
+        let vertices = other
+            .vertices
+            .iter()
+            .map(|v| v.saturating_add(first_vertex));
+        self.vertices.extend(vertices);
+        self.ends.extend(other.ends.iter().map(|end| end + start));
+    }
+
+    fn iter(&self) -> impl Iterator<Item = &[i64]> {
+        let starts = [0].into_iter().chain(self.ends.iter().copied());
+        let ranges = starts.zip(self.ends.iter().copied());
+        ranges.map(|(start, end)| &self.vertices[start..end])
+    }
+}
+
+impl DataSet {
+    fn vertices(&self) -> Vec<Vector3<f64>> {
+        let points = self.points.as_chunks::<3>().0;
+        points.iter().map(|&point| point.into()).collect()
+    }
+
+    /// Returns the cells and the point data of a grid.
+    pub fn into_contents(self) -> Result<FileContents, String> {
+        let (types, cells) = (self.types.len(), self.cells.len());
+        if types != cells {
+            return Err(format!(
+                "there are {cells} cells, but {types} types of cells"
+            ));
+        }
+        let mut contents = FileContents::default();
+        contents.vertices = self.vertices();
+        let count = contents.vertices.len();
+        let arrays = self.point_data.into_iter();
+        contents.point_data = arrays.filter(|(_, values)| values.len() == count).collect();
+        for (index, (&kind, vertices)) in self.types.iter().zip(self.cells.iter()).enumerate() {
+            let unknown = || format!("cell {index} has the unknown type {kind}");
+            if !contents.add(cell(kind).ok_or_else(unknown)?, vertices) {
+                let count = vertices.len();
+                return Err(format!(
+                    "cell {index} of type {kind} cannot have {count} vertices"
+                ));
+            }
+        }
+        Ok(contents)
+    }
+
+    /// Returns the triangles of polygons and strips.
+    pub fn triangles(&self) -> Result<TriangleSoup, String> {
+        let vertices = self.vertices();
+        let count = vertices.len();
+        let index = |&vertex: &i64| {
+            let index = usize::try_from(vertex).ok().filter(|&index| index < count);
+            index.ok_or_else(|| format!("vertex {vertex} is not one of the {count} vertices"))
+        };
+        let mut triangles = Vec::new();
+        for (number, polygon) in self.polygons.iter().enumerate() {
+            let corners = polygon.iter().map(index).collect::<Result<Vec<_>, _>>()?;
+            let positions: Vec<_> = corners.iter().map(|&corner| vertices[corner]).collect();
+            let ears = polygons::triangulated(&positions);
+            let ears = ears.map_err(|cause| format!("polygon {number}: {cause}"))?;
+            triangles.extend(ears.iter().map(|ear| ear.map(|corner| corners[corner])));
+        }
+        for strip in self.strips.iter() {
+            let corners = strip.iter().map(index).collect::<Result<Vec<_>, _>>()?;
+            let strip = corners.windows(3).enumerate();
+            // Every second triangle of a strip has the other orientation.
+            triangles.extend(strip.map(|(k, c)| [c[k % 2], c[1 - k % 2], c[2]]));
+        }
+        Ok(TriangleSoup {
+            vertices,
+            triangles,
+        })
+    }
+}
+
+/// Kind of a type of cell.
+fn cell(kind: i64) -> Option<Cell> {
+    Some(match kind {
+        10 => Cell::Tet,
+        24 | 55 | 64 | 71 | 78 => Cell::HigherTet,
+        0..=9 | 21..=23 | 28 | 30 | 34..=36 | 51..=54 | 60..=63 | 68..=70 | 75..=77 => Cell::Flat,
+        11 | 12 | 25 | 29 | 33 | 56 | 67 | 72 | 79 => Cell::Solid("hexahedron"),
+        13 | 26 | 31 | 32 | 65 | 73 | 80 => Cell::Solid("prism"),
+        14 | 27 | 37 | 66 | 74 | 81 => Cell::Solid("pyramid"),
+        15 | 16 | 41 | 42 => Cell::Solid("polyhedron"),
+        _ => return None,
+    })
+}

@@ -1,0 +1,245 @@
+//! Reader of VTK XML files. The data of arrays are text, inline base64, or appended to the document in base64 or raw, and may be
+//! compressed with zlib.
+
+use super::FileError;
+use super::scalar::{ByteOrder, Scalar};
+use super::vtk_data_set::{DataSet, Lists};
+use super::vtk_encoding::{Encoding, Stream};
+use roxmltree::{Document, Node};
+use std::borrow::Cow;
+use std::error::Error;
+use std::path::Path;
+use std::str::FromStr;
+
+/// Reads an XML file.
+pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<DataSet, FileError> {
+    let syntax_error = |source: Box<dyn Error + Send + Sync>| FileError::Syntax {
+        path: path.into(),
+        format: "VTK XML",
+        source,
+    };
+    let (text, appended) = split_appended(bytes);
+    let text = std::str::from_utf8(&text).map_err(|error| syntax_error(error.into()))?;
+    let document = Document::parse(text).map_err(|error| syntax_error(error.into()))?;
+    let root = document.root_element();
+    let reader =
+        Reader::new(root, appended).map_err(|(found, expected)| FileError::Unsupported {
+            path: path.into(),
+            found,
+            expected,
+        })?;
+    reader
+        .data_set(root)
+        .map_err(|cause| syntax_error(cause.into()))
+}
+
+/// Splits a file into the document, without the appended data, and the appended data after their first character `_`. Raw data
+/// are not XML.
+fn split_appended(bytes: &[u8]) -> (Cow<'_, [u8]>, &[u8]) {
+    const TAG: &[u8] = b"<AppendedData";
+    let position = |bytes: &[u8], byte: u8| bytes.iter().position(|&other| other == byte);
+    let start = bytes.windows(TAG.len()).position(|window| window == TAG);
+    let end = start.and_then(|start| Some(start + position(&bytes[start..], b'>')? + 1));
+    let Some(end) = end else {
+        return (bytes.into(), &[]);
+    };
+    let data = position(&bytes[end..], b'_').map_or(&[][..], |first| &bytes[end + first + 1..]);
+    let closed = [&bytes[..end], b"</AppendedData></VTKFile>"].concat();
+    (closed.into(), data)
+}
+
+/// Reader of the arrays of a document.
+struct Reader<'a> {
+    encoding: Encoding,
+    appended: Stream<'a>,
+}
+
+impl<'a> Reader<'a> {
+    /// Reads the attributes of a file.
+    ///
+    /// # Errors
+    /// The unsupported and the supported variants.
+    fn new(root: Node, appended: &'a [u8]) -> Result<Self, (String, &'static str)> {
+        let is_second = |name, [first, second]: [&str; 2], expected| match root.attribute(name) {
+            None => Ok(false),
+            Some(found) if found == first => Ok(false),
+            Some(found) if found == second => Ok(true),
+            Some(found) => Err((format!("{name}={found:?}"), expected)),
+        };
+        let orders = ["LittleEndian", "BigEndian"];
+        let is_big = is_second("byte_order", orders, "LittleEndian and BigEndian")?;
+        let is_wide = is_second("header_type", ["UInt32", "UInt64"], "UInt32 and UInt64")?;
+        let compressors = ["", "vtkZLibDataCompressor"];
+        let is_compressed = is_second("compressor", compressors, "vtkZLibDataCompressor")?;
+        let kinds = ["UnstructuredGrid", "PolyData"];
+        is_second("type", kinds, "the data sets UnstructuredGrid and PolyData")?;
+        let data = root
+            .children()
+            .find(|node| node.has_tag_name("AppendedData"));
+        Ok(Self {
+            encoding: Encoding {
+                order: if is_big {
+                    ByteOrder::Big
+                } else {
+                    ByteOrder::Little
+                },
+                header: if is_wide { Scalar::U64 } else { Scalar::U32 },
+                is_compressed,
+            },
+            appended: Stream {
+                bytes: appended,
+                is_base64: data.and_then(|node| node.attribute("encoding")) != Some("raw"),
+            },
+        })
+    }
+
+    /// Reads the pieces of a data set.
+    fn data_set(&self, root: Node) -> Result<DataSet, String> {
+        let kind = root.attribute("type").unwrap_or_default();
+        let set = child(root, kind)?;
+        let mut data = DataSet {
+            is_poly_data: kind == "PolyData",
+            ..DataSet::default()
+        };
+        for piece in set.children().filter(|node| node.has_tag_name("Piece")) {
+            let first_vertex = i64::try_from(data.points.len() / 3).unwrap_or(i64::MAX);
+            let points = child(child(piece, "Points")?, "DataArray")?;
+            let points = self.reals(points)?;
+            let expected = count(piece, "NumberOfPoints")?.saturating_mul(3);
+            check_count("coordinates of points", points.len(), expected)?;
+            data.points.extend(points);
+            if data.is_poly_data {
+                let polygons = self.lists(piece, "Polys", "NumberOfPolys")?;
+                data.polygons.append(&polygons, first_vertex);
+                let strips = self.lists(piece, "Strips", "NumberOfStrips")?;
+                data.strips.append(&strips, first_vertex);
+            } else {
+                let cells = self.lists(piece, "Cells", "NumberOfCells")?;
+                let types = self.wholes(named(child(piece, "Cells")?, "types")?)?;
+                check_count("types of cells", types.len(), cells.len())?;
+                data.cells.append(&cells, first_vertex);
+                data.types.extend(types);
+            }
+            let arrays = piece
+                .children()
+                .filter(|node| node.has_tag_name("PointData"));
+            for array in arrays.flat_map(|node| node.children()) {
+                let is_scalar = matches!(array.attribute("NumberOfComponents"), None | Some("1"));
+                if let Some(name) = array.attribute("Name")
+                    && is_scalar
+                    && array.attribute("type") != Some("String")
+                {
+                    let values = data.point_data.entry(name.into()).or_default();
+                    values.extend(self.reals(array)?);
+                }
+            }
+        }
+        Ok(data)
+    }
+
+    /// Reads lists of vertices. They may be missing if their number is zero.
+    fn lists(&self, piece: Node, tag: &str, counted: &str) -> Result<Lists, String> {
+        let expected = match piece.attribute(counted) {
+            None if tag != "Cells" => 0,
+            _ => count(piece, counted)?,
+        };
+        if expected == 0 {
+            return Ok(Lists::default());
+        }
+        let lists = child(piece, tag)?;
+        let ends = self.wholes(named(lists, "offsets")?)?;
+        check_count("offsets", ends.len(), expected)?;
+        Lists::from_ends(self.wholes(named(lists, "connectivity")?)?, &ends)
+    }
+
+    fn reals(&self, array: Node) -> Result<Vec<f64>, String> {
+        let order = self.encoding.order;
+        let numbers = self.numbers(array, |scalar, bytes| Some(scalar.real(bytes, order)));
+        numbers.map_err(|cause| in_array(array, &cause))
+    }
+
+    fn wholes(&self, array: Node) -> Result<Vec<i64>, String> {
+        let order = self.encoding.order;
+        let numbers = self.numbers(array, |scalar, bytes| scalar.whole(bytes, order));
+        numbers.map_err(|cause| in_array(array, &cause))
+    }
+
+    /// Reads the numbers of an array.
+    fn numbers<T: FromStr>(
+        &self,
+        array: Node,
+        number: impl Fn(Scalar, &[u8]) -> Option<T>,
+    ) -> Result<Vec<T>, String> {
+        let mut texts = array.children().filter_map(|node| node.text());
+        let text = texts
+            .find(|text| !text.trim_ascii().is_empty())
+            .unwrap_or_default();
+        let inline: String;
+        let stream = match array.attribute("format").unwrap_or("ascii") {
+            "ascii" => {
+                let invalid = |word| format!("{word:?} is not a valid number");
+                let words = text.split_ascii_whitespace();
+                return words
+                    .map(|word| word.parse().map_err(|_| invalid(word)))
+                    .collect();
+            }
+            "binary" => {
+                inline = text.split_ascii_whitespace().collect();
+                let (bytes, is_base64) = (inline.as_bytes(), true);
+                Stream { bytes, is_base64 }
+            }
+            "appended" => {
+                let bytes = self.appended.bytes.get(count(array, "offset")?..);
+                let bytes = bytes.ok_or("the offset is beyond the appended data")?;
+                Stream {
+                    bytes,
+                    ..self.appended
+                }
+            }
+            found => return Err(format!("the format {found:?} is unknown")),
+        };
+        let kind = array.attribute("type").unwrap_or_default();
+        let scalar = Scalar::of_vtk(kind).ok_or_else(|| format!("the type {kind:?} is unknown"))?;
+        let bytes = self.encoding.decoded(stream)?;
+        check_count("bytes after the last number", bytes.len() % scalar.size, 0)?;
+        let numbers = bytes
+            .chunks_exact(scalar.size)
+            .map(|bytes| number(scalar, bytes));
+        let numbers: Option<_> = numbers.collect();
+        numbers.ok_or_else(|| "expected integers below 2⁶³".into())
+    }
+}
+
+fn in_array(array: Node, cause: &str) -> String {
+    let name = array.attribute("Name").unwrap_or_default();
+    format!("array {name:?}: {cause}")
+}
+
+fn child<'a, 'i>(node: Node<'a, 'i>, tag: &str) -> Result<Node<'a, 'i>, String> {
+    let child = node.children().find(|child| child.has_tag_name(tag));
+    child.ok_or_else(|| format!("<{}> has no <{tag}>", node.tag_name().name()))
+}
+
+fn named<'a, 'i>(node: Node<'a, 'i>, name: &str) -> Result<Node<'a, 'i>, String> {
+    let array = node
+        .children()
+        .find(|child| child.attribute("Name") == Some(name));
+    array.ok_or_else(|| format!("<{}> has no array {name:?}", node.tag_name().name()))
+}
+
+/// Attribute that is a number of entries or bytes.
+fn count(node: Node, name: &str) -> Result<usize, String> {
+    let text = node.attribute(name).unwrap_or_default();
+    let tag = node.tag_name().name();
+    let number = text.parse();
+    number.map_err(|_| format!("<{tag}> has {name}={text:?}, but needs a number"))
+}
+
+fn check_count(name: &str, found: usize, expected: usize) -> Result<(), String> {
+    if found == expected {
+        return Ok(());
+    }
+    Err(format!(
+        "there are {found} {name}, but {expected} are needed"
+    ))
+}
