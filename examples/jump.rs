@@ -65,7 +65,7 @@ fn main() -> Answer<()> {
         .with_integrator(Integrator::Sdirk3)
         .recording_every(FLIGHT);
     let start = HIPS + FOOT;
-    let mut depth = 0.08;
+    let mut depth = 0.09;
     let slopes = loop {
         let (heights, slopes) = derivative(depth, &plan)?;
         let height = heights[0] - start;

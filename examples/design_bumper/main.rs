@@ -55,22 +55,35 @@ impl Integrand for Unrest {
     }
 }
 
-/// A cushion, the ball's rollout on it, and the root of the mean unrest (m).
+/// A cushion, its world, and the root of the mean unrest (m).
 struct Design {
     cushion: Cushion,
     world: World,
-    flight: Trajectory,
     miss: f64,
+}
+
+impl Design {
+    fn flight(&self) -> Result<Trajectory, Box<dyn Error>> {
+        Ok(self.world.rollout(&plan()?).run()?)
+    }
+}
+
+fn plan() -> Result<Plan, Box<dyn Error>> {
+    Ok(Plan::new(TIME_STEP, STEPS)?.recording_every(10))
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
     let wanted = show::wanted()?;
     let designs = descent()?;
     let (first, last) = (&designs[0], &designs[designs.len() - 1]);
+    let flights = [first.flight()?, last.flight()?];
     let count = last.cushion.free_count();
     println!("{count} coordinates, {} iterations", designs.len() - 1);
-    for (name, design) in [("flat", first), ("designed", last)] {
-        let end = design.flight.last().bodies[0];
+    for (name, design, flight) in [
+        ("flat", first, &flights[0]),
+        ("designed", last, &flights[1]),
+    ] {
+        let end = flight.last().bodies[0];
         println!(
             "{name}: off by {:.4} m, at {:.4} m/s; in the mean {:.4} m; volume {:.6} m³, thinnest tetrahedron {:.2} of what it was",
             (end.position() - TARGET).xy().norm(),
@@ -81,10 +94,10 @@ fn main() -> Result<(), Box<dyn Error>> {
         );
     }
     wanted.record(|| {
-        let recording = Recording::new(&last.world, &last.flight).slowed(2.0);
+        let recording = Recording::new(&last.world, &flights[1]).slowed(2.0);
         let recording = recording.with_target("target", TARGET + Vector3::z() * 0.1, 0.01);
-        let paths = [first, last].map(|design| show::path(&design.flight, 0));
-        let drawn = paths.into_iter().fold(recording, |recording, path| {
+        let paths = flights.iter().map(|flight| show::path(flight, 0));
+        let drawn = paths.fold(recording, |recording, path| {
             recording.with_path("flight", path)
         });
         Ok(drawn.seen_from(vector![-0.2, -0.9, 0.7], vector![0.0, 0.0, 0.1]))
@@ -92,7 +105,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let misses = Curve::counted("mean miss (m)", designs.iter().map(|design| design.miss));
     wanted.plot(|| {
         vec![
-            section(first, last),
+            section([first, last], &flights),
             Panel::counted("iteration", vec![misses]),
         ]
     })?;
@@ -108,15 +121,15 @@ fn main() -> Result<(), Box<dyn Error>> {
 }
 
 /// Plots the path of the ball from the side, and the top of the cushion near the target, before and after optimization.
-fn section(first: &Design, last: &Design) -> Panel {
+fn section(designs: [&Design; 2], flights: &[Trajectory; 2]) -> Panel {
     let mut curves = Vec::new();
-    for (name, design) in [("flat", first), ("designed", last)] {
-        let way = design.flight.states().iter().map(|state| {
+    for ((name, design), flight) in ["flat", "designed"].into_iter().zip(designs).zip(flights) {
+        let way = flight.states().iter().map(|state| {
             let place = state.bodies[0].position();
             (place.x, place.z)
         });
         curves.push(Curve::new(&format!("ball, {name}"), way));
-        let top = design.cushion.top_near(TARGET.y, &first.cushion);
+        let top = design.cushion.top_near(TARGET.y, &designs[0].cushion);
         curves.push(Curve::new(&format!("cushion, {name}"), top));
     }
     Panel {
@@ -144,17 +157,15 @@ fn thrown_on(cushion: &Cushion) -> Result<World, Box<dyn Error>> {
 
 /// Performs steepest descent on smoothed gradients. A step that does not reduce the unrest is shortened.
 fn descent() -> Result<Vec<Design>, Box<dyn Error>> {
-    let plan = Plan::new(TIME_STEP, STEPS)?.recording_every(10);
+    let plan = plan()?;
     let tried = |cushion: Cushion| {
         let world = thrown_on(&cushion)?;
         let value = Experiment::new(&world, &plan).value(&TimeIntegral(Unrest))?[0];
         let duration = STEPS as f64 * TIME_STEP - SETTLED;
         let miss = (value / duration).sqrt();
-        let flight = world.rollout(&plan).run()?;
         Ok::<_, Box<dyn Error>>(Design {
             cushion,
             world,
-            flight,
             miss,
         })
     };

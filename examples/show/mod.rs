@@ -51,6 +51,11 @@ impl Wanted {
         Ok(())
     }
 
+    /// Returns true if a plot was requested.
+    pub fn has_plot(&self) -> bool {
+        self.plot.is_some()
+    }
+
     /// Draws the panels below each other if a plot was requested.
     pub fn plot(&self, panels: impl FnOnce() -> Vec<Panel>) -> Result<(), Box<dyn Error>> {
         if let Some(path) = &self.plot {

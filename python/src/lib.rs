@@ -21,6 +21,7 @@ mod kink;
 mod loop_joint;
 mod material;
 mod mechanism;
+mod outlines;
 mod pair;
 mod pair_inputs;
 mod pair_shapes;

@@ -1,9 +1,19 @@
 """Scenes that several tests share."""
 
+import inspect
+
 import numpy as np
 import pytest
 
 import hydroelastic as he
+
+
+def pytest_collection_modifyitems(items):
+    """Marks the tests that need an optional package, because they skip themselves without it."""
+    for item in items:
+        heads = inspect.getsource(item.module).split("\ndef ")[0], inspect.getsource(item.function)
+        if any("importorskip(" in source for source in heads):
+            item.add_marker("optional")
 
 
 @pytest.fixture(scope="session")

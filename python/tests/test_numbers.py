@@ -244,6 +244,23 @@ def cases(folder):
         "Shape.cuboid": (he.Shape.cuboid, {"lengths": POINT}),
         "Shape.distance_cuboid": (he.Shape.distance_cuboid, {"lengths": POINT}),
         "Shape.cylinder": (he.Shape.cylinder, {"radius": Positive(0.1), "length": Positive(0.3), "segments": 8}),
+        "Shape.capsule": (he.Shape.capsule, {"radius": Positive(0.1), "length": Positive(0.3), "segments": 8}),
+        "Shape.torus": (
+            he.Shape.torus,
+            {"radius": Positive(0.1), "tube_radius": Positive(0.03), "segments": 8, "sides": 6},
+        ),
+        "Shape.lathe": (
+            he.Shape.lathe,
+            {"profile": [[0.05, 0.0], [0.08, 0.01], [0.06, 0.03]], "segments": 8, "resolution": Positive(0.02)},
+        ),
+        "Shape.extrusion": (
+            he.Shape.extrusion,
+            {"polygon": [[0.0, 0.0], [0.1, 0.0], [0.0, 0.1]], "length": Positive(0.1), "resolution": Positive(0.05)},
+        ),
+        "Shape.from_distance_up_to": (
+            he.Shape.from_distance_up_to,
+            {"vertices": CORNERS, "tets": TET, "depth": Positive(0.01)},
+        ),
         "Shape.icosphere_rates": (he.Shape.icosphere_rates, {"radius": Positive(0.1), "subdivisions": 1}),
         "Shape.ellipsoid_rates": (he.Shape.ellipsoid_rates, {"semi_axes": POINT, "subdivisions": 1}),
         "Shape.cuboid_rates": (he.Shape.cuboid_rates, {"lengths": POINT}),

@@ -167,6 +167,54 @@ pub enum MeshError {
         /// Largest number allowed.
         highest: usize,
     },
+    /// The resolution of a shape takes too many elements.
+    #[error("a resolution of {value} m takes too many elements: at least {smallest} m is possible")]
+    FineResolution {
+        /// The resolution (m).
+        value: f64,
+        /// A larger resolution (m) to try.
+        smallest: f64,
+    },
+    /// Two edges of an outline touch or cross, or one of them has no length.
+    #[error(
+        "edges {edges:?} of the outline touch or cross, but an outline must be a simple polygon (edge k joins points k and k + 1, and the last edge returns to point 0)"
+    )]
+    TouchingEdges {
+        /// Indices of the edges.
+        edges: [usize; 2],
+    },
+    /// A point of a profile lies on the axis or beyond it.
+    #[error(
+        "point {point} of the profile has the radius {radius} m: radii must be positive, or 0 at both the first and the last point"
+    )]
+    ProfileRadius {
+        /// Index of the point.
+        point: usize,
+        /// Its radius (m).
+        radius: f64,
+    },
+    /// The tube of a torus leaves no hole.
+    #[error(
+        "the tube of a torus has the radius {tube_radius} m, but must be thinner than the radius {radius} m of its center"
+    )]
+    ThickTube {
+        /// Radius (m) of the center of the tube.
+        radius: f64,
+        /// Radius (m) of the tube.
+        tube_radius: f64,
+    },
+    /// Two parts of a compound overlap.
+    #[error(
+        "parts {parts:?} of the compound overlap by {depth:.3e} m near {near:?} m, but parts may only touch"
+    )]
+    OverlappingParts {
+        /// Indices of the parts.
+        parts: [usize; 2],
+        /// Depth (m) of the overlap of two tetrahedra.
+        depth: f64,
+        /// Center (m) of one of them in the frame of the body.
+        near: [f64; 3],
+    },
     /// The number of derivatives or rates is not the number of vertices or extents.
     #[error("{expected} {name} need as many derivatives or rates, but got {found}")]
     RateCount {

@@ -121,7 +121,7 @@ fn derivatives_of_throws_in_explicit_steps_agree_with_differences() {
 
 #[test]
 fn derivatives_of_throws_in_implicit_steps_agree_with_differences() {
-    check_throws(&plan_of(Integrator::Sdirk3, 2e-3, 60));
+    check_throws(&plan_of(Integrator::Sdirk3, 2e-3, 40));
 }
 
 /// Compares the derivatives of throws on all floors with differences.

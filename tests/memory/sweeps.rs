@@ -89,7 +89,7 @@ fn explicit_sweeps_take_the_memory_they_are_given() {
 #[test]
 fn implicit_sweeps_take_the_memory_they_are_given() {
     for integrator in [Integrator::ImplicitEuler, Integrator::Sdirk3] {
-        compare(integrator, (5e-3, 300), &[0, 200_000, 3_000_000]);
+        compare(integrator, (5e-3, 100), &[0, 70_000, 1_000_000]);
     }
 }
 

@@ -115,7 +115,7 @@ fn world(kit: &Kit, random: &mut Random) -> Result<World<f64, Vec<Spring>>, Worl
 
 #[test]
 fn random_worlds_are_loaded_as_they_were_saved() {
-    assert_loaded_as_saved(1_000);
+    assert_loaded_as_saved(300);
 }
 
 #[test]

@@ -1,3 +1,4 @@
+use super::staircase::prism;
 use crate::mesh::welding::position_key;
 use crate::mesh::{MeshError, PressureField, ShapeRates, TetMesh};
 use crate::scalar::{DenseDual, Scalar, change, lift, real_part, real_vector};
@@ -69,12 +70,7 @@ impl<T: Scalar> CoredSurface<T> {
             let mut low = *triangle;
             low.sort_unstable_by_key(|&vertex| (core_of[vertex], vertex));
             let high = low.map(|vertex| surface_count + core_of[vertex]);
-            for climbed in (0..3).rev() {
-                let tet = staircase_step(low, high, climbed);
-                if !has_repeats(tet) {
-                    tets.push(tet);
-                }
-            }
+            tets.extend(prism(low, high));
         }
         let mut extents = vec![0.0; surface_count];
         extents.resize(surface_count + core.len(), 1.0);
@@ -132,19 +128,4 @@ fn distinct<T: Scalar>(points: &[Vector3<T>]) -> (Vec<Vector3<T>>, Vec<usize>) {
     });
     let index_of = index_of.collect();
     (known, index_of)
-}
-
-/// Returns the tetrahedron low[0..=climbed], high[climbed..3].
-fn staircase_step(low: [usize; 3], high: [usize; 3], climbed: usize) -> [usize; 4] {
-    std::array::from_fn(|corner| {
-        if corner <= climbed {
-            low[corner]
-        } else {
-            high[corner - 1]
-        }
-    })
-}
-
-fn has_repeats(tet: [usize; 4]) -> bool {
-    (1..4).any(|corner| tet[..corner].contains(&tet[corner]))
 }

@@ -1,5 +1,4 @@
-//! Ready-made pressure fields, centered on the origin of the body frame, and fields inside given closed surfaces.
-//! Extents are in [0, 1].
+//! Ready-made pressure fields, solids of given outlines, fields inside given closed surfaces, and compounds. Extents are in [0, 1].
 //!
 //! Each shape with dimensions has a function `…_rates`, which takes the same arguments. It returns the rates of change
 //! of the vertices and extents with respect to the dimensions.
@@ -7,19 +6,30 @@
 //! the shape into derivatives with respect to the dimensions.
 
 mod capsule;
+mod compound;
 mod convex_hull;
 mod cored;
+mod cross_section;
 mod cuboid;
 mod cylinder;
+mod extrusion;
 mod icosphere;
+mod lathe;
+mod outline;
+mod staircase;
 mod star_shaped;
+mod torus;
 
 pub use capsule::{capsule, capsule_rates};
+pub use compound::compound;
 pub use convex_hull::convex_hull;
 pub use cuboid::{cuboid, cuboid_rates, distance_cuboid, distance_cuboid_rates};
 pub use cylinder::{cylinder, cylinder_rates};
+pub use extrusion::{extrusion, extrusion_rates};
 pub use icosphere::{ellipsoid, ellipsoid_rates, icosphere, icosphere_rates};
+pub use lathe::{lathe, lathe_rates};
 pub use star_shaped::{star_shaped, star_shaped_about};
+pub use torus::{torus, torus_rates};
 
 use super::MeshError;
 use crate::scalar::DenseDual;

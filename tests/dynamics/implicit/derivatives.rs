@@ -128,7 +128,7 @@ fn of_a_brick_that_slides_to_a_stop_and_sticks() {
         .with_angular_velocity(vector![0.0, 0.0, 1.0]);
     let world = on_slope(vec![brick, ground([2.0, 2.0, 0.4], skin(1.7e7))], 0.0, 1e-4);
     for integrator in IMPLICIT {
-        let plan = plan_of(integrator, 5e-3, 80).recording_every(80);
+        let plan = plan_of(integrator, 5e-3, 40).recording_every(40);
         check(
             (&format!("stop {integrator:?}"), &world, &plan),
             "brick",

@@ -5,5 +5,6 @@ mod boxes;
 mod capsules;
 mod cylinders;
 mod field_checks;
+mod outlines;
 mod rates;
 mod refusals;
