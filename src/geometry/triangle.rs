@@ -86,11 +86,11 @@ impl Triangle {
     /// segment in the plane of the triangle does not cross it.
     pub fn hit_by(&self, [from, to]: &[Vector3<f64>; 2]) -> Option<(f64, [f64; 3])> {
         let [before, after] = [from, to].map(|end| (end - self.corners[0]).dot(&self.normal));
-        // A NaN, of a degenerate triangle, is rejected too.
-        if !(before * after <= 0.0 && before != after) {
+        let share = before / (before - after);
+        // The share of a segment in the plane is NaN, and so is that of a degenerate triangle.
+        if !(0.0..=1.0).contains(&share) {
             return None;
         }
-        let share = before / (before - after);
         let areas = self.areas(&from.lerp(to, share));
         let sum: f64 = areas.iter().sum();
         // Neighbors overlap by more than the rounding error, so that no segment passes between them.

@@ -277,6 +277,10 @@ fn what_cannot_be_filled_is_refused() {
         ),
         "{errors:?}"
     );
+}
+
+#[test]
+fn distance_functions_that_return_anything_else_are_refused() {
     let bounds = Aabb {
         lower: Vector3::zeros(),
         upper: Vector3::repeat(1.0),

@@ -29,7 +29,7 @@ const MODULES: [&str; 18] = [
 ];
 
 /// External libraries, and the modules that may use them.
-const DOORS: [(&str, &[&str]); 17] = [
+const DOORS: [(&str, &[&str]); 16] = [
     ("pulp", &["lanes"]),
     ("wide", &["friction", "lanes"]),
     ("rstar", &["broad_phase"]),

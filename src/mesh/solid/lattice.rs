@@ -42,8 +42,7 @@ impl Lattice {
         let last = (bounds.upper / spacing).map(|upper| (upper + MARGIN).ceil());
         let cells = last - first;
         let count = cells.product();
-        // The comparison is not `>`, so that NaN is rejected.
-        if !(count <= MAX_CELLS) {
+        if count > MAX_CELLS || count.is_nan() {
             return Err(count);
         }
         #[expect(
@@ -105,18 +104,25 @@ impl Lattice {
 
     /// Returns the neighbors of a node that is not on the border: 6 across long edges, then 8 across short ones.
     pub fn neighbors(&self, node: Node) -> [Node; 14] {
-        let ([i, j, k], site) = self.place(node);
+        let (cell, site) = self.place(node);
         let [x, y, z] = self.steps();
         let other = match site {
-            Site::Corner => self.nodes([i - 1, j - 1, k - 1])[1],
+            Site::Corner => self.nodes(cell.map(|index| index - 1))[1],
             Site::Center => node - 1,
         };
-        let short = |bits: u32| other + (bits & 1) * x + (bits >> 1 & 1) * y + (bits >> 2) * z;
-        let long = [node - x, node + x, node - y, node + y, node - z, node + z];
-        std::array::from_fn(|index| match index {
-            0..6 => long[index],
-            _ => short(index as u32 - 6),
-        })
+        let mut neighbors = [0; 14];
+        neighbors[..6].copy_from_slice(&[
+            node - x,
+            node + x,
+            node - y,
+            node + y,
+            node - z,
+            node + z,
+        ]);
+        for (bits, neighbor) in (0..8).zip(&mut neighbors[6..]) {
+            *neighbor = other + (bits & 1) * x + (bits >> 1 & 1) * y + (bits >> 2) * z;
+        }
+        neighbors
     }
 
     /// Returns whether an edge is long.

@@ -309,12 +309,13 @@ fn suspicious_meshes_are_reported() {
 
 #[test]
 fn polygons_and_strips_of_vtk_are_surfaces() {
-    let tetrahedron = read_triangle_surface(path_of("polygons.vtk"), 1.0).unwrap();
+    let tetrahedron =
+        read_triangle_surface(path_of("polygons.vtk"), &Placement::default()).unwrap();
     assert!((tetrahedron.volume() - CORNER).abs() < ROUND_OFF);
-    let sphere = read_triangle_surface(path_of("vtk/polygons.vtp"), 1.0).unwrap();
+    let sphere = read_triangle_surface(path_of("vtk/polygons.vtp"), &Placement::default()).unwrap();
     assert_eq!(sphere.triangles().len(), 96);
     for name in ["vtk/polygons.vtk", "vtk/strips.vtp", "vtk/strips.vtk"] {
-        let other = read_triangle_surface(path_of(name), 1.0).unwrap();
+        let other = read_triangle_surface(path_of(name), &Placement::default()).unwrap();
         assert_eq!(other.triangles().len(), 96, "{name}");
         assert!(
             (other.volume() / sphere.volume() - 1.0).abs() < SINGLE,
@@ -327,7 +328,7 @@ fn polygons_and_strips_of_vtk_are_surfaces() {
         error.to_string().contains("read the file as a surface"),
         "{error}"
     );
-    let error = read_triangle_surface(path_of("no_seam.vtk"), 1.0).unwrap_err();
+    let error = read_triangle_surface(path_of("no_seam.vtk"), &Placement::default()).unwrap_err();
     assert!(
         error.to_string().contains("as a mesh of tetrahedra"),
         "{error}"
