@@ -257,6 +257,7 @@ def cases(folder):
             he.Shape.extrusion,
             {"polygon": [[0.0, 0.0], [0.1, 0.0], [0.0, 0.1]], "length": Positive(0.1), "resolution": Positive(0.05)},
         ),
+        "Shape.compound": (lambda parts: he.Shape.compound([(ball, parts)]), {"parts": EYE}),
         "Shape.from_distance_up_to": (
             he.Shape.from_distance_up_to,
             {"vertices": CORNERS, "tets": TET, "depth": Positive(0.01)},

@@ -26,7 +26,7 @@ const EXTENSIONS: &[&str] = &["msh", "vtk", "vtu", "mesh", "node", "ele", "inp"]
 /// - If an option is out of range: the unit must be positive, factors must not be zero, and the tolerance must not be negative.
 /// - If the file cannot be read or parsed.
 /// - If the file has no tetrahedra, tetrahedra of higher order without [`MeshOptions::corners_only`], or other solid elements.
-/// - If [`TetMesh::new`] returns an error.
+/// - If [`TetMesh::new`](crate::mesh::TetMesh::new) returns an error.
 pub fn read_mesh(path: impl AsRef<Path>, options: &MeshOptions) -> Result<MeshFile, FileError> {
     let path = path.as_ref();
     let extension = known_extension(path, EXTENSIONS)?;

@@ -2,7 +2,7 @@ use super::star_shaped;
 use crate::mesh::{MeshError, PressureField, TriangleSoup};
 use nalgebra::Vector3;
 
-/// Creates a field in the convex hull of points (m), by [`star_shaped`]. The extent is 1 at the centroid.
+/// Creates a field in the convex hull of points (m), by [`star_shaped()`]. The extent is 1 at the centroid.
 ///
 /// ```
 /// use hydroelastic::mesh::shapes;
@@ -15,7 +15,7 @@ use nalgebra::Vector3;
 /// ```
 ///
 /// # Errors
-/// Returns the errors of [`TriangleSoup::convex_hull`], [`TriangleSoup::closed`] and [`star_shaped`].
+/// Returns the errors of [`TriangleSoup::convex_hull`], [`TriangleSoup::closed`] and [`star_shaped()`].
 pub fn convex_hull(points: &[Vector3<f64>]) -> Result<PressureField, MeshError> {
     let points = TriangleSoup {
         vertices: points.to_vec(),
