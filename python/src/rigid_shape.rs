@@ -5,7 +5,7 @@ use crate::arrays::{
 };
 use crate::errors::value_error;
 use crate::poses::single_pose;
-use crate::shape::{Shape, check_extension, mass_arrays};
+use crate::shape::{Shape, check_extension, mass_arrays, warn};
 use crate::shape_gradient::mass_gradient;
 use hydroelastic::contact;
 use hydroelastic::io::{Placement, read_triangles};
@@ -51,13 +51,10 @@ impl RigidShape {
     /// Emits the warnings of the surface. A unit that was given is no mistake.
     fn warn(&self, py: Python<'_>, name: &str, is_unit_given: bool) -> PyResult<()> {
         for warning in self.surface().warnings() {
-            let remedy = match warning {
-                SurfaceWarning::Size { .. } if is_unit_given => continue,
-                SurfaceWarning::Size { .. } => "; unit=1.0 reads meters without this warning",
-                _ => "",
-            };
-            let message = format!("{name}: {warning}{remedy}");
-            py.import("warnings")?.call_method1("warn", (message,))?;
+            let is_about_size = matches!(warning, SurfaceWarning::Size { .. });
+            if !(is_about_size && is_unit_given) {
+                warn(py, name, warning, is_about_size)?;
+            }
         }
         Ok(())
     }

@@ -14,6 +14,7 @@ use hydroelastic::spatial::{MassProperties, Pose};
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use std::fmt::Display;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -73,9 +74,6 @@ pub fn mass_arrays<'py>(
     ))
 }
 
-/// Size (m) above which the numbers of a file without a unit are probably in millimeters.
-const LARGE: f64 = 100.0;
-
 /// Returns whether the name of a file has one of the extensions.
 fn is_of(path: &Path, extensions: &[&str]) -> bool {
     let extension = path.extension().unwrap_or_default();
@@ -96,29 +94,20 @@ pub fn check_extension(
     Ok(())
 }
 
-/// Warns if the shape in a file has an unlikely size (m).
-pub fn warn_of_size(py: Python<'_>, path: &Path, size: f64) -> PyResult<()> {
-    if size <= LARGE {
-        return Ok(());
-    }
-    let message = format!(
-        "{} is {size:.4} m large if its numbers are meters: unit=1e-3 reads millimeters, and unit=1.0 meters without this warning",
-        path.display()
-    );
-    let warnings = py.import("warnings")?;
-    warnings.call_method1("warn", (message,)).map(|_| ())
-}
-
-/// Emits warnings about a file.
-pub fn warn_of_file(py: Python<'_>, path: &Path, warnings: &[FileWarning]) -> PyResult<()> {
-    for warning in warnings {
-        let remedy = match warning {
-            FileWarning::Size { .. } => "; unit=1.0 reads meters without this warning",
-            _ => "",
-        };
-        let message = format!("{}: {warning}{remedy}", path.display());
-        py.import("warnings")?.call_method1("warn", (message,))?;
-    }
+/// Emits a warning about a file or a surface. A warning about the size of a body names the remedy.
+pub fn warn(
+    py: Python<'_>,
+    name: impl Display,
+    warning: impl Display,
+    is_about_size: bool,
+) -> PyResult<()> {
+    let remedy = if is_about_size {
+        "; unit=1.0 reads meters without this warning"
+    } else {
+        ""
+    };
+    let message = format!("{name}: {warning}{remedy}");
+    py.import("warnings")?.call_method1("warn", (message,))?;
     Ok(())
 }
 
@@ -215,7 +204,7 @@ impl Shape {
             corners_only,
             weld_tolerance,
         };
-        let (shape, mut warnings) = py.detach(|| {
+        let (shape, warnings) = py.detach(|| {
             let mut file = read_mesh(&path, &options).map_err(file_error)?;
             let warnings = std::mem::take(&mut file.warnings);
             let shape = Self::of(match extents {
@@ -224,9 +213,13 @@ impl Shape {
             })?;
             Ok::<_, PyErr>((shape, warnings))
         })?;
-        // A unit that was given is no mistake.
-        warnings.retain(|warning| unit.is_none() || !matches!(warning, FileWarning::Size { .. }));
-        warn_of_file(py, &path, &warnings)?;
+        for warning in warnings {
+            let is_about_size = matches!(warning, FileWarning::Size { .. });
+            // A unit that was given is no mistake.
+            if !(is_about_size && unit.is_some()) {
+                warn(py, path.display(), warning, is_about_size)?;
+            }
+        }
         Ok(shape)
     }
 

@@ -96,6 +96,12 @@ impl<T: Scalar> Tetrahedron<T> {
 }
 
 impl Tetrahedron<f64> {
+    /// Returns the length of the longest edge (m).
+    pub(crate) fn longest_edge(&self) -> f64 {
+        let length = |[i, j]: [usize; 2]| (self.corners[i] - self.corners[j]).norm();
+        EDGES.map(length).into_iter().fold(0.0, f64::max)
+    }
+
     /// Returns the smallest box around the tetrahedron.
     #[must_use]
     pub fn aabb(&self) -> Aabb {

@@ -33,7 +33,13 @@ pub(super) struct Passage {
 
 /// Returns the distance (m) of each vertex to the surface. It is 0 for vertices of the surface.
 pub(super) fn distances(mesh: &TetMesh, surface: &SurfaceDistance) -> Vec<f64> {
-    parallel::values_of(mesh.vertex_count(), |vertex| {
+    distances_from(0, mesh, surface)
+}
+
+/// Returns the distances (m) of the vertices from the first index on.
+pub(super) fn distances_from(first: usize, mesh: &TetMesh, surface: &SurfaceDistance) -> Vec<f64> {
+    parallel::values_of(mesh.vertex_count() - first, |index| {
+        let vertex = first + index;
         if mesh.is_on_surface(vertex) {
             0.0
         } else {

@@ -60,6 +60,8 @@ pub(crate) use surface::OUTSIDE;
 pub use surface_error::SurfaceError;
 pub use surface_faults::{Fault, SurfaceFaults};
 pub use surface_warning::SurfaceWarning;
+#[cfg(feature = "files")]
+pub(crate) use surface_warning::unusual_size;
 pub use tet_mesh::TetMesh;
 pub use triangle_soup::TriangleSoup;
 pub use triangle_surface::TriangleSurface;

@@ -90,8 +90,7 @@ impl PressureField {
     /// # Errors
     /// Returns the errors of [`Self::new`].
     pub fn from_distance(mesh: &TetMesh) -> Result<Self, MeshError> {
-        let MadeOfDistances { mesh, extents, .. } = distance::normalized(mesh)?;
-        Self::new(mesh, extents)
+        Self::made_of(distance::normalized(mesh)?)
     }
 
     /// Creates the field of [`Self::from_distance`] on a mesh that is refined until the mean error of the interpolated distance is at
@@ -111,9 +110,10 @@ impl PressureField {
         tolerance: f64,
         depth: Option<f64>,
     ) -> Result<Self, MeshError> {
-        let MadeOfDistances { mesh, extents, .. } =
-            refinement::normalized_within(mesh, Accuracy { depth, tolerance })?;
-        Self::new(mesh, extents)
+        Self::made_of(refinement::normalized_within(
+            mesh,
+            Accuracy { depth, tolerance },
+        )?)
     }
 
     /// Creates the field of [`Self::from_distance_within`] and its linearization with respect to the vertices of the mesh. The places of
@@ -126,9 +126,10 @@ impl PressureField {
         tolerance: f64,
         depth: Option<f64>,
     ) -> Result<(Self, LinearizedDistances), MeshError> {
-        let mut made = refinement::normalized_within(mesh, Accuracy { depth, tolerance })?;
-        let field = Self::new(made.mesh.clone(), std::mem::take(&mut made.extents))?;
-        Ok((field, LinearizedDistances::normalized(mesh, made)))
+        Self::linearized_made(
+            refinement::normalized_within(mesh, Accuracy { depth, tolerance })?,
+            |made| LinearizedDistances::normalized(mesh, made),
+        )
     }
 
     /// Returns the mean difference between the exact distance to the surface and the distance interpolated in the tetrahedra, over the
@@ -141,13 +142,18 @@ impl PressureField {
         refinement::distance_error(&self.mesh, depth)
     }
 
-    /// Creates a field as [`Self::linearized_from_distance`] does, but does not split tetrahedra.
-    pub(super) fn linearized_unsplit(
-        mesh: &TetMesh,
+    /// Creates the field of a mesh with distances.
+    pub(super) fn made_of(made: MadeOfDistances) -> Result<Self, MeshError> {
+        Self::new(made.mesh, made.extents)
+    }
+
+    /// Creates the same field and its linearization.
+    pub(super) fn linearized_made(
+        mut made: MadeOfDistances,
+        linearized: impl FnOnce(MadeOfDistances) -> LinearizedDistances,
     ) -> Result<(Self, LinearizedDistances), MeshError> {
-        let mut made = distance::normalized_unsplit(mesh.clone(), Vec::new());
         let field = Self::new(made.mesh.clone(), std::mem::take(&mut made.extents))?;
-        Ok((field, LinearizedDistances::normalized(mesh, made)))
+        Ok((field, linearized(made)))
     }
 
     /// Creates the field of [`Self::from_distance`] and its linearization with respect to the vertices of the mesh.
@@ -157,9 +163,9 @@ impl PressureField {
     pub fn linearized_from_distance(
         mesh: &TetMesh,
     ) -> Result<(Self, LinearizedDistances), MeshError> {
-        let mut made = distance::normalized(mesh)?;
-        let field = Self::new(made.mesh.clone(), std::mem::take(&mut made.extents))?;
-        Ok((field, LinearizedDistances::normalized(mesh, made)))
+        Self::linearized_made(distance::normalized(mesh)?, |made| {
+            LinearizedDistances::normalized(mesh, made)
+        })
     }
 
     /// Creates a field with a skin: the extent is min(d/`depth`, 1) at the distance d from the surface.
@@ -186,8 +192,7 @@ impl PressureField {
     /// # Ok::<(), hydroelastic::mesh::MeshError>(())
     /// ```
     pub fn from_distance_up_to(mesh: &TetMesh, depth: f64) -> Result<Self, MeshError> {
-        let MadeOfDistances { mesh, extents, .. } = skin::layered(mesh, depth)?;
-        Self::new(mesh, extents)
+        Self::made_of(skin::layered(mesh, depth)?)
     }
 
     /// Creates the field of [`Self::from_distance_up_to`] and its linearization with respect to the vertices and the
@@ -199,9 +204,9 @@ impl PressureField {
         mesh: &TetMesh,
         depth: f64,
     ) -> Result<(Self, LinearizedDistances), MeshError> {
-        let mut made = skin::layered(mesh, depth)?;
-        let field = Self::new(made.mesh.clone(), std::mem::take(&mut made.extents))?;
-        Ok((field, LinearizedDistances::up_to(mesh, made, depth)))
+        Self::linearized_made(skin::layered(mesh, depth)?, |made| {
+            LinearizedDistances::up_to(mesh, made, depth)
+        })
     }
 
     /// Returns the mesh.

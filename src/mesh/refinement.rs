@@ -4,15 +4,13 @@ use super::distance::{self, MadeOfDistances};
 use super::splitting::{self, Center, Division};
 use super::surface_distance::SurfaceDistance;
 use super::{MeshError, TetMesh};
+use crate::geometry::EDGES;
 use crate::parallel;
 use nalgebra::Vector3;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 /// Largest number of tetrahedra.
 const MAX_TETS: usize = 4_000_000;
-
-/// The six edges of a tetrahedron.
-const EDGES: [[usize; 2]; 6] = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]];
 
 /// Distance from the middle of an edge of the first places that are compared, and the last one, over its length.
 const STEPS: [f64; 2] = [0.15, 0.01];
@@ -67,7 +65,8 @@ impl Integrals {
 /// volume.
 pub(super) fn distance_error(mesh: &TetMesh, depth: Option<f64>) -> f64 {
     let surface = SurfaceDistance::of(mesh);
-    let errors = Errors::new(mesh, &surface, depth);
+    let distances = distance::distances(mesh, &surface);
+    let errors = Errors::new(mesh, &surface, &distances, depth);
     let all: Vec<usize> = (0..mesh.tet_count()).collect();
     Integrals::sum(errors.of(&all).into_iter()).share()
 }
@@ -84,8 +83,11 @@ fn refined(
 ) -> Result<(TetMesh, Vec<Center>), MeshError> {
     let surface = SurfaceDistance::of(&mesh);
     let mut known: FxHashMap<[usize; 4], Integrals> = FxHashMap::default();
+    let mut distances = Vec::new();
     loop {
-        let errors = Errors::new(&mesh, &surface, accuracy.depth);
+        // Splits leave the other vertices, and the surface, where they are.
+        distances.extend(distance::distances_from(distances.len(), &mesh, &surface));
+        let errors = Errors::new(&mesh, &surface, &distances, accuracy.depth);
         let tets = mesh.tets();
         let new: Vec<usize> = (0..tets.len())
             .filter(|&tet| !known.contains_key(&tets[tet]))
@@ -147,14 +149,18 @@ struct Errors<'a> {
     surface: &'a SurfaceDistance,
     mesh: &'a TetMesh,
     /// Distance of each vertex (m).
-    distances: Vec<f64>,
+    distances: &'a [f64],
     /// Largest distance that counts (m).
     depth: f64,
 }
 
 impl<'a> Errors<'a> {
-    fn new(mesh: &'a TetMesh, surface: &'a SurfaceDistance, depth: Option<f64>) -> Self {
-        let distances = distance::distances(mesh, surface);
+    fn new(
+        mesh: &'a TetMesh,
+        surface: &'a SurfaceDistance,
+        distances: &'a [f64],
+        depth: Option<f64>,
+    ) -> Self {
         let largest = distances.iter().copied().fold(0.0, f64::max);
         Self {
             surface,
@@ -163,6 +169,7 @@ impl<'a> Errors<'a> {
             depth: depth.unwrap_or(DEFAULT_DEPTH * largest),
         }
     }
+
     /// Returns the integrals over these tetrahedra.
     fn of(&self, tets: &[usize]) -> Vec<Integrals> {
         let corners = |tet: usize| &self.mesh.tets()[tet];
@@ -285,11 +292,9 @@ pub(super) fn normalized_within(
     mesh: &TetMesh,
     accuracy: Accuracy,
 ) -> Result<MadeOfDistances, MeshError> {
-    let depth = accuracy.depth.unwrap_or(1.0);
-    for (name, value) in [
-        ("depth", depth),
-        ("tolerance of the distance", accuracy.tolerance),
-    ] {
+    let tolerance = ("tolerance of the distance", accuracy.tolerance);
+    let depth = accuracy.depth.map(|depth| ("depth", depth));
+    for (name, value) in std::iter::once(tolerance).chain(depth) {
         if !(value > 0.0 && value.is_finite()) {
             return Err(MeshError::InvalidDimension { name, value });
         }

@@ -43,10 +43,8 @@ pub enum SurfaceWarning {
     },
 }
 
-impl SurfaceWarning {
-    /// Returns a warning if the size of a body is unusual: its longest side is above 100 m or below 0.1 mm.
-    pub(crate) fn of_size(aabb: &Aabb) -> Option<Self> {
-        let size = 2.0 * aabb.half_extents().amax();
-        (!COMMON_SIZES.contains(&size)).then_some(Self::Size { size })
-    }
+/// Returns the longest side (m) of the bounding box of a body if it is unusual: above 100 m or below 0.1 mm.
+pub(crate) fn unusual_size(aabb: &Aabb) -> Option<f64> {
+    let size = 2.0 * aabb.half_extents().amax();
+    (!COMMON_SIZES.contains(&size)).then_some(size)
 }

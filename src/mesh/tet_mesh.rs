@@ -195,7 +195,7 @@ fn orient(
         return Err(MeshError::ZeroVolume {
             tet,
             volume,
-            longest_edge: longest_edge(&tetrahedron),
+            longest_edge: tetrahedron.longest_edge(),
         });
     }
     if volume < 0.0 {
@@ -208,14 +208,6 @@ fn orient(
 pub(super) fn is_flat(tetrahedron: &Tetrahedron) -> bool {
     let volume = tetrahedron.signed_volume();
     // The comparison is not `<=`, so that an infinite or NaN volume is rejected.
-    let solid = 6.0 * volume.abs() > FLATNESS * longest_edge(tetrahedron).powi(3);
+    let solid = 6.0 * volume.abs() > FLATNESS * tetrahedron.longest_edge().powi(3);
     !(solid && volume.is_finite())
-}
-
-fn longest_edge(tetrahedron: &Tetrahedron) -> f64 {
-    let c = &tetrahedron.corners;
-    [(0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)]
-        .iter()
-        .map(|&(i, j)| (c[i] - c[j]).norm())
-        .fold(0.0, f64::max)
 }

@@ -7,17 +7,10 @@ use nalgebra::{Vector3, vector};
 
 const SPACING: Resolution = Resolution::Spacing(0.011);
 
-fn soup(surface: &TriangleSurface) -> TriangleSoup {
-    TriangleSoup {
-        vertices: surface.vertices().to_vec(),
-        triangles: surface.triangles().to_vec(),
-    }
-}
-
 /// An ellipsoid off the origin, whose triangles are not symmetric to the lattice.
 fn egg() -> TriangleSoup {
     let field = shapes::ellipsoid([0.05, 0.07, 0.06], 3).unwrap();
-    let mut egg = soup(&TriangleSurface::around(field.mesh()).unwrap());
+    let mut egg = TriangleSoup::from(TriangleSurface::around(field.mesh()).unwrap());
     for vertex in &mut egg.vertices {
         let turned =
             Pose::from_rotation_vector(&vector![0.3, -0.2, 0.5], vector![0.013, -0.002, 0.0047]);
@@ -52,7 +45,7 @@ fn joined(first: &TriangleSoup, second: &TriangleSoup) -> TriangleSoup {
 
 fn box_soup(lengths: [f64; 3]) -> TriangleSoup {
     let field = shapes::cuboid(lengths).unwrap();
-    soup(&TriangleSurface::around(field.mesh()).unwrap())
+    TriangleSoup::from(TriangleSurface::around(field.mesh()).unwrap())
 }
 
 fn volume(soup: &TriangleSoup, resolution: Resolution) -> f64 {

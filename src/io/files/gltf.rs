@@ -1,6 +1,7 @@
 //! Reader of glTF 2.0 files: the triangles of the default scene. Materials, skins and morph targets are ignored.
 
 use super::FileError;
+use super::scalar::{ByteOrder, Scalar};
 use super::scene::{MAX_DEPTH, Scene, fan, strip};
 use crate::mesh::TriangleSoup;
 use base64::{Engine, prelude::BASE64_STANDARD};
@@ -196,11 +197,8 @@ impl Document<'_> {
             return Err("sparse accessors cannot be read".into());
         };
         let width = if dimension == Type::Vec3 { 3 } else { 1 };
-        let size = match component {
-            U8 | I8 => 1,
-            U16 | I16 => 2,
-            U32 | F32 => 4,
-        };
+        let scalar = scalar(component);
+        let size = scalar.size;
         let count = usize::try_from(accessor.count.0)?;
         let offset = usize::try_from(accessor.byte_offset.map_or(0, |offset| offset.0))?;
         let (bytes, stride) = self.view(view.value(), width * size)?;
@@ -213,7 +211,7 @@ impl Document<'_> {
             let item = item.ok_or("an accessor is longer than its buffer")?;
             numbers.extend(
                 item.chunks_exact(size)
-                    .map(|bytes| number(component, bytes)),
+                    .map(|bytes| scalar.real(bytes, ByteOrder::Little)),
             );
         }
         Ok(numbers)
@@ -237,15 +235,14 @@ impl Document<'_> {
     }
 }
 
-fn number(component: ComponentType, bytes: &[u8]) -> f64 {
-    let bits = bytes
-        .iter()
-        .rev()
-        .fold(0, |bits, &byte| bits << 8 | u32::from(byte));
-    if component == F32 {
-        f64::from(f32::from_bits(bits))
-    } else {
-        f64::from(bits)
+fn scalar(component: ComponentType) -> Scalar {
+    match component {
+        I8 => Scalar::I8,
+        U8 => Scalar::U8,
+        I16 => Scalar::I16,
+        U16 => Scalar::U16,
+        U32 => Scalar::U32,
+        F32 => Scalar::F32,
     }
 }
 

@@ -1,18 +1,14 @@
 use super::FileWarning;
 use crate::geometry::Tetrahedron;
-use crate::mesh::TetMesh;
+use crate::mesh::{TetMesh, unusual_size};
 
 /// Smallest height of a tetrahedron divided by its longest edge, below which the tetrahedron is thin.
 const THIN: f64 = 1e-3;
 
-/// Sizes (m) of bodies that are not reported.
-const SIZES: std::ops::RangeInclusive<f64> = 1e-4..=100.0;
-
 /// Warnings about the shape of a mesh, which was read with a unit (m).
 pub(super) fn of(mesh: &TetMesh, unit: f64) -> Vec<FileWarning> {
     let mut warnings = Vec::new();
-    let size = 2.0 * mesh.aabb().half_extents().amax();
-    if !SIZES.contains(&size) {
+    if let Some(size) = unusual_size(&mesh.aabb()) {
         warnings.push(FileWarning::Size { size, unit });
     }
     let ratios = (0..mesh.tet_count()).map(|tet| (thinness(&mesh.tetrahedron(tet)), tet));
@@ -29,16 +25,10 @@ pub(super) fn of(mesh: &TetMesh, unit: f64) -> Vec<FileWarning> {
 
 /// Smallest height of a tetrahedron divided by its longest edge.
 fn thinness(tetrahedron: &Tetrahedron) -> f64 {
-    let [a, b, c, d] = &tetrahedron.corners;
-    let edges = [a - b, a - c, a - d, b - c, b - d, c - d];
-    let longest = edges
-        .iter()
-        .map(nalgebra::Vector3::norm)
-        .fold(0.0, f64::max);
     let fields = tetrahedron.barycentric_fields();
     let steepest = fields
         .iter()
         .map(|field| field.gradient.norm())
         .fold(0.0, f64::max);
-    1.0 / (steepest * longest)
+    1.0 / (steepest * tetrahedron.longest_edge())
 }

@@ -3,33 +3,18 @@
 
 use super::FileError;
 use super::polygons::add_polygon;
+use super::scalar::{ByteOrder, Scalar};
 use super::scene::strip;
 use super::text_lines::{TextFile, number, words};
 use crate::mesh::TriangleSoup;
 use nalgebra::Vector3;
 use std::path::Path;
 
-/// Encoding of the numbers after the header.
-#[derive(Clone, Copy, PartialEq)]
-enum Encoding {
-    Text,
-    LittleEndian,
-    BigEndian,
-}
-
-/// Type of a number.
-#[derive(Clone, Copy)]
-enum Number {
-    Signed(usize),
-    Unsigned(usize),
-    Float(usize),
-}
-
 struct Property {
     name: Vec<u8>,
     /// Type of the length of a list.
-    length: Option<Number>,
-    number: Number,
+    length: Option<Scalar>,
+    number: Scalar,
 }
 
 struct Element {
@@ -44,12 +29,8 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<TriangleSoup, FileError>
         format: "PLY",
         bytes,
     };
-    let (encoding, elements, rest) = header(file)?;
-    let mut body = Body {
-        file,
-        encoding,
-        rest,
-    };
+    let (binary, elements, rest) = header(file)?;
+    let mut body = Body { file, binary, rest };
     let mut soup = TriangleSoup::default();
     for element in elements
         .iter()
@@ -65,8 +46,11 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<TriangleSoup, FileError>
     Ok(soup)
 }
 
+/// Order of the bytes of binary numbers, or `None` if numbers are words.
+type Binary = Option<ByteOrder>;
+
 /// Encoding, elements and bytes after the header.
-fn header(file: TextFile<'_>) -> Result<(Encoding, Vec<Element>, &[u8]), FileError> {
+fn header(file: TextFile<'_>) -> Result<(Binary, Vec<Element>, &[u8]), FileError> {
     let (mut encoding, mut elements, mut offset) = (None, Vec::<Element>::new(), 0);
     for (index, line) in file.lines().enumerate() {
         offset += line.len();
@@ -113,11 +97,11 @@ fn header(file: TextFile<'_>) -> Result<(Encoding, Vec<Element>, &[u8]), FileErr
     ))
 }
 
-fn encoding_of(name: &[u8]) -> Option<Encoding> {
+fn encoding_of(name: &[u8]) -> Option<Binary> {
     match name {
-        b"ascii" => Some(Encoding::Text),
-        b"binary_little_endian" => Some(Encoding::LittleEndian),
-        b"binary_big_endian" => Some(Encoding::BigEndian),
+        b"ascii" => Some(None),
+        b"binary_little_endian" => Some(Some(ByteOrder::Little)),
+        b"binary_big_endian" => Some(Some(ByteOrder::Big)),
         _ => None,
     }
 }
@@ -135,16 +119,16 @@ fn property(words: &[&[u8]]) -> Option<Property> {
     })
 }
 
-fn number_type(word: &[u8]) -> Option<Number> {
+fn number_type(word: &[u8]) -> Option<Scalar> {
     Some(match word {
-        b"char" | b"int8" => Number::Signed(1),
-        b"short" | b"int16" => Number::Signed(2),
-        b"int" | b"int32" => Number::Signed(4),
-        b"uchar" | b"uint8" => Number::Unsigned(1),
-        b"ushort" | b"uint16" => Number::Unsigned(2),
-        b"uint" | b"uint32" => Number::Unsigned(4),
-        b"float" | b"float32" => Number::Float(4),
-        b"double" | b"float64" => Number::Float(8),
+        b"char" | b"int8" => Scalar::I8,
+        b"short" | b"int16" => Scalar::I16,
+        b"int" | b"int32" => Scalar::I32,
+        b"uchar" | b"uint8" => Scalar::U8,
+        b"ushort" | b"uint16" => Scalar::U16,
+        b"uint" | b"uint32" => Scalar::U32,
+        b"float" | b"float32" => Scalar::F32,
+        b"double" | b"float64" => Scalar::F64,
         _ => return None,
     })
 }
@@ -152,7 +136,7 @@ fn number_type(word: &[u8]) -> Option<Number> {
 /// The numbers after the header.
 struct Body<'a> {
     file: TextFile<'a>,
-    encoding: Encoding,
+    binary: Binary,
     rest: &'a [u8],
 }
 
@@ -222,11 +206,16 @@ impl<'a> Body<'a> {
         { entries }.map(|_| self.number(property.number)).collect()
     }
 
-    fn number(&mut self, number_type: Number) -> Result<f64, FileError> {
-        let value = if self.encoding == Encoding::Text {
-            self.word().and_then(number)
-        } else {
-            self.binary_number(number_type)
+    fn number(&mut self, scalar: Scalar) -> Result<f64, FileError> {
+        let value = match self.binary {
+            None => self.word().and_then(number),
+            Some(order) => self
+                .rest
+                .split_at_checked(scalar.size)
+                .map(|(bytes, rest)| {
+                    self.rest = rest;
+                    scalar.real(bytes, order)
+                }),
         };
         value.ok_or_else(|| self.file.syntax_error(self.rest, "expected a number"))
     }
@@ -236,30 +225,6 @@ impl<'a> Body<'a> {
         let end = word.as_ptr().addr() - self.rest.as_ptr().addr() + word.len();
         self.rest = &self.rest[end..];
         Some(word)
-    }
-
-    fn binary_number(&mut self, number: Number) -> Option<f64> {
-        let (Number::Signed(size) | Number::Unsigned(size) | Number::Float(size)) = number;
-        let (bytes, rest) = self.rest.split_at_checked(size)?;
-        self.rest = rest;
-        let little = self.encoding == Encoding::LittleEndian;
-        let bits = (0..size).fold(0_u64, |bits, place| {
-            let index = if little { size - 1 - place } else { place };
-            bits << 8 | u64::from(bytes[index])
-        });
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_possible_wrap,
-            reason = "the number has this many bytes"
-        )]
-        Some(match number {
-            Number::Unsigned(_) => bits as f64,
-            Number::Signed(1) => f64::from(bits as u8 as i8),
-            Number::Signed(2) => f64::from(bits as u16 as i16),
-            Number::Signed(_) => f64::from(bits as u32 as i32),
-            Number::Float(4) => f64::from(f32::from_bits(bits as u32)),
-            Number::Float(_) => f64::from_bits(bits),
-        })
     }
 }
 

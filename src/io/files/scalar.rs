@@ -23,10 +23,14 @@ pub(super) struct Scalar {
 }
 
 impl Scalar {
+    pub const I8: Self = Self::new(Kind::Signed, 1);
     pub const U8: Self = Self::new(Kind::Unsigned, 1);
+    pub const I16: Self = Self::new(Kind::Signed, 2);
+    pub const U16: Self = Self::new(Kind::Unsigned, 2);
     pub const I32: Self = Self::new(Kind::Signed, 4);
     pub const U32: Self = Self::new(Kind::Unsigned, 4);
     pub const U64: Self = Self::new(Kind::Unsigned, 8);
+    pub const F32: Self = Self::new(Kind::Float, 4);
     pub const F64: Self = Self::new(Kind::Float, 8);
 
     const fn new(kind: Kind, size: usize) -> Self {

@@ -1,5 +1,5 @@
 use crate::bvh::Bvh;
-use crate::geometry::Aabb;
+use crate::geometry::{Aabb, EDGES};
 use crate::mesh::{MeshError, PressureField, TetMesh};
 use crate::spatial::Pose;
 use nalgebra::Vector3;
@@ -82,10 +82,7 @@ fn check_parts(mesh: &TetMesh, parts: &[(&PressureField, Pose)]) -> Result<(), M
 
 /// Returns the depth (m) to which two tetrahedra overlap, or `None` if it is at most `touch` (m), by the separating-axis theorem.
 fn overlap(first: &[Vector3<f64>; 4], second: &[Vector3<f64>; 4], touch: f64) -> Option<f64> {
-    let edges = |corners: &[Vector3<f64>; 4]| {
-        let ends = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]];
-        ends.map(|[from, to]| corners[to] - corners[from])
-    };
+    let edges = |corners: &[Vector3<f64>; 4]| EDGES.map(|[from, to]| corners[to] - corners[from]);
     let normals = |edges: [Vector3<f64>; 6]| {
         [[0, 1], [0, 2], [1, 2], [3, 4]].map(|[one, other]| edges[one].cross(&edges[other]))
     };

@@ -8,6 +8,7 @@ mod winding;
 
 pub use error::SolidError;
 
+use super::distance::normalized_unsplit;
 use super::shape_rates::{check_rates, check_velocities};
 use super::{
     LinearizedDistances, MeshError, PressureField, TetMesh, TriangleSoup, TriangleSurface,
@@ -267,7 +268,7 @@ impl Solid {
     /// # Errors
     /// Returns the errors of [`PressureField::new`].
     pub fn field(&self) -> Result<PressureField, MeshError> {
-        Ok(self.linearized_field()?.0)
+        PressureField::made_of(normalized_unsplit(self.mesh.clone(), Vec::new()))
     }
 
     /// Returns the field and its linearization with respect to the vertices of the mesh. [`Self::pullback`] goes on from there.
@@ -275,7 +276,10 @@ impl Solid {
     /// # Errors
     /// Returns the errors of [`Self::field`].
     pub fn linearized_field(&self) -> Result<(PressureField, LinearizedDistances), MeshError> {
-        PressureField::linearized_unsplit(&self.mesh)
+        let made = normalized_unsplit(self.mesh.clone(), Vec::new());
+        PressureField::linearized_made(made, |made| {
+            LinearizedDistances::normalized(&self.mesh, made)
+        })
     }
 
     /// Returns the vertices of the mesh, in ascending order, at which a small change of the boundary changes the tetrahedra or at which

@@ -317,14 +317,12 @@ impl<'a> Filling<'a> {
 
     /// Adds a prism between two triangles with corresponding corners.
     fn push_prism(&mut self, [first, second]: [[Corner; 3]; 2]) {
-        let least =
-            |corners: &[Corner; 3]| (0..3).min_by_key(|&corner| corners[corner]).unwrap_or(0);
         let (near, far) = if first.iter().min() < second.iter().min() {
             (first, second)
         } else {
             (second, first)
         };
-        let apex = least(&near);
+        let apex = (0..3).min_by_key(|&corner| near[corner]).unwrap_or(0);
         let [next, last] = [(apex + 1) % 3, (apex + 2) % 3];
         self.push([near[apex], far[0], far[1], far[2]]);
         self.push_pyramid(near[apex], [near[next], near[last], far[last], far[next]]);
