@@ -51,7 +51,7 @@ impl Default for Resolution {
 /// A tetrahedral mesh that fills the inside of triangles, or the region in which a distance function is negative.
 ///
 /// The mesh is made by isosurface stuffing: a body-centered cubic lattice whose nodes near the boundary move onto it [Labelle, Shewchuk
-/// 2007]. All dihedral angles are above 10.7°. Every tetrahedron has a vertex inside, so that a pressure field is positive in it. The
+/// 2007]. Dihedral angles are above 9°. Every tetrahedron has a vertex inside, so that a pressure field is positive in it. The
 /// time is O(n log n) for n triangles and tetrahedra.
 ///
 /// Each vertex is either a node of the lattice, which is fixed, or on the boundary, where an edge of the lattice crosses it. Edges
