@@ -426,14 +426,17 @@ mod tests {
 
         fn crossings(&self, segments: &[Segment]) -> Vec<Crossing> {
             // Next to the shares up to which nodes move, where angles are the worst, and anywhere.
-            let limits = [0.0, NEAR_ALONG_LONG, NEAR_ALONG_SHORT];
             let crossing = |[from, to]: &Segment| {
                 let noise = |seed: u64| noise(&(from * 3.0 + to), self.seed + seed);
-                let limit = limits[(3.0 * noise(1)) as usize];
-                let share = match (4.0 * noise(2)) as usize {
-                    0 => limit - 1e-5,
-                    1 => limit + 1e-5,
-                    2 => noise(3) / 2.0,
+                let limit = match 3.0 * noise(1) {
+                    ..1.0 => 0.0,
+                    1.0..2.0 => NEAR_ALONG_LONG,
+                    _ => NEAR_ALONG_SHORT,
+                };
+                let share = match 4.0 * noise(2) {
+                    ..1.0 => limit - 1e-5,
+                    1.0..2.0 => limit + 1e-5,
+                    2.0..3.0 => noise(3) / 2.0,
                     _ => limit * noise(3),
                 };
                 let share = if noise(4) < 0.5 { share } else { 1.0 - share };
