@@ -223,7 +223,7 @@ fn gltf_files_that_are_wrong_are_refused() {
     }
     let file = glb("", "");
     let cut = refusal("cut.glb", &file[..file.len() - 1]);
-    assert!(cut.contains("is missing or cut"), "{cut}");
+    assert!(cut.contains("is missing or truncated"), "{cut}");
     for offset in (0..file.len()).step_by(3) {
         let mut damaged = file.clone();
         damaged[offset] ^= 0x11;
