@@ -109,7 +109,7 @@ fn open_files_tell_all_faults_and_have_a_hull() {
     let open = faults("open_box.obj");
     assert_eq!(open.open.map(|fault| fault.count), Some(4));
     assert_eq!(
-        (open.inconsistent, open.crowded, open.thin),
+        (open.inconsistent, open.unbalanced, open.thin),
         (None, None, None)
     );
     let reversed = faults("open_and_reversed.obj");

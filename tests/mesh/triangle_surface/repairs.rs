@@ -135,7 +135,7 @@ fn all_kinds_of_faults_are_counted_and_the_remedies_named() {
     let SurfaceError::NotClosed(faults) = refused else {
         panic!("{text}");
     };
-    let edges = [faults.open, faults.inconsistent, faults.crowded];
+    let edges = [faults.open, faults.inconsistent, faults.unbalanced];
     assert_eq!(edges.map(|fault| fault.unwrap().count), [6, 3, 3]);
     let thin = faults.thin.unwrap();
     assert_eq!((thin.count, thin.first[1]), (1, vector![10.0, 0.0, 0.0]));
