@@ -212,7 +212,7 @@ fn gltf_files_in_text_have_embedded_buffers() {
 }
 
 #[test]
-fn gltf_files_that_are_wrong_are_refused() {
+fn invalid_gltf_files_are_refused() {
     for (node, mode, expected) in [
         (r#", "children": [1]"#, "", "too deep, or contains itself"),
         (r#", "children": [7]"#, "", "a node does not exist"),
@@ -290,7 +290,7 @@ fn collada_scenes_have_units_an_up_axis_and_nodes() {
 }
 
 #[test]
-fn collada_files_that_are_wrong_are_refused() {
+fn invalid_collada_files_are_refused() {
     let bomb: String = (0..60).fold(String::new(), |text, k| {
         let next = if k == 59 {
             "part".to_owned()

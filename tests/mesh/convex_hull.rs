@@ -129,7 +129,7 @@ fn points_on_common_planes_and_lines_have_a_hull() {
 
 proptest! {
     #[test]
-    fn hulls_are_those_of_brute_force(
+    fn hulls_match_brute_force(
         points in prop::collection::vec(prop::array::uniform3(-1.0..1.0), 4..20),
     ) {
         let points: Vec<Vector3<f64>> = points.into_iter().map(Vector3::from).collect();

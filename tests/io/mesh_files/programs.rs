@@ -1,4 +1,4 @@
-//! Files as programs in the field write them: versions, encodings, seams, second order. The right value of each is known.
+//! Mesh files as programs write them: versions, encodings, seams, second order. The exact volume or force of each is known.
 
 use super::sample_files::{ONE_TET, bracket, read_bytes, replaced};
 use hydroelastic::contact::{ContactBody, ContactPair, Partner, Shape};
