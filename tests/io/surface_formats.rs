@@ -316,7 +316,7 @@ fn invalid_collada_files_are_refused() {
         (
             &FACES.replace("0 9 2", "0 9 two"),
             NODE,
-            "\"two\" in place of a number",
+            "\"two\" instead of a number",
         ),
         ("", NODE, "at least 4 triangles"),
     ] {
