@@ -9,7 +9,8 @@ use nalgebra::Vector3;
 use robust::{Coord3D, orient3d};
 use rustc_hash::FxHashMap;
 
-/// Distance below which a point does not extend the hull, relative to the largest distance of a point from the origin.
+/// Distance below which a point does not extend the hull, relative to the power of two above the largest distance of a point from the
+/// origin.
 const RELATIVE_TOLERANCE: f64 = 1e-10;
 
 /// Points are scaled to this size, and their coordinates are rounded to integers. Products of three then neither overflow nor underflow,

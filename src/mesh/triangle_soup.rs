@@ -78,7 +78,7 @@ impl TriangleSoup {
 
     /// Returns the surface of the convex hull of all vertices, including unused ones.
     ///
-    /// The vertices of the hull are vertices of the soup. Other vertices are outside it by at most 1e-10 of the largest distance of a
+    /// The vertices of the hull are vertices of the soup. Other vertices are outside it by at most 2e-10 of the largest distance of a
     /// vertex from the origin. The algorithm is quickhull [Barber, Dobkin, Huhdanpaa 1996] with exact predicates.
     ///
     /// # Errors
