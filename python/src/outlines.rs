@@ -1,4 +1,4 @@
-//! Capsules, toruses, solids of outlines, compounds and skins.
+//! Capsules, tori, solids of revolution, extrusions, compounds and skins.
 
 use crate::arrays::{Whole, count, indices, real, table, whole};
 use crate::poses::single_pose;

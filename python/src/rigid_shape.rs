@@ -32,7 +32,7 @@ use std::sync::Arc;
 /// Raises
 /// ------
 /// HydroelasticError
-///     If the surface is not closed, oriented inwards or flat, or a number is not valid. The message counts the faults and names the first
+///     If the surface is not closed, is turned inwards or is flat, or if a number is not valid. The message counts the faults and names the first
 ///     of each kind.
 #[pyclass(frozen, module = "hydroelastic")]
 #[derive(Clone)]
@@ -48,7 +48,7 @@ impl RigidShape {
         self.0.surface()
     }
 
-    /// Emits the warnings of the surface. A unit that was given is no mistake.
+    /// Emits the warnings of the surface. An explicit unit is not a mistake.
     fn warn(&self, py: Python<'_>, name: &str, is_unit_given: bool) -> PyResult<()> {
         for warning in self.surface().warnings() {
             let is_about_size = matches!(warning, SurfaceWarning::Size { .. });
@@ -122,7 +122,7 @@ impl RigidShape {
         py.detach(|| Self::of(soup.convex_hull().and_then(TriangleSoup::closed)))
     }
 
-    /// Reads a surface from a file: STL (.stl), Wavefront (.obj), PLY (.ply), OFF (.off), glTF (.glb, .gltf) or COLLADA (.dae).
+    /// Reads a surface from a file: STL (.stl), Wavefront (.obj), PLY (.ply), OFF (.off), glTF (.glb, .gltf), COLLADA (.dae) or VTK (.vtp).
     ///
     /// The surface is repaired as by RigidShape(vertices, triangles). Repairs that move vertices, overlapping components and an unlikely
     /// size are warnings (UserWarning).

@@ -215,7 +215,7 @@ impl Shape {
         })?;
         for warning in warnings {
             let is_about_size = matches!(warning, FileWarning::Size { .. });
-            // A unit that was given is no mistake.
+            // An explicit unit is not a mistake.
             if !(is_about_size && unit.is_some()) {
                 warn(py, path.display(), warning, is_about_size)?;
             }

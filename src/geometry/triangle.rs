@@ -89,7 +89,7 @@ impl Triangle {
         }
     }
 
-    /// Returns where a segment crosses the triangle: the position along the segment, from 0 to 1, and the barycentric coordinates. A
+    /// Returns the crossing of a segment with the triangle: the position along the segment, from 0 to 1, and the barycentric coordinates. A
     /// segment in the plane of the triangle does not cross it.
     pub fn hit_by(&self, [from, to]: &[Vector3<f64>; 2]) -> Option<(f64, [f64; 3])> {
         let [before, after] = [from, to].map(|end| (end - self.corners[0]).dot(&self.normal));

@@ -158,7 +158,7 @@ pub enum FileError {
     },
     /// The file has tetrahedra with more than four vertices.
     #[error(
-        "{} has {found} tetrahedra of second or higher order, with {vertices} or more vertices: the option corners_only reads them as tetrahedra of first order with the same 4 corners",
+        "{} has {found} tetrahedra of second or higher order, with {vertex_count} or more vertices: the option corners_only reads them as tetrahedra of first order with the same 4 corners",
         path.display()
     )]
     HigherOrder {
@@ -167,7 +167,7 @@ pub enum FileError {
         /// Number of these tetrahedra.
         found: usize,
         /// Smallest number of vertices of these tetrahedra.
-        vertices: usize,
+        vertex_count: usize,
     },
     /// The file has solid elements other than tetrahedra. They cannot be ignored, because the solid would have holes.
     #[error("{} has solid elements that are not tetrahedra ({found}): divide them into tetrahedra in the program that made them", path.display())]

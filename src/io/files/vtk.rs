@@ -31,7 +31,7 @@ pub(super) fn read_grid(path: &Path, bytes: &[u8]) -> Result<FileContents, FileE
         return Err(FileError::Unsupported {
             path: path.into(),
             found: "a surface of polygons (PolyData)".into(),
-            expected: "an unstructured grid with tetrahedra; read the file as a surface",
+            expected: "unstructured grids (read_triangles reads surfaces)",
         });
     }
     data.into_contents().map_err(|cause| damaged(path, cause))
@@ -44,7 +44,7 @@ pub(super) fn read_polygons(path: &Path, bytes: &[u8]) -> Result<TriangleSoup, F
         return Err(FileError::Unsupported {
             path: path.into(),
             found: "an unstructured grid".into(),
-            expected: "a surface of polygons (PolyData); read the file as a mesh of tetrahedra",
+            expected: "surfaces of polygons, PolyData (read_mesh reads unstructured grids)",
         });
     }
     data.triangles().map_err(|cause| damaged(path, cause))
