@@ -61,12 +61,8 @@ fn volumes_converge_with_the_square_of_the_spacing() {
         .unwrap()
         .volume();
     let error = |spacing: f64| (volume(&egg, Resolution::Spacing(spacing)) / exact - 1.0).abs();
-    let errors = [0.02, 0.014, 0.01].map(error);
-    println!("{errors:?}");
-    assert!(
-        errors[0] < 0.01 && errors[2] < errors[0] / 8.0,
-        "{errors:?}"
-    );
+    let [coarse, fine] = [0.02, 0.01].map(error);
+    assert!(coarse < 0.002 && fine < coarse / 4.0, "{coarse} {fine}");
 }
 
 #[test]
@@ -76,24 +72,17 @@ fn balls_press_as_exact_distances_do() {
     let solid = Solid::of_surface(&ball, Resolution::default()).unwrap();
     assert!(solid.warnings().is_empty() && solid.distance_error().unwrap() < 0.02);
     let shape = Shape::new(solid.field().unwrap());
-    println!("{} {:?}", solid.spacing(), solid.distance_error());
-    for (depth, turn) in [0.006, 0.02]
-        .into_iter()
-        .flat_map(|d| [(d, 0.0), (d, 0.3), (d, 0.6), (d, 1.0)])
-    {
+    // The triangles of the surface themselves lose 1.4 % and 0.4 %. The rest is the interpolation of distances.
+    for (depth, error) in [(0.006, 0.05), (0.02, 0.03)] {
         let height = radius - depth;
-        let body = ContactBody::new(
-            &shape,
-            Pose::from_rotation_vector(&vector![turn, 0.5 * turn, 0.0], Vector3::z() * height),
-            1e5,
-        );
+        let body = ContactBody::new(&shape, Pose::from_translation(Vector3::z() * height), 1e5);
         let floor = Partner::rigid_half_space(Pose::identity()).unwrap();
         let force = ContactPair::new(body.unwrap(), floor).wrench().on_a.force.z;
         // The integral of the pressure 1e5 (1 - r/radius) over a disk.
         let disk = radius * (radius.powi(2) - height.powi(2))
             - 2.0 / 3.0 * (radius.powi(3) - height.powi(3));
         let exact = 1e5 * PI * disk / radius;
-        println!("{}", force / exact);
+        assert!((force / exact - 1.0).abs() < error, "{force} {exact}");
     }
 }
 
@@ -177,7 +166,7 @@ fn vertices_follow_the_triangles() {
         (before.len(), after.len()),
         (vertices.len(), vertices.len())
     );
-    println!("{:?}", solid.ambiguous());
+    assert!(solid.ambiguous().is_empty());
     for vertex in 0..vertices.len() {
         let difference = (after[vertex] - before[vertex]) / (2.0 * step);
         assert!(
@@ -264,12 +253,6 @@ fn errors_that_stay_larger_than_asked_are_told() {
     let wall = box_soup([0.1, 0.1, 0.002])
         .solid(Resolution::DistanceWithin(1e-3))
         .unwrap();
-    println!(
-        "{:?} {} {}",
-        wall.distance_error(),
-        wall.mesh().tet_count(),
-        wall.spacing()
-    );
     let [warning] = wall.warnings() else {
         panic!("{:?}", wall.warnings())
     };

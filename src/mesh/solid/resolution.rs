@@ -32,8 +32,8 @@ pub enum Resolution {
     /// triangles, of the volume at the spacing before.
     VolumeWithin(f64),
     /// Largest mean error of the distance to the surface that the mesh interpolates, over the mean distance. The means are over the middles
-    /// of the tetrahedra that are at most two fifths of the largest distance deep, weighted by volume. Forces of contact are about as
-    /// exact: 2 % or 3 % less exact for shallow contact.
+    /// of the tetrahedra that are at most two fifths of the largest distance deep, weighted by volume. Forces of deep contact are about
+    /// as exact, and those of shallow contact less.
     DistanceWithin(f64),
 }
 
@@ -136,7 +136,12 @@ fn distance_error(region: &impl Region, mesh: &TetMesh) -> f64 {
             sum += volume * exact;
         }
     }
-    if sum > 0.0 { error / sum } else { 0.0 }
+    // A mesh without such tetrahedra is too coarse.
+    if sum > 0.0 {
+        error / sum
+    } else {
+        f64::INFINITY
+    }
 }
 
 /// Refines the spacing until an error is as asked.
