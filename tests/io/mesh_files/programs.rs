@@ -325,7 +325,7 @@ fn polygons_and_strips_of_vtk_are_surfaces() {
     // Each reader names the other one.
     let error = read_mesh(path_of("polygons.vtk"), &MeshOptions::default()).unwrap_err();
     assert!(
-        error.to_string().contains("read the file as a surface"),
+        error.to_string().contains("read it as a surface"),
         "{error}"
     );
     let error = read_triangle_surface(path_of("no_seam.vtk"), &Placement::default()).unwrap_err();
