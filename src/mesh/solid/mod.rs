@@ -204,11 +204,11 @@ impl Solid {
             bounds,
             distances: &checked,
         };
-        let of_stuffing =
-            |stuffing: Stuffing, spacing: f64| Self::new(stuffing, spacing, 0, |_, _, _| None);
-        let solid = refined(&region, None, resolution, of_stuffing);
-        let fault = fault.into_inner().unwrap_or_default();
-        fault.map_or(solid, Err)
+        let of_stuffing = |stuffing: Stuffing, spacing: f64| {
+            let fault = fault.lock().ok().and_then(|mut fault| fault.take());
+            fault.map_or_else(|| Self::new(stuffing, spacing, 0, |_, _, _| None), Err)
+        };
+        refined(&region, None, resolution, of_stuffing)
     }
 
     fn new(
