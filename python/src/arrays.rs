@@ -28,7 +28,7 @@ pub fn numbers(argument: &Bound<'_, PyAny>, name: &str) -> PyResult<Numbers> {
         let shape = array.shape().to_vec();
         let view = array.try_readonly().map_err(value_error)?;
         let values = match view.as_slice() {
-            // The slice of a Fortran array is in its own order.
+            // The slice of an array in Fortran order is column by column.
             Ok(slice) if array.is_c_contiguous() => slice.to_vec(),
             _ => view.as_array().iter().copied().collect(),
         };

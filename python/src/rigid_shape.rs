@@ -31,7 +31,7 @@ use std::sync::Arc;
 /// Raises
 /// ------
 /// HydroelasticError
-///     If the surface is not closed, oriented inwards or flat, or a number is not valid. The message counts the faults and names the first
+///     If the surface is not closed, is turned inwards or is flat, or if a number is not valid. The message counts the faults and names the first
 ///     of each kind.
 #[pyclass(frozen, module = "hydroelastic")]
 #[derive(Clone)]

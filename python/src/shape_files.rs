@@ -4,7 +4,7 @@ use crate::arrays::row;
 use crate::errors::{file_error, value_error};
 use crate::poses::single_pose;
 use hydroelastic::io::{FileError, FileWarning, Placement};
-use hydroelastic::mesh::SurfaceWarning;
+use hydroelastic::mesh::{SolidWarning, SurfaceWarning};
 use pyo3::prelude::*;
 use std::fmt::Display;
 
@@ -79,7 +79,13 @@ impl Warning for SurfaceWarning {
     }
 }
 
-/// Emits warnings about a file or a surface. A unit that was given is no mistake.
+impl Warning for SolidWarning {
+    fn is_about_size(&self) -> bool {
+        false
+    }
+}
+
+/// Emits warnings about a file, a surface or a solid. An explicit unit is not a mistake.
 pub fn warn(
     py: Python<'_>,
     name: impl Display,

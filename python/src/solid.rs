@@ -17,6 +17,7 @@ use hydroelastic::mesh::{
 use hydroelastic::nalgebra::Vector3;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
+use std::fmt::Display;
 use std::path::PathBuf;
 use std::sync::Mutex;
 
@@ -26,8 +27,9 @@ use std::sync::Mutex;
 /// node of the lattice, which is fixed, or on the boundary, where an edge of the lattice crosses it. Edges and corners of the region are cut
 /// off by less than a spacing, and walls must be thicker than a spacing.
 ///
-/// The static methods take either a spacing of the lattice (m), or a volume error. The spacing is then refined until the error of the
-/// volume over the volume is as small. The default is a volume error of 0.01.
+/// The static methods take the spacing of the lattice (m), or the largest error of the volume or of the distance to the surface. For an
+/// error, the spacing is refined until the error is as small, or the next mesh would have more than a million tetrahedra, which is a
+/// warning (UserWarning). The default is a distance error of 0.02.
 #[pyclass(frozen, module = "hydroelastic")]
 pub struct Solid {
     region: Region,
@@ -48,22 +50,27 @@ enum Region {
     },
 }
 
-/// The arguments `spacing` and `volume_error`.
+/// The arguments `spacing`, `volume_error` and `distance_error`. At most one of them is given.
 #[derive(Clone, Copy)]
-struct ResolutionArguments {
-    spacing: Option<f64>,
-    volume_error: Option<f64>,
-}
+struct ResolutionArguments([Option<f64>; 3]);
 
 impl ResolutionArguments {
+    const NAMES: [&str; 3] = ["spacing", "volume_error", "distance_error"];
+
     fn resolution(self) -> PyResult<Resolution> {
-        match (self.spacing, self.volume_error) {
-            (None, None) => Ok(Resolution::default()),
-            (Some(spacing), None) => Ok(Resolution::Spacing(spacing)),
-            (None, Some(error)) => Ok(Resolution::VolumeWithin(error)),
-            (Some(spacing), Some(error)) => Err(value_error(format!(
-                "a solid has a spacing or a volume error, but both were given, spacing={spacing:?} m and volume_error={error:?}"
-            ))),
+        match self.0 {
+            [None, None, None] => Ok(Resolution::default()),
+            [Some(spacing), None, None] => Ok(Resolution::Spacing(spacing)),
+            [None, Some(error), None] => Ok(Resolution::VolumeWithin(error)),
+            [None, None, Some(error)] => Ok(Resolution::DistanceWithin(error)),
+            several => {
+                let given = Self::NAMES.iter().zip(several);
+                let given = given.filter_map(|(name, value)| Some(format!("{name}={:?}", value?)));
+                let given = given.collect::<Vec<_>>().join(", ");
+                Err(value_error(format!(
+                    "a solid has a spacing, a volume error or a distance error, but several were given: {given}"
+                )))
+            }
         }
     }
 }
@@ -88,6 +95,12 @@ impl Solid {
     fn of_soup(soup: TriangleSoup, resolution: ResolutionArguments) -> PyResult<Self> {
         let solid = soup.solid(resolution.resolution()?);
         Self::new(Region::Triangles(soup), resolution, solid)
+    }
+
+    /// Emits the warnings of the solid.
+    fn warned(self, py: Python<'_>, name: impl Display) -> PyResult<Self> {
+        warn(py, name, self.inner.warnings().iter().copied(), true)?;
+        Ok(self)
     }
 
     /// Converts velocities of the vertices of the solid to rates of the shape.
@@ -123,6 +136,8 @@ impl Solid {
     ///     Spacing of the lattice (m), positive.
     /// volume_error : float, optional
     ///     Largest error of the volume over the volume, positive.
+    /// distance_error : float, optional
+    ///     Largest mean error of the interpolated distance over the mean distance, positive.
     ///
     /// Returns
     /// -------
@@ -132,24 +147,23 @@ impl Solid {
     /// Raises
     /// ------
     /// HydroelasticError
-    ///     If the spacing or the volume error is out of range, or too small to be reached, or if both are given.
+    ///     If the resolution is out of range or too fine, or several are given.
     #[staticmethod]
-    #[pyo3(signature = (surface, *, spacing=None, volume_error=None))]
+    #[pyo3(signature = (surface, *, spacing=None, volume_error=None, distance_error=None))]
     fn of_surface(
         py: Python<'_>,
         surface: &RigidShape,
         #[pyo3(from_py_with = optional_real)] spacing: Option<f64>,
         #[pyo3(from_py_with = optional_real)] volume_error: Option<f64>,
+        #[pyo3(from_py_with = optional_real)] distance_error: Option<f64>,
     ) -> PyResult<Self> {
-        let arguments = ResolutionArguments {
-            spacing,
-            volume_error,
-        };
+        let arguments = ResolutionArguments([spacing, volume_error, distance_error]);
         let resolution = arguments.resolution()?;
-        py.detach(|| {
+        let solid = py.detach(|| {
             let solid = mesh::Solid::of_surface(surface.surface(), resolution);
             Self::new(Region::Surface(surface.clone()), arguments, solid)
-        })
+        })?;
+        solid.warned(py, "the surface")
     }
 
     /// Fills the inside of triangles, also with small holes. The triangles may be turned inwards as a whole, and may overlap.
@@ -166,6 +180,8 @@ impl Solid {
     ///     Spacing of the lattice (m), positive.
     /// volume_error : float, optional
     ///     Largest error of the volume over the volume, positive.
+    /// distance_error : float, optional
+    ///     Largest mean error of the interpolated distance over the mean distance, positive.
     ///
     /// Returns
     /// -------
@@ -175,23 +191,22 @@ impl Solid {
     /// Raises
     /// ------
     /// HydroelasticError
-    ///     If the triangles do not enclose a solid, or a number is not valid. If the spacing or the volume error is out of range, or too
-    ///     small to be reached, or if both are given.
+    ///     If the triangles do not enclose a solid, or a number is not valid. If the resolution is out of range or too fine, or
+    ///     several are given.
     #[staticmethod]
-    #[pyo3(signature = (vertices, triangles, *, spacing=None, volume_error=None))]
+    #[pyo3(signature = (vertices, triangles, *, spacing=None, volume_error=None, distance_error=None))]
     fn of_triangles(
         py: Python<'_>,
         vertices: &Bound<'_, PyAny>,
         triangles: &Bound<'_, PyAny>,
         #[pyo3(from_py_with = optional_real)] spacing: Option<f64>,
         #[pyo3(from_py_with = optional_real)] volume_error: Option<f64>,
+        #[pyo3(from_py_with = optional_real)] distance_error: Option<f64>,
     ) -> PyResult<Self> {
-        let resolution = ResolutionArguments {
-            spacing,
-            volume_error,
-        };
+        let resolution = ResolutionArguments([spacing, volume_error, distance_error]);
         let soup = triangle_soup(vertices, triangles)?;
-        py.detach(|| Self::of_soup(soup, resolution))
+        let solid = py.detach(|| Self::of_soup(soup, resolution))?;
+        solid.warned(py, "the triangles")
     }
 
     /// Fills the region in which a signed distance is negative.
@@ -211,6 +226,8 @@ impl Solid {
     ///     Spacing of the lattice (m), positive.
     /// volume_error : float, optional
     ///     Largest error of the volume over the volume, positive. The error is estimated from the last refinement.
+    /// distance_error : float, optional
+    ///     Largest mean error of the interpolated distance over the mean distance, positive.
     ///
     /// Returns
     /// -------
@@ -221,9 +238,9 @@ impl Solid {
     /// ------
     /// HydroelasticError
     ///     If a distance is not finite, the function returns the wrong number of distances, or the region is empty or reaches beyond the box.
-    ///     If the spacing or the volume error is out of range, or too small to be reached, or if both are given.
+    ///     If the resolution is out of range or too fine, or several are given.
     #[staticmethod]
-    #[pyo3(signature = (distances, lower, upper, *, spacing=None, volume_error=None))]
+    #[pyo3(signature = (distances, lower, upper, *, spacing=None, volume_error=None, distance_error=None))]
     fn of_distance(
         py: Python<'_>,
         distances: Py<PyAny>,
@@ -231,18 +248,16 @@ impl Solid {
         upper: &Bound<'_, PyAny>,
         #[pyo3(from_py_with = optional_real)] spacing: Option<f64>,
         #[pyo3(from_py_with = optional_real)] volume_error: Option<f64>,
+        #[pyo3(from_py_with = optional_real)] distance_error: Option<f64>,
     ) -> PyResult<Self> {
-        let arguments = ResolutionArguments {
-            spacing,
-            volume_error,
-        };
+        let arguments = ResolutionArguments([spacing, volume_error, distance_error]);
         let resolution = arguments.resolution()?;
         let [lower, upper] = [finite_row(lower, "lower")?, finite_row(upper, "upper")?];
         let bounds = Aabb {
             lower: lower.into(),
             upper: upper.into(),
         };
-        py.detach(|| {
+        let solid = py.detach(|| {
             let raised = Mutex::new(None);
             let checked = |points: &[Vector3<f64>]| {
                 // NaN ends the search. The library discards it.
@@ -266,7 +281,8 @@ impl Solid {
                 upper,
             };
             Self::new(region, arguments, solid)
-        })
+        })?;
+        solid.warned(py, "the region")
     }
 
     /// Fills the triangles of a file that RigidShape.read reads, also with holes. The triangles may be turned inwards as a whole, and may
@@ -287,6 +303,8 @@ impl Solid {
     ///     Spacing of the lattice (m), positive.
     /// volume_error : float, optional
     ///     Largest error of the volume over the volume, positive. The error is estimated from the last refinement.
+    /// distance_error : float, optional
+    ///     Largest mean error of the interpolated distance over the mean distance, positive.
     ///
     /// Returns
     /// -------
@@ -296,12 +314,12 @@ impl Solid {
     /// Raises
     /// ------
     /// HydroelasticError
-    ///     If an option is out of range, the file is damaged, or its triangles do not enclose a solid. If the spacing or the volume error is
-    ///     too small to be reached, or if both are given.
+    ///     If an option is out of range, the file is damaged, or its triangles do not enclose a solid. If the resolution is too
+    ///     fine, or several are given.
     /// OSError
     ///     If the file cannot be read from the disk.
     #[staticmethod]
-    #[pyo3(signature = (path, unit=None, *, scale=None, pose=None, spacing=None, volume_error=None))]
+    #[pyo3(signature = (path, unit=None, *, scale=None, pose=None, spacing=None, volume_error=None, distance_error=None))]
     fn read(
         py: Python<'_>,
         path: PathBuf,
@@ -310,17 +328,16 @@ impl Solid {
         pose: Option<&Bound<'_, PyAny>>,
         #[pyo3(from_py_with = optional_real)] spacing: Option<f64>,
         #[pyo3(from_py_with = optional_real)] volume_error: Option<f64>,
+        #[pyo3(from_py_with = optional_real)] distance_error: Option<f64>,
     ) -> PyResult<Self> {
-        let resolution = ResolutionArguments {
-            spacing,
-            volume_error,
-        };
+        let resolution = ResolutionArguments([spacing, volume_error, distance_error]);
         let placement = placement(unit, scale, pose)?;
         let soup = py.detach(|| read_triangles(&path, &placement).map_err(surface_error))?;
         let warning = SurfaceWarning::of_size(&Aabb::around(&soup.vertices));
         warn(py, path.display(), warning, unit.is_some())?;
         let solid = py.detach(|| Self::of_soup(soup, resolution));
-        solid.map_err(|error| named_error(&path.display().to_string(), &error))
+        let solid = solid.map_err(|error| named_error(&path.display().to_string(), &error))?;
+        solid.warned(py, path.display())
     }
 
     /// Compliant shape whose extents are the distances to the surface of the tetrahedra over the largest distance.
@@ -348,10 +365,17 @@ impl Solid {
     }
 
     /// Error of the volume over the volume, or None if it is not known. It is exact for a surface of one component. For other regions it is
-    /// an estimate, and known if no spacing was given.
+    /// the change in the last refinement, and known if a volume error was asked for.
     #[getter]
     fn volume_error(&self) -> Option<f64> {
         self.inner.volume_error()
+    }
+
+    /// Mean error of the interpolated distance to the surface over the mean distance, at points up to two fifths of the largest distance, or
+    /// None if a spacing or a volume error was asked for.
+    #[getter]
+    fn distance_error(&self) -> Option<f64> {
+        self.inner.distance_error()
     }
 
     /// Positions (m) of the vertices of the triangles that were filled, (n, 3) float64. The array is empty for a distance function.
@@ -503,8 +527,9 @@ impl Solid {
         };
         let load = py.import("hydroelastic._core")?.getattr("_load_solid")?;
         let keywords = PyDict::new(py);
-        keywords.set_item("spacing", self.resolution.spacing)?;
-        keywords.set_item("volume_error", self.resolution.volume_error)?;
+        for (name, value) in ResolutionArguments::NAMES.iter().zip(self.resolution.0) {
+            keywords.set_item(name, value)?;
+        }
         Ok((load, (method, arguments, keywords)))
     }
 }

@@ -338,10 +338,18 @@ def cases(folder):
             lambda **it: he.Solid.of_surface(rigid, **it),
             {"volume_error": Slow(0.1)},
         ),
+        "Solid.of_surface (of a distance error)": (
+            lambda **it: he.Solid.of_surface(rigid, **it),
+            {"distance_error": Slow(0.3)},
+        ),
         "Solid.of_triangles": (he.Solid.of_triangles, {"vertices": CORNERS, "triangles": FACES, "spacing": Positive(0.3)}),
         "Solid.of_triangles (of a volume error)": (
             lambda **it: he.Solid.of_triangles(CORNERS, FACES, **it),
             {"volume_error": Slow(0.1)},
+        ),
+        "Solid.of_triangles (of a distance error)": (
+            lambda **it: he.Solid.of_triangles(CORNERS, FACES, **it),
+            {"distance_error": Slow(0.3)},
         ),
         "Solid.of_distance": (
             lambda **it: he.Solid.of_distance(from_ball, **it),
@@ -351,11 +359,16 @@ def cases(folder):
             lambda **it: he.Solid.of_distance(from_ball, [-0.1] * 3, [0.1] * 3, **it),
             {"volume_error": Slow(0.1)},
         ),
+        "Solid.of_distance (of a distance error)": (
+            lambda **it: he.Solid.of_distance(from_ball, [-0.1] * 3, [0.1] * 3, **it),
+            {"distance_error": Slow(0.3)},
+        ),
         "Solid.read": (
             lambda **it: he.Solid.read(stl, **it),
             {"unit": Positive(1.0), "scale": np.ones(3), "pose": EYE, "spacing": Positive(0.3)},
         ),
         "Solid.read (of a volume error)": (lambda **it: he.Solid.read(stl, **it), {"volume_error": Slow(0.1)}),
+        "Solid.read (of a distance error)": (lambda **it: he.Solid.read(stl, **it), {"distance_error": Slow(0.3)}),
         "Solid.pullback": (
             solid.pullback,
             {"by_vertices": np.ones_like(solid.vertices), "by_extents": np.ones_like(solid.shape.extents)},

@@ -40,13 +40,13 @@ def force_on(shape):
 
 def test_solids_fill_surfaces_and_unite_parts():
     surface = he.RigidShape.around(he.Shape.icosphere(0.1, 2))
-    solid = he.Solid.of_surface(surface)
-    assert 0.0 < solid.volume_error <= 0.01
+    solid = he.Solid.of_surface(surface, distance_error=0.05)
+    assert 0.0 < solid.distance_error <= 0.05 and 0.0 < solid.volume_error <= 0.01
     assert solid.volume_error == pytest.approx(abs(solid.shape.volume / surface.volume - 1.0))
     assert solid.vertices.shape[1] == 3 and solid.tets.shape[1] == 4 and np.array_equal(solid.surface_vertices, surface.vertices)
     assert solid.shape.extents.max() == 1.0 and (solid.shape.extents[solid.boundary_vertices] == 0.0).all()
     coarse = he.Solid.of_surface(surface, spacing=0.04)
-    assert coarse.spacing == 0.04 > solid.spacing and coarse.volume_error > solid.volume_error
+    assert coarse.spacing == 0.04 > solid.spacing and coarse.distance_error is None
     inwards = he.Solid.of_triangles(surface.vertices, surface.triangles[:, ::-1], spacing=coarse.spacing)
     assert inwards.volume_error is None and np.array_equal(inwards.tets, coarse.tets)
     # The parts of 1 m³ overlap by half.
@@ -134,7 +134,7 @@ def test_exceptions_of_distance_functions_are_raised_unchanged():
     for result in (None, "text"):
         with pytest.raises(TypeError, match="the result of the distance function must be a numpy array"):
             he.Solid.of_distance(lambda points: result, [-1.0] * 3, [1.0] * 3)
-    with pytest.raises(he.HydroelasticError, match="both were given, spacing=0.1 m and volume_error=0.1"):
+    with pytest.raises(he.HydroelasticError, match="several were given: spacing=0.1, volume_error=0.1"):
         of_ball(spacing=0.1, volume_error=0.1)
 
 

@@ -35,6 +35,16 @@ impl Triangle {
         &self.corners
     }
 
+    /// Returns the unit normal. It is NaN for a degenerate triangle.
+    pub fn normal(&self) -> &Vector3<f64> {
+        &self.normal
+    }
+
+    /// Returns the barycentric coordinates of the projection of a point to the plane.
+    pub fn shares_of(&self, point: &Vector3<f64>) -> [f64; 3] {
+        shares(self.areas(point))
+    }
+
     /// Returns the distance (m) from a point to the plane of the triangle. It is a lower bound of
     /// the distance to the triangle. It is NaN for a degenerate triangle.
     pub fn distance_to_plane(&self, point: &Vector3<f64>) -> f64 {
@@ -56,12 +66,9 @@ impl Triangle {
     pub fn foot_of(&self, point: &Vector3<f64>) -> Foot {
         let areas = self.areas(point);
         if areas.iter().all(|&area| area >= 0.0) {
-            let sum: f64 = areas.iter().sum();
             let height = (point - self.corners[0]).dot(&self.normal);
             return Foot {
-                // `areas[k]` belongs to the edge from corner k to k + 1, so the opposite corner is
-                // k + 2.
-                shares: [areas[1], areas[2], areas[0]].map(|area| area / sum),
+                shares: shares(areas),
                 direction: self.normal * direction_of(height),
             };
         }
@@ -82,7 +89,7 @@ impl Triangle {
         }
     }
 
-    /// Returns where a segment crosses the triangle: the position along the segment, from 0 to 1, and the barycentric coordinates. A
+    /// Returns the crossing of a segment with the triangle: the position along the segment, from 0 to 1, and the barycentric coordinates. A
     /// segment in the plane of the triangle does not cross it.
     pub fn hit_by(&self, [from, to]: &[Vector3<f64>; 2]) -> Option<(f64, [f64; 3])> {
         let [before, after] = [from, to].map(|end| (end - self.corners[0]).dot(&self.normal));
@@ -95,7 +102,7 @@ impl Triangle {
         let sum: f64 = areas.iter().sum();
         // Neighbors overlap by more than the rounding error, so that no segment passes between them.
         let is_inside = areas.iter().all(|&area| area >= -EDGE_OVERLAP * sum);
-        is_inside.then(|| (share, [areas[1], areas[2], areas[0]].map(|area| area / sum)))
+        is_inside.then(|| (share, shares(areas)))
     }
 
     fn edges(&self) -> [(&Vector3<f64>, &Vector3<f64>); 3] {
@@ -110,6 +117,13 @@ impl Triangle {
         self.edges()
             .map(|(from, to)| (to - from).cross(&(point - from)).dot(&self.normal))
     }
+}
+
+/// Returns barycentric coordinates from the areas at the edges. The area k belongs to the edge from corner k to k + 1, so that the
+/// opposite corner is k + 2.
+fn shares(areas: [f64; 3]) -> [f64; 3] {
+    let sum: f64 = areas.iter().sum();
+    [areas[1], areas[2], areas[0]].map(|area| area / sum)
 }
 
 /// Returns the sign of `height`, and 0 for 0.

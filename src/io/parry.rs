@@ -16,10 +16,11 @@ pub fn field_from_polyhedron(polyhedron: &ConvexPolyhedron) -> Result<PressureFi
     star_shaped(&vertices, &triangles)
 }
 
-/// Pressure field of the solid inside a triangle mesh of parry (m), from [`TriangleSoup::closed`](crate::mesh::TriangleSoup::closed) and [`shapes::star_shaped`].
+/// Pressure field of the solid inside a triangle mesh of parry (m), from
+/// [`TriangleSoup::closed`](crate::mesh::TriangleSoup::closed) and [`shapes::star_shaped`].
 ///
 /// # Errors
-/// If `TriangleSoup::closed` or [`shapes::star_shaped`] fails.
+/// If `TriangleSoup::closed` or [`shapes::star_shaped`] returns an error.
 pub fn field_from_trimesh(mesh: &TriMesh) -> Result<PressureField, ShapeError> {
     star_shaped(mesh.vertices(), mesh.indices())
 }

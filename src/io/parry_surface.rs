@@ -42,8 +42,8 @@ pub enum ShapeError {
 /// closed triangle mesh with outward orientation.
 ///
 /// Balls, capsules, cylinders and cones are approximated by inscribed polyhedra, with `segments` (4 to 4096) per circle and about half
-/// as many from pole to pole. The other shapes ignore `segments`, but it must still be in range. Vertices with exactly equal coordinates
-/// are merged.
+/// as many from pole to pole. The other shapes ignore `segments`, but it must still be in range. The triangles are repaired as by
+/// [`TriangleSoup::closed`].
 ///
 /// ```
 /// use hydroelastic::io::surface_from_shape;

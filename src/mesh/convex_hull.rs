@@ -1,15 +1,16 @@
 //! Convex hulls of points, by quickhull [Barber, Dobkin, Huhdanpaa 1996].
 //!
-//! The hull starts as a tetrahedron. A point outside it replaces the facets that it sees by a cone over their boundary, the horizon.
-//! An exact predicate decides which facets a point sees, so that the hull stays closed and convex. A distance decides only which points
-//! count as outside.
+//! The hull starts as a tetrahedron. A point outside the hull replaces the facets visible from it by a cone over their boundary, the
+//! horizon. An exact predicate decides which facets are visible, so that the hull stays closed and convex. A distance decides only which
+//! points count as outside.
 
 use super::coordinates;
 use nalgebra::Vector3;
 use robust::{Coord3D, orient3d};
 use rustc_hash::FxHashMap;
 
-/// Distance below which a point does not extend the hull, relative to the largest coordinate.
+/// Distance below which a point does not extend the hull, relative to the power of two above the largest distance of a point from the
+/// origin.
 const RELATIVE_TOLERANCE: f64 = 1e-10;
 
 /// Points are scaled to this size, and their coordinates are rounded to integers. Products of three then neither overflow nor underflow,
@@ -57,14 +58,15 @@ impl Facet {
 
 struct Hull<'p> {
     points: &'p [Vector3<f64>],
-    /// Facets, or `None` at removed ones.
+    /// Facets. Removed facets are `None`.
     facets: Vec<Option<Facet>>,
     /// Facets that may have points outside.
     waiting: Vec<usize>,
 }
 
 impl<'p> Hull<'p> {
-    /// Returns the tetrahedron of four points that are far from each other, with all points assigned to its facets.
+    /// Returns the tetrahedron of four points that are far from each other, with all points assigned to its facets, or `None` if the
+    /// points lie in a plane.
     fn of_tetrahedron(points: &'p [Vector3<f64>]) -> Option<Self> {
         let farthest = |distance: &dyn Fn(&Vector3<f64>) -> f64| {
             let distances = points.iter().map(distance).enumerate();
@@ -115,7 +117,8 @@ impl<'p> Hull<'p> {
         -orient3d(a, b, c, d)
     }
 
-    /// Assigns each point to the first facet from `start` on that it is outside of. Points within the tolerance are dropped.
+    /// Assigns each point to the first facet, from index `start` on, that has it on its outer side. Points within the tolerance are
+    /// dropped.
     fn assign(&mut self, points: Vec<usize>, start: usize) {
         let new = start..self.facets.len();
         for point in points {
@@ -135,10 +138,10 @@ impl<'p> Hull<'p> {
         self.waiting.extend(new);
     }
 
-    /// Replaces the facets that a point sees, among them the given one.
+    /// Replaces the facets visible from a point. `facet` is one of them.
     fn extend(&mut self, facet: usize, point: usize) {
         let start = self.facets.len();
-        let (horizon, orphans) = self.remove_seen(facet, point);
+        let (horizon, orphans) = self.remove_visible(facet, point);
         let new = || (start..).zip(&horizon);
         let starting: FxHashMap<usize, usize> = new().map(|(k, (edge, _))| (edge[0], k)).collect();
         let ending: FxHashMap<usize, usize> = new().map(|(k, (edge, _))| (edge[1], k)).collect();
@@ -158,16 +161,16 @@ impl<'p> Hull<'p> {
         self.assign(orphans, start);
     }
 
-    /// Removes the facets that a point sees. Returns the edges of the horizon with the facets beyond them, and the points that
+    /// Removes the facets visible from a point. Returns the edges of the horizon with the facets beyond them, and the points that
     /// were outside the removed facets.
-    fn remove_seen(
+    fn remove_visible(
         &mut self,
         facet: usize,
         point: usize,
     ) -> (Vec<([usize; 2], usize)>, Vec<usize>) {
         let (mut horizon, mut orphans) = (Vec::new(), Vec::new());
-        let mut seen = vec![facet];
-        while let Some(facet) = seen.pop() {
+        let mut visible = vec![facet];
+        while let Some(facet) = visible.pop() {
             let Some(facet) = self.facets[facet].take() else {
                 continue;
             };
@@ -177,7 +180,7 @@ impl<'p> Hull<'p> {
                     continue;
                 };
                 if self.height(beyond.corners, point) > 0.0 {
-                    seen.push(neighbor);
+                    visible.push(neighbor);
                 } else {
                     let ends = [facet.corners[edge], facet.corners[(edge + 1) % 3]];
                     horizon.push((ends, neighbor));

@@ -55,7 +55,7 @@ pub(super) fn normalized(mesh: &TetMesh) -> Result<MadeOfDistances, MeshError> {
     Ok(normalized_unsplit(mesh.into_owned(), centers))
 }
 
-/// Does the same without splitting the mesh. `centers` are its last vertices.
+/// Builds the mesh of [`normalized`] without splitting simplices. `centers` are the last vertices of `mesh`.
 pub(super) fn normalized_unsplit(mesh: TetMesh, centers: Vec<Center>) -> MadeOfDistances {
     let surface = SurfaceDistance::of(&mesh);
     let distances = distances(&mesh, &surface);

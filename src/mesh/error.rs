@@ -147,7 +147,7 @@ pub enum MeshError {
         /// Number of times the surface winds around the point.
         layers: f64,
     },
-    /// A dimension of a ready-made shape, or the depth of a skin, is not a positive length.
+    /// A dimension or the resolution of a shape, a depth or a tolerance is not positive and finite.
     #[error("the {name} of a shape must be positive and finite, but is {value}")]
     InvalidDimension {
         /// Name of the dimension.
@@ -155,7 +155,7 @@ pub enum MeshError {
         /// The value.
         value: f64,
     },
-    /// The number of subdivisions or segments of a ready-made shape is out of range.
+    /// The number of subdivisions, segments, sides or points of a ready-made shape is out of range.
     #[error("a shape takes {lowest} to {highest} {name}, not {found}")]
     InvalidResolution {
         /// Name of the number.
@@ -167,13 +167,13 @@ pub enum MeshError {
         /// Largest number allowed.
         highest: usize,
     },
-    /// The resolution of a shape takes too many elements.
-    #[error("a resolution of {value} m takes too many elements: at least {smallest} m is possible")]
+    /// The resolution of a shape needs too many elements.
+    #[error("a resolution of {value} m needs too many elements: try at least {suggested} m")]
     FineResolution {
         /// The resolution (m).
         value: f64,
         /// A larger resolution (m) to try.
-        smallest: f64,
+        suggested: f64,
     },
     /// Two edges of an outline touch or cross, or one of them has no length.
     #[error(
@@ -212,7 +212,7 @@ pub enum MeshError {
         parts: [usize; 2],
         /// Depth (m) of the overlap of two tetrahedra.
         depth: f64,
-        /// Center (m) of one of them in the frame of the body.
+        /// Center (m) of one of these tetrahedra in the body frame.
         near: [f64; 3],
     },
     /// The number of derivatives or rates is not the number of vertices or extents.

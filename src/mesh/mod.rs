@@ -55,7 +55,7 @@ pub use linearized_distances::{DistanceGradient, LinearizedDistances};
 pub use mass::DensityError;
 pub use pressure_field::{FieldTet, PressureField};
 pub use shape_rates::ShapeRates;
-pub use solid::{Resolution, Solid, SolidError};
+pub use solid::{Resolution, Solid, SolidError, SolidWarning};
 pub(crate) use surface::OUTSIDE;
 pub use surface_error::SurfaceError;
 pub use surface_faults::{Fault, SurfaceFaults};

@@ -1,7 +1,7 @@
 //! Search for components of a surface that overlap.
 //!
-//! Rays along x cross the boxes that two components share. Along each ray, the winding number of the surface is known between crossings
-//! with triangles. Where it is at least 2, inside both components, their volumes count twice.
+//! Rays along x cross the boxes that two components share. The winding number of the surface is constant between the crossings of a ray
+//! with triangles. A volume inside both components counts twice if the winding number there is at least 2.
 
 use super::triangle_components::Components;
 use super::{SurfaceWarning, triangle_solid};
@@ -76,16 +76,16 @@ pub(super) fn warning(triangles: &[Corners], members: &Components) -> Option<Sur
     search.warning(&pairs)
 }
 
-/// Returns the pairs of components, neither a cavity, whose boxes overlap.
+/// Returns the pairs of components whose boxes overlap. Cavities are skipped.
 fn pairs(components: &[Component]) -> Vec<[usize; 2]> {
     let is_solid = |&index: &usize| components[index].volume > 0.0;
     let mut order: Vec<usize> = (0..components.len()).filter(is_solid).collect();
     let lower = |index: usize| components[index].aabb.lower.x;
     order.sort_by(|&a, &b| lower(a).total_cmp(&lower(b)));
     let mut pairs = Vec::new();
-    for (place, &first) in order.iter().enumerate() {
+    for (position, &first) in order.iter().enumerate() {
         let aabb = components[first].aabb;
-        let after = order[place + 1..].iter();
+        let after = order[position + 1..].iter();
         for &second in after.take_while(|&&second| lower(second) < aabb.upper.x) {
             if aabb.overlaps(&components[second].aabb) {
                 pairs.push([first, second]);
@@ -157,7 +157,7 @@ impl Search<'_> {
                 };
             }
         }
-        // The ray hit an edge if its end is not outside.
+        // A ray that does not end outside has hit an edge.
         if winding == 0 { intervals } else { Vec::new() }
     }
 

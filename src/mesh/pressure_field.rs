@@ -94,13 +94,12 @@ impl PressureField {
     }
 
     /// Creates the field of [`Self::from_distance`] on a mesh that is refined until the mean error of the interpolated distance is at
-    /// most `tolerance` times the mean distance, over the points at most `depth` (m) below the surface. The default of the depth is
-    /// two fifths of the largest distance of a vertex.
+    /// most `tolerance` times the mean distance, over the points at most `depth` (m) below the surface. The default depth is
+    /// two fifths of the largest distance of a vertex from the surface.
     ///
     /// The field of [`Self::from_distance`] is interpolated between the vertices of the mesh, which makes coarse meshes too soft:
-    /// tetrahedra at edges of the body have several vertices on its surface. [`Self::distance_error`] is the error. Here, the
-    /// tetrahedra with the largest errors are split where the distance has its kinks. The angles of the parts may be small, which does
-    /// not matter to contact.
+    /// tetrahedra at edges of the body have several vertices on its surface. [`Self::distance_error`] returns this error. Here, the
+    /// tetrahedra with the largest errors are split at kinks of the distance. The parts may have small angles, which contact tolerates.
     ///
     /// # Errors
     /// Returns an error if `depth` or `tolerance` is not positive and finite, or if more than 4,000,000 tetrahedra are needed. Also
@@ -116,8 +115,8 @@ impl PressureField {
         )?)
     }
 
-    /// Creates the field of [`Self::from_distance_within`] and its linearization with respect to the vertices of the mesh. The places of
-    /// the new vertices on their edges are held fixed.
+    /// Creates the field of [`Self::from_distance_within`] and its linearization with respect to the vertices of the mesh. Each new
+    /// vertex keeps its relative position on its edge.
     ///
     /// # Errors
     /// Returns the errors of [`Self::from_distance_within`].
@@ -132,11 +131,12 @@ impl PressureField {
         )
     }
 
-    /// Returns the mean difference between the exact distance to the surface and the distance interpolated in the tetrahedra, over the
-    /// mean distance. The means are over points at most `depth` (m) below the surface: the centroids of tetrahedra and the midpoints of
+    /// Returns the mean difference between the exact distance to the surface and the distance interpolated in the tetrahedra, divided by
+    /// the mean distance. The means are over points at most `depth` (m) below the surface: the centroids of tetrahedra and the midpoints of
     /// their edges, weighted by volume.
     ///
-    /// If the extent is the distance, the force of a contact up to this depth is off by about this share.
+    /// The default depth is that of [`Self::from_distance_within`]. If the extent is the distance, the result is about the relative error
+    /// of the force of a contact up to this depth.
     #[must_use]
     pub fn distance_error(&self, depth: Option<f64>) -> f64 {
         refinement::distance_error(&self.mesh, depth)
@@ -147,7 +147,7 @@ impl PressureField {
         Self::new(made.mesh, made.extents)
     }
 
-    /// Creates the same field and its linearization.
+    /// Creates the field of a mesh with distances, and its linearization.
     pub(super) fn linearized_made(
         mut made: MadeOfDistances,
         linearized: impl FnOnce(MadeOfDistances) -> LinearizedDistances,

@@ -127,8 +127,7 @@ fn subsets<const SIZE: usize>(vertices: &[usize]) -> impl Iterator<Item = [usize
     })
 }
 
-/// Splits every tetrahedron at the new vertices, which are appended to the vertices of the mesh. The first ones of the list split
-/// first.
+/// Splits every tetrahedron at the new vertices, in their order. The new vertices are appended to the vertices of the mesh.
 pub(super) fn divided<const SIZE: usize>(
     mesh: &TetMesh,
     divisions: &[Division<SIZE>],

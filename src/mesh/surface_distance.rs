@@ -17,25 +17,28 @@ pub(super) struct SurfaceDistance {
     rounding: f64,
 }
 
-/// Returns the distance (m) from a point to the closest of the triangles in a hierarchy over their indices.
-pub(super) fn nearest_distance<'t>(
+/// Returns the triangle closest to a point, of those in a hierarchy over their indices, and its distance (m).
+pub(super) fn nearest<'t>(
     point: &Vector3<f64>,
     bvh: &Bvh<usize>,
     triangle: impl Fn(usize) -> &'t Triangle,
-) -> f64 {
+) -> (usize, f64) {
     let rounding = ROUNDING * bvh.bounds().half_extents().norm();
-    let mut least = f64::INFINITY;
+    let mut nearest = (0, f64::INFINITY);
     bvh.visit_outwards(point, |index| {
         let triangle = triangle(index);
         // The plane of a flat triangle is NaN, so a flat triangle is never skipped.
-        let is_beyond = triangle.distance_to_plane(point) > least + rounding;
+        let is_beyond = triangle.distance_to_plane(point) > nearest.1 + rounding;
         if !is_beyond {
-            least = least.min(triangle.distance_to(point));
+            let distance = triangle.distance_to(point);
+            if distance < nearest.1 {
+                nearest = (index, distance);
+            }
         }
         // A box farther away than this has no closer triangle, in spite of rounding.
-        (least + rounding).powi(2)
+        (nearest.1 + rounding).powi(2)
     });
-    least
+    nearest
 }
 
 /// A triangle of the surface.
@@ -66,7 +69,7 @@ impl SurfaceDistance {
 
     /// Returns the distance (m) from a point to the closest triangle.
     pub fn to(&self, point: &Vector3<f64>) -> f64 {
-        nearest_distance(point, &self.bvh, |index| &self.triangles[index].triangle)
+        nearest(point, &self.bvh, |index| &self.triangles[index].triangle).1
     }
 
     /// Returns the diagonal (m) of the bounding box of the surface.

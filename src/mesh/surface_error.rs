@@ -58,7 +58,7 @@ pub enum SurfaceError {
         vertex: usize,
     },
     /// A triangle is too thin to have an accurate normal. [`TriangleSoup::closed`](super::TriangleSoup::closed) removes such triangles.
-    #[error("triangle {triangle} at {} m is a line to round-off", point(at))]
+    #[error("triangle {triangle} at {} m has no area, to round-off", point(at))]
     ThinTriangle {
         /// Index of the triangle.
         triangle: usize,
@@ -68,7 +68,7 @@ pub enum SurfaceError {
     /// The triangles do not enclose a solid: edges belong to one triangle only, or triangles are oriented inconsistently.
     #[error(
         "the surface is not closed: {0}. The convex hull of the triangles is closed (TriangleSoup::convex_hull, hull=True in Python), and \
-         so is a solid of tetrahedra around them"
+         TriangleSoup::solid fills them with tetrahedra"
     )]
     NotClosed(Box<SurfaceFaults>),
     /// The points of a convex hull lie in a plane to within rounding error, or there are fewer than four.
@@ -94,8 +94,8 @@ pub enum SurfaceError {
     },
     /// A connected component is oriented inwards but is not a cavity in another component.
     #[error(
-        "the component of triangle {triangle} at {} m is turned inwards: it encloses {volume:.3e} m³, and is no cavity, for it does not lie \
-         inside another component; if all components are turned inwards, TriangleSoup::flipped turns them (flip=True in Python)",
+        "the component of triangle {triangle} at {} m is turned inwards: it encloses {volume:.3e} m³, but is not a cavity, because it does \
+         not lie inside another component; if all components are turned inwards, TriangleSoup::flipped reverses them (flip=True in Python)",
         point(at)
     )]
     Inward {

@@ -1,7 +1,7 @@
 use nalgebra::Vector3;
 use std::fmt;
 
-/// Faults of triangles that do not close.
+/// Faults of triangles that are not a closed surface.
 #[derive(Debug, Clone, Default, PartialEq)]
 #[non_exhaustive]
 pub struct SurfaceFaults {
@@ -9,8 +9,8 @@ pub struct SurfaceFaults {
     pub open: Option<Fault<2>>,
     /// Edges of two triangles with inconsistent orientations.
     pub inconsistent: Option<Fault<2>>,
-    /// Edges of more than two triangles that do not run equally often in both directions.
-    pub crowded: Option<Fault<2>>,
+    /// Edges of more than two triangles, with unequal numbers of triangles in the two directions.
+    pub unbalanced: Option<Fault<2>>,
     /// Triangles without area, to within rounding error.
     pub thin: Option<Fault<3>>,
 }
@@ -21,7 +21,7 @@ pub struct SurfaceFaults {
 pub struct Fault<const N: usize> {
     /// Number of edges or triangles.
     pub count: usize,
-    /// Corners of the first of them (m), in the order of a triangle.
+    /// Corners (m) of the first edge or triangle, in the order of the triangle.
     pub first: [Vector3<f64>; N],
 }
 
@@ -43,8 +43,8 @@ impl fmt::Display for SurfaceFaults {
                 "edges have two triangles of inconsistent orientation",
             ),
             (
-                &self.crowded,
-                "edges have an unbalanced number of triangles above two",
+                &self.unbalanced,
+                "edges have more than two triangles of unbalanced orientations",
             ),
         ];
         let edges = edges.into_iter().filter_map(|(fault, kind)| {

@@ -2,16 +2,16 @@ use super::surface_faults::point;
 use crate::geometry::Aabb;
 use nalgebra::Vector3;
 
-/// Sizes (m) of bodies that no unit has to be suspected of. Millimeters that are read as meters exceed the upper limit.
-const COMMON_SIZES: std::ops::RangeInclusive<f64> = 1e-4..=100.0;
+/// Usual sizes (m) of bodies. A body of more than 100 mm exceeds the upper limit if its millimeters are read as meters.
+const USUAL_SIZES: std::ops::RangeInclusive<f64> = 1e-4..=100.0;
 
-/// A property of a surface that is accepted, but is probably not intended.
+/// Property of a surface that is accepted, but may be a mistake.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SurfaceWarning {
-    /// Vertices were merged that had different positions, because the surface was not closed otherwise.
+    /// Vertices at different positions were merged, because the surface was not closed otherwise.
     #[error(
-        "{vertex_count} vertices were moved by up to {distance:.1e} m to the vertices beside them, which closes the surface"
+        "{vertex_count} vertices were moved by up to {distance:.1e} m onto other vertices, to close the surface"
     )]
     Welded {
         /// Number of vertices that moved.
@@ -19,10 +19,10 @@ pub enum SurfaceWarning {
         /// Largest displacement (m).
         distance: f64,
     },
-    /// Parts of the surface overlap. Their common volume counts several times in the volume and the mass, and several times in contact.
+    /// Components of the surface overlap. Volume, mass and contact forces count their common volume more than once.
     #[error(
-        "{pair_count} pairs of components overlap, the first near {}: about {volume:.2e} m³ count twice in volume, mass and force; a \
-         solid of tetrahedra of these triangles, or their convex hull, counts them once",
+        "{pair_count} pairs of components overlap, the first near {} m: about {volume:.2e} m³ counts twice in volume, mass and force; a \
+         Solid of these triangles, or their convex hull, counts it once",
         point(near)
     )]
     Overlap {
@@ -35,7 +35,7 @@ pub enum SurfaceWarning {
     },
     /// The unit of length is probably wrong.
     #[error(
-        "the surface is {size:.3e} m large: is this the unit of the file? A unit of 1e-3 m reads millimeters"
+        "the surface is {size:.3e} m large: is the unit correct? A unit of 1e-3 m reads millimeters"
     )]
     Size {
         /// Longest side (m) of the bounding box.
@@ -54,5 +54,5 @@ impl SurfaceWarning {
 /// Returns the longest side (m) of the bounding box of a body if it is unusual: above 100 m or below 0.1 mm.
 pub(crate) fn unusual_size(aabb: &Aabb) -> Option<f64> {
     let size = 2.0 * aabb.half_extents().amax();
-    (!COMMON_SIZES.contains(&size)).then_some(size)
+    (!USUAL_SIZES.contains(&size)).then_some(size)
 }

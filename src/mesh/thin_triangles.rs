@@ -1,4 +1,4 @@
-//! Removal of triangles without area from a surface that stays closed.
+//! Removal of triangles without area. A closed surface stays closed.
 
 use super::surface_faults::Fault;
 use super::triangle_checks::is_thin;
@@ -37,7 +37,7 @@ pub(super) fn split(
 
 struct Splitting<'v> {
     vertices: &'v [Vector3<f64>],
-    /// Triangles, or `None` at removed ones.
+    /// Triangles. Removed triangles are `None`.
     triangles: Vec<Option<[usize; 3]>>,
     /// Triangles with an edge in this direction. Some may have been removed.
     by_edge: FxHashMap<[usize; 2], Vec<usize>>,
@@ -97,7 +97,7 @@ impl<'v> Splitting<'v> {
         }
     }
 
-    /// Returns a triangle with this edge other than the given one, if possible one with an area.
+    /// Returns another triangle with this directed edge, preferably one with an area.
     fn neighbor(&self, index: usize, edge: [usize; 2]) -> Option<usize> {
         let candidates = self.by_edge.get(&edge)?.iter().copied();
         let present = candidates.filter(|&other| other != index && self.triangles[other].is_some());

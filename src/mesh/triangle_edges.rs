@@ -1,8 +1,8 @@
 //! The neighbors of triangles across their edges.
 //!
-//! Two triangles of opposite directions usually meet in an edge. Where parts of a solid touch in an edge, four or more meet, with equally
-//! many in each direction. Around the edge, parts of the solid alternate with gaps. The two triangles at the sides of one part become
-//! neighbors, so that the parts are not connected.
+//! Usually two triangles meet in an edge and run along it in opposite directions. If parts of a solid touch in an edge, four or more
+//! triangles meet, equally many in each direction. Around the edge, parts of the solid alternate with gaps. The two triangles at the
+//! sides of one part become neighbors, so that the parts are not connected.
 
 use super::surface_faults::{Fault, SurfaceFaults};
 use crate::scalar::portable::atan2;
@@ -12,7 +12,7 @@ use std::f64::consts::TAU;
 /// A half-edge: an edge as part of one triangle.
 #[derive(Clone, Copy)]
 struct HalfEdge {
-    /// The vertices of the edge, the lower one first.
+    /// The vertices of the edge, the lower index first.
     edge: [u32; 2],
     triangle: u32,
     /// The corner of the triangle opposite to the edge.
@@ -23,7 +23,7 @@ struct HalfEdge {
 
 /// Returns the neighbors of each triangle. Entry k is the triangle across the edge opposite to corner k.
 ///
-/// Fails unless every edge has equally many half-edges in both directions. Sorting takes O(n log n) time. A `u32` must be
+/// Returns the faults unless every edge has equally many half-edges in both directions. Sorting takes O(n log n) time. A `u32` must be
 /// able to count the triangles and vertices.
 pub(super) fn neighbors(
     vertices: &[Vector3<f64>],
@@ -35,7 +35,7 @@ pub(super) fn neighbors(
         neighbors[a.triangle as usize][usize::from(a.corner)] = b.triangle;
         neighbors[b.triangle as usize][usize::from(b.corner)] = a.triangle;
     };
-    let (mut open, mut inconsistent, mut crowded) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut open, mut inconsistent, mut unbalanced) = (Vec::new(), Vec::new(), Vec::new());
     for group in half_edges.chunk_by_mut(|a, b| a.edge == b.edge) {
         let forwards = group.iter().filter(|half_edge| half_edge.forwards).count();
         let count = group.len();
@@ -43,10 +43,10 @@ pub(super) fn neighbors(
             [a, b] if forwards == 1 => connect([a, b]),
             [alone] => open.push(*alone),
             [first, _] => inconsistent.push(*first),
-            [first, ..] if 2 * forwards != count => crowded.push(*first),
+            [first, ..] if 2 * forwards != count => unbalanced.push(*first),
             _ => {
                 sort_around_edge(group, vertices, triangles);
-                wedges(group, &mut connect);
+                connect_wedges(group, &mut connect);
             }
         }
     }
@@ -57,7 +57,7 @@ pub(super) fn neighbors(
     let faults = SurfaceFaults {
         open: fault(&open),
         inconsistent: fault(&inconsistent),
-        crowded: fault(&crowded),
+        unbalanced: fault(&unbalanced),
         thin: None,
     };
     if faults == SurfaceFaults::default() {
@@ -92,7 +92,7 @@ fn sorted_half_edges(triangles: &[[usize; 3]]) -> Vec<HalfEdge> {
 
 /// Sorts the half-edges of one edge by the angles of their triangles around the edge.
 ///
-/// At one angle, a triangle that ends a part of the solid precedes one that begins a part.
+/// At equal angles, a triangle that ends a part of the solid precedes a triangle that begins a part.
 fn sort_around_edge(group: &mut [HalfEdge], vertices: &[Vector3<f64>], triangles: &[[usize; 3]]) {
     let [lower, higher] = group[0].edge.map(|vertex| vertices[vertex as usize]);
     let axis = (higher - lower).normalize();
@@ -116,7 +116,7 @@ fn sort_around_edge(group: &mut [HalfEdge], vertices: &[Vector3<f64>], triangles
 ///
 /// The outer side of a forward triangle is at increasing angles. So a backward triangle begins a part of the solid, and the matching
 /// forward triangle ends it, like parentheses on a circle.
-fn wedges<'e>(group: &'e [HalfEdge], mut connect: impl FnMut([&'e HalfEdge; 2])) {
+fn connect_wedges<'e>(group: &'e [HalfEdge], mut connect: impl FnMut([&'e HalfEdge; 2])) {
     let mut begun = Vec::new();
     // The second round ends the parts that contain angle 0.
     for half_edge in group.iter().chain(group) {

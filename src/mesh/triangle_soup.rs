@@ -10,7 +10,7 @@ use nalgebra::Vector3;
 /// above the rounding error of coordinates in single precision, and the third above the error of files with 6 digits.
 const TOLERANCES: [f64; 3] = [0.0, 1e-7, 1e-6];
 
-/// Triangles as files and modelers have them, before any check: they may be open, overlap, or be oriented inconsistently.
+/// Unvalidated triangles, for example of a file: they may have holes, overlap, or be oriented inconsistently.
 ///
 /// [`Self::closed`] makes a surface from triangles that enclose a solid, and repairs them if the meaning is clear. The other methods are
 /// repairs on request.
@@ -55,8 +55,8 @@ impl TriangleSoup {
 
     /// Merges vertices at most `tolerance` (m) apart, and drops unused vertices. A tolerance of 0 merges equal positions only.
     ///
-    /// Merging is transitive: vertices are merged if a chain of vertices connects them, each at most the tolerance from the next. They
-    /// become the first of them. Triangles with two corners at one vertex are dropped. So are pairs of triangles with the same corners
+    /// Merging is transitive: vertices are merged if a chain of vertices connects them, each at most the tolerance from the next. The
+    /// first vertex of a chain is kept. Triangles with two corners at one vertex are dropped. So are pairs of triangles with the same corners
     /// and opposite orientations, because nothing lies between them. Triangles and vertices keep their order.
     ///
     /// # Errors
@@ -78,8 +78,8 @@ impl TriangleSoup {
 
     /// Returns the surface of the convex hull of all vertices, including unused ones.
     ///
-    /// The vertices of the hull are vertices of the soup. Vertices closer to the hull than 1e-10 of its size may be outside it. The
-    /// algorithm is quickhull [Barber, Dobkin, Huhdanpaa 1996] with exact predicates.
+    /// The vertices of the hull are vertices of the soup. Other vertices are outside it by at most 2e-10 of the largest distance of a
+    /// vertex from the origin. The algorithm is quickhull [Barber, Dobkin, Huhdanpaa 1996] with exact predicates.
     ///
     /// # Errors
     /// Returns an error if a coordinate is not finite, or if the vertices lie in a plane.
@@ -96,18 +96,18 @@ impl TriangleSoup {
 
     /// Creates the closed surface of a solid.
     ///
-    /// The triangles may have the following defects. [`TriangleSurface::warnings`] then reports a repair that moves vertices.
+    /// The following defects are repaired. [`TriangleSurface::warnings`] reports a repair that moves vertices.
     ///
-    /// - Vertices may be unused, or several at one position. Equal positions are merged. If the surface is then not closed, vertices
-    ///   are merged within 1e-7, or else 1e-6, of the diagonal of the bounding box, as by [`Self::welded`].
-    /// - Triangles may have no area. If the corners lie on a line, the triangle across the longest edge is split in two.
-    /// - Pairs of triangles with the same corners may have opposite orientations. They are dropped.
+    /// - Unused vertices are dropped, and vertices at equal positions are merged. If the surface is then not closed, vertices are
+    ///   merged within 1e-7, or else 1e-6, of the diagonal of the bounding box, as by [`Self::welded`].
+    /// - A triangle whose corners lie on a line is removed, and the triangle across its longest edge is split in two.
+    /// - Pairs of triangles with the same corners and opposite orientations are dropped.
     ///
     /// A repaired surface lists its split triangles last.
     ///
     /// # Errors
     /// Returns [`SurfaceError::NotClosed`] with all faults if the surface is not closed. Also returns the other errors of
-    /// [`TriangleSurface::new`]. They name a triangle by its index after the repairs, and by a point on it.
+    /// [`TriangleSurface::new`], which name a triangle by its index after the repairs, and by a point on it.
     pub fn closed(self) -> Result<TriangleSurface, SurfaceError> {
         self.checked_corners()?;
         let corners = self.triangles.as_flattened().iter();

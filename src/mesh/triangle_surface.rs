@@ -8,13 +8,13 @@ use crate::spatial::{MassGradient, MassProperties};
 use nalgebra::Vector3;
 
 /// The closed surface of a solid: triangles, counter-clockwise when seen from outside. Two triangles meet in every
-/// edge, or a larger even number where parts of the solid touch. [`TriangleSoup`](super::TriangleSoup) repairs triangles that are not yet
+/// edge, or a larger even number if parts of the solid touch there. [`TriangleSoup`](super::TriangleSoup) repairs triangles that are not yet
 /// a surface.
 ///
 /// A surface is `f64` and validated once. Vertices are finite and in use. Triangles have a normal, and components
 /// enclose a volume.
 ///
-/// A surface may have several connected components, which may touch at vertices. A component whose triangles face
+/// A surface may have several connected components, which may touch at vertices and edges. A component whose triangles face
 /// inwards has a negative volume and is a cavity. It must lie inside another component, which is checked at one point.
 ///
 /// Self-intersection is accepted. If the surface intersects itself, or a component that is not a cavity lies inside another, each part
@@ -113,8 +113,7 @@ impl TriangleSurface {
         Self::new(vertices, triangles)
     }
 
-    /// Returns the properties of the surface that are probably not intended: vertices that were merged, components that overlap, and an
-    /// unusual size.
+    /// Returns properties of the surface that may be mistakes: vertices that were merged, components that overlap, and an unusual size.
     ///
     /// Overlaps are found by about 16,000 rays through the boxes that components share. An overlap is reported if it is larger than a
     /// thousandth of the smaller component. Surfaces of one component are not searched.
@@ -166,7 +165,7 @@ impl TriangleSurface {
         &self.neighbors
     }
 
-    /// Returns the number of connected components. Components that touch only at vertices are counted separately.
+    /// Returns the number of connected components. Components that touch at vertices or edges are counted separately.
     #[must_use]
     pub fn component_count(&self) -> usize {
         self.component_starts.len()

@@ -1,4 +1,4 @@
-//! Merging of vertices, and removal of what is unused or cancels afterwards.
+//! Merging of vertices, and removal of the vertices that are then unused and the triangles that then cancel.
 
 use super::SurfaceWarning;
 use nalgebra::Vector3;
@@ -20,7 +20,8 @@ pub(super) struct Welded {
     pub warning: Option<SurfaceWarning>,
 }
 
-/// Merges vertices within a tolerance (m), as [`TriangleSoup::welded`](super::TriangleSoup::welded) does. All indices must be in range, and all used vertices finite.
+/// Merges vertices within a tolerance (m), as [`TriangleSoup::welded`](super::TriangleSoup::welded) does. All indices must be in range,
+/// and all used vertices finite.
 pub(super) fn welded(
     vertices: &[Vector3<f64>],
     triangles: &[[usize; 3]],
@@ -35,11 +36,11 @@ pub(super) fn welded(
         }
         used.sort_unstable();
         used.dedup();
-        let mut chains = Chains::of(&used);
-        chains.connect(vertices, tolerance);
-        warning = chains.moved(vertices);
+        let mut sets = DisjointSets::of(&used);
+        sets.connect(vertices, tolerance);
+        warning = sets.moved(vertices);
         for vertex in &mut first {
-            *vertex = chains.first_of(*vertex);
+            *vertex = sets.first_of(*vertex);
         }
     }
     let merged = triangles.iter().map(|corners| corners.map(|v| first[v]));
@@ -69,13 +70,13 @@ pub(super) fn position_key(point: &Vector3<f64>) -> [u64; 3] {
 }
 
 /// Disjoint sets of vertices. Each set is a tree whose root is its lowest vertex.
-struct Chains {
+struct DisjointSets {
     /// Next vertex on the path to the root. The root is its own parent.
     parents: FxHashMap<usize, usize>,
     vertices: Vec<usize>,
 }
 
-impl Chains {
+impl DisjointSets {
     fn of(vertices: &[usize]) -> Self {
         Self {
             parents: vertices.iter().map(|&vertex| (vertex, vertex)).collect(),
@@ -83,7 +84,7 @@ impl Chains {
         }
     }
 
-    /// Returns the first vertex of the set of a vertex. A vertex without a set is its own.
+    /// Returns the first vertex of the set of a vertex, or the vertex itself if it is in no set.
     fn first_of(&mut self, mut vertex: usize) -> usize {
         while let Some(&parent) = self.parents.get(&vertex)
             && parent != vertex
@@ -95,8 +96,8 @@ impl Chains {
         vertex
     }
 
-    /// Connects all pairs of vertices within the tolerance (m). A grid limits the search to the cells that a box of this size around a
-    /// vertex overlaps, so that cell borders have no influence.
+    /// Connects all pairs of vertices within the tolerance (m). A grid limits the search to the cells that overlap a box around the
+    /// vertex, so that the result does not depend on the borders of cells.
     fn connect(&mut self, positions: &[Vector3<f64>], tolerance: f64) {
         let cell_of = |position: Vector3<f64>| (position / (CELL_SIZE * tolerance)).map(f64::floor);
         let mut cells: FxHashMap<[u64; 3], Vec<usize>> = FxHashMap::default();
@@ -123,7 +124,7 @@ impl Chains {
         }
     }
 
-    /// Returns the number of vertices that are not the first of their set, and their largest distance (m) from the first.
+    /// Reports the number of vertices that are not the first of their set, and their largest distance (m) from the first.
     fn moved(&mut self, positions: &[Vector3<f64>]) -> Option<SurfaceWarning> {
         let (mut vertex_count, mut distance) = (0, 0.0_f64);
         for vertex in self.vertices.clone() {

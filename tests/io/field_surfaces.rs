@@ -1,4 +1,4 @@
-//! Surface files as programs write them, in `tests/data/field_files`: each has its solid, or an error that names the remedy.
+//! Surface files as programs write them, in `tests/data/field_files`. Each file has its solid, or an error that names the remedy.
 
 use hydroelastic::io::{FileError, Placement, read_triangle_surface, read_triangles};
 use hydroelastic::mesh::{SurfaceError, SurfaceFaults, SurfaceWarning, TriangleSurface};
@@ -105,11 +105,11 @@ fn faults(name: &str) -> SurfaceFaults {
 }
 
 #[test]
-fn open_files_tell_all_faults_and_have_a_hull() {
+fn open_files_report_all_faults_and_have_a_hull() {
     let open = faults("open_box.obj");
     assert_eq!(open.open.map(|fault| fault.count), Some(4));
     assert_eq!(
-        (open.inconsistent, open.crowded, open.thin),
+        (open.inconsistent, open.unbalanced, open.thin),
         (None, None, None)
     );
     let reversed = faults("open_and_reversed.obj");

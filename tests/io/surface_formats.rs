@@ -212,7 +212,7 @@ fn gltf_files_in_text_have_embedded_buffers() {
 }
 
 #[test]
-fn gltf_files_that_are_wrong_are_refused() {
+fn invalid_gltf_files_are_refused() {
     for (node, mode, expected) in [
         (r#", "children": [1]"#, "", "too deep, or contains itself"),
         (r#", "children": [7]"#, "", "a node does not exist"),
@@ -223,7 +223,7 @@ fn gltf_files_that_are_wrong_are_refused() {
     }
     let file = glb("", "");
     let cut = refusal("cut.glb", &file[..file.len() - 1]);
-    assert!(cut.contains("is missing or cut"), "{cut}");
+    assert!(cut.contains("is missing or truncated"), "{cut}");
     for offset in (0..file.len()).step_by(3) {
         let mut damaged = file.clone();
         damaged[offset] ^= 0x11;
@@ -290,7 +290,7 @@ fn collada_scenes_have_units_an_up_axis_and_nodes() {
 }
 
 #[test]
-fn collada_files_that_are_wrong_are_refused() {
+fn invalid_collada_files_are_refused() {
     let bomb: String = (0..60).fold(String::new(), |text, k| {
         let next = if k == 59 {
             "part".to_owned()
@@ -316,7 +316,7 @@ fn collada_files_that_are_wrong_are_refused() {
         (
             &FACES.replace("0 9 2", "0 9 two"),
             NODE,
-            "\"two\" in place of a number",
+            "\"two\" instead of a number",
         ),
         ("", NODE, "at least 4 triangles"),
     ] {

@@ -12,7 +12,7 @@ mod brute_force;
 /// Relative rounding error of sums over some thousand tetrahedra.
 const SUM_ROUND_OFF: f64 = 1e-12;
 
-/// Distance of a point outside its hull, relative to the size of the hull.
+/// Distance of a point outside its hull, relative to the largest distance of a vertex of the hull from the origin.
 const TOLERANCE: f64 = 2e-10;
 
 /// Time limit for 20,000 points on a sphere, which took 0.05 s in the last measurement.
@@ -129,7 +129,7 @@ fn points_on_common_planes_and_lines_have_a_hull() {
 
 proptest! {
     #[test]
-    fn hulls_are_those_of_brute_force(
+    fn hulls_match_brute_force(
         points in prop::collection::vec(prop::array::uniform3(-1.0..1.0), 4..20),
     ) {
         let points: Vec<Vector3<f64>> = points.into_iter().map(Vector3::from).collect();

@@ -76,7 +76,7 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<FileContents, FileError>
 
 fn number<T: FromStr>(word: Option<&str>, line: &Cursor) -> Result<T, FileError> {
     let number = word.and_then(|word| word.parse().ok());
-    number.ok_or_else(|| line.error("expected numbers that commas separate"))
+    number.ok_or_else(|| line.error("expected numbers separated by commas"))
 }
 
 /// Block that a line with a keyword begins.

@@ -1,5 +1,5 @@
-//! Reader of COLLADA files: the triangles and polygons of the scene, with the transforms of its nodes. Materials, skins and animations
-//! are ignored.
+//! Reader of COLLADA files: the triangles and polygons of the scene, with the transforms of its nodes. Materials, animations and the
+//! deformation by skins are ignored.
 
 use super::FileError;
 use super::polygons::add_polygon;
@@ -12,11 +12,12 @@ use std::path::Path;
 
 type Cause = Box<dyn std::error::Error + Send + Sync>;
 
-/// Rotations that turn the x axis and the y axis upwards, along z.
+/// Rotation of the x axis onto z.
 const X_UP: Matrix3<f64> = Matrix3::new(0.0, -1.0, 0.0, 0.0, 0.0, -1.0, 1.0, 0.0, 0.0);
+/// Rotation of the y axis onto z.
 pub(super) const Y_UP: Matrix3<f64> = Matrix3::new(1.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, 1.0, 0.0);
 
-/// Reads a file (m), and the rotation that turns its up axis along z.
+/// Reads the triangles (m) of a file in its own axes, and the rotation of its up axis onto z.
 pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<(TriangleSoup, Matrix3<f64>), FileError> {
     parse(bytes).map_err(|source| FileError::Syntax {
         path: path.into(),
@@ -36,7 +37,7 @@ fn parse(bytes: &[u8]) -> Result<(TriangleSoup, Matrix3<f64>), Cause> {
     let unit = asset.and_then(|asset| child(asset, "unit")?.attribute("meter"));
     let unit = unit.map_or(Ok(1.0), str::parse::<f64>)?;
     let up = asset.and_then(|asset| child(asset, "up_axis")?.text());
-    let turn = match up.map(str::trim) {
+    let rotation = match up.map(str::trim) {
         Some("X_UP") => X_UP,
         Some("Z_UP") => Matrix3::identity(),
         _ => Y_UP,
@@ -49,7 +50,7 @@ fn parse(bytes: &[u8]) -> Result<(TriangleSoup, Matrix3<f64>), Cause> {
         parts: HashMap::new(),
         scene: Scene::of_file(bytes.len()),
     };
-    Ok((reader.soup(root, Matrix4::new_scaling(unit))?, turn))
+    Ok((reader.soup(root, Matrix4::new_scaling(unit))?, rotation))
 }
 
 struct Reader<'a> {
@@ -70,7 +71,7 @@ impl<'a> Reader<'a> {
             // A file without a scene is a library of geometries.
             let geometries = root
                 .descendants()
-                .filter(|node| node.has_tag_name_of("geometry"));
+                .filter(|node| node.has_local_name("geometry"));
             for geometry in geometries.collect::<Vec<_>>() {
                 self.add(geometry, &unit)?;
             }
@@ -80,21 +81,21 @@ impl<'a> Reader<'a> {
 
     fn add_nodes(
         &mut self,
-        mut waiting: Vec<(Node<'a, 'a>, usize, Matrix4<f64>)>,
+        mut stack: Vec<(Node<'a, 'a>, usize, Matrix4<f64>)>,
     ) -> Result<(), Cause> {
-        while let Some((node, depth, parent)) = waiting.pop() {
+        while let Some((node, depth, parent)) = stack.pop() {
             if depth > MAX_DEPTH {
                 return Err("the tree of nodes is too deep, or contains itself".into());
             }
             let transform = parent * transform(node)?;
-            // An empty part counts visits of nodes.
+            // Each visit of a node counts towards the limit of the scene, even if the node has no triangles.
             self.scene.add(&TriangleSoup::default(), &transform)?;
             for element in node.children().filter(Node::is_element) {
                 match element.tag_name().name() {
-                    "node" => waiting.push((element, depth + 1, transform)),
+                    "node" => stack.push((element, depth + 1, transform)),
                     "instance_node" => {
                         let node = self.target(element, "url")?;
-                        waiting.push((node, depth + 1, transform));
+                        stack.push((node, depth + 1, transform));
                     }
                     "instance_geometry" => {
                         let geometry = self.target(element, "url")?;
@@ -155,7 +156,7 @@ impl<'a> Reader<'a> {
         let start = part.vertices.len();
         part.vertices.extend(self.positions(inputs[vertex])?);
         let count = part.vertices.len() - start;
-        let paths = list.descendants().filter(|node| node.has_tag_name_of("p"));
+        let paths = list.descendants().filter(|node| node.has_local_name("p"));
         for path in paths {
             let indices: Vec<usize> = numbers(path)?;
             let corners = indices
@@ -189,7 +190,7 @@ impl<'a> Reader<'a> {
         let numbers: Vec<f64> = child(source, "float_array").map_or(Ok(Vec::new()), numbers)?;
         let accessor = source
             .descendants()
-            .find(|node| node.has_tag_name_of("accessor"));
+            .find(|node| node.has_local_name("accessor"));
         let stride = accessor.and_then(|accessor| accessor.attribute("stride"));
         let stride = stride.map_or(Ok(3), str::parse::<usize>)?;
         if stride < 3 {
@@ -223,7 +224,7 @@ fn add_polygons(
     for count in counts {
         let (polygon, after) = rest
             .split_at_checked(count)
-            .ok_or("the list of polygons is cut")?;
+            .ok_or("the list of polygons is truncated")?;
         add_polygon(part, polygon)?;
         rest = after;
     }
@@ -260,7 +261,7 @@ fn numbers<T: std::str::FromStr>(element: Node) -> Result<Vec<T>, Cause> {
     let number = |word: &str| {
         word.parse().map_err(|_| {
             let start: String = word.chars().take(40).collect();
-            format!("<{tag}> has {start:?} in place of a number").into()
+            format!("<{tag}> has {start:?} instead of a number").into()
         })
     };
     words.map(number).collect()
@@ -268,20 +269,20 @@ fn numbers<T: std::str::FromStr>(element: Node) -> Result<Vec<T>, Cause> {
 
 fn children<'a>(node: Node<'a, 'a>, tag: &str) -> impl Iterator<Item = Node<'a, 'a>> {
     node.children()
-        .filter(move |child| child.has_tag_name_of(tag))
+        .filter(move |child| child.has_local_name(tag))
 }
 
 fn child<'a>(node: Node<'a, 'a>, tag: &str) -> Option<Node<'a, 'a>> {
-    node.children().find(|child| child.has_tag_name_of(tag))
+    node.children().find(|child| child.has_local_name(tag))
 }
 
-trait HasTag {
-    /// Returns true for an element with this tag in any namespace.
-    fn has_tag_name_of(&self, tag: &str) -> bool;
+trait LocalName {
+    /// Returns true for an element with this name in any namespace.
+    fn has_local_name(&self, tag: &str) -> bool;
 }
 
-impl HasTag for Node<'_, '_> {
-    fn has_tag_name_of(&self, tag: &str) -> bool {
+impl LocalName for Node<'_, '_> {
+    fn has_local_name(&self, tag: &str) -> bool {
         self.is_element() && self.tag_name().name() == tag
     }
 }

@@ -29,7 +29,7 @@ pub fn write_surface(path: impl AsRef<Path>, surface: &ContactSurface) -> Result
     atomic_write(path, |file| file.write_all(&bytes))
 }
 
-/// Numbers of a surface.
+/// Arrays of the file of a contact surface.
 struct Arrays {
     points: Vec<f64>,
     corner_pressures: Vec<f64>,

@@ -4,12 +4,12 @@ use super::{FileError, syntax_error::excerpt};
 use std::path::Path;
 use std::str::FromStr;
 
-/// Position in a file of words, lines and binary numbers.
+/// Position in a file, from which words, lines and binary numbers are read.
 #[derive(Clone, Copy)]
 pub(super) struct Cursor<'a> {
     file: TextFile<'a>,
     rest: &'a [u8],
-    /// Order of the bytes of binary numbers, or `None` if numbers are words.
+    /// Order of the bytes of binary numbers, or `None` if numbers are text.
     pub binary: Option<ByteOrder>,
 }
 
@@ -76,7 +76,7 @@ impl<'a> Cursor<'a> {
         }
         let end = self.rest.iter().position(u8::is_ascii_whitespace);
         let (word, rest) = self.rest.split_at(end.unwrap_or(self.rest.len()));
-        let word = std::str::from_utf8(word).map_err(|_| self.error("this is not text"))?;
+        let word = std::str::from_utf8(word).map_err(|_| self.error("expected text"))?;
         self.rest = rest;
         Ok(word)
     }
@@ -108,12 +108,12 @@ impl<'a> Cursor<'a> {
     }
 
     /// Next integer.
-    pub fn whole(&mut self, scalar: Scalar) -> Result<i64, FileError> {
+    pub fn integer(&mut self, scalar: Scalar) -> Result<i64, FileError> {
         let start = *self;
         match self.binary {
             None => self.parsed(),
             Some(order) => scalar
-                .whole(self.take(scalar.size)?, order)
+                .integer(self.take(scalar.size)?, order)
                 .ok_or_else(|| start.error("expected an integer below 2⁶³")),
         }
     }
@@ -121,7 +121,7 @@ impl<'a> Cursor<'a> {
     /// Next integer, which must not be negative.
     pub fn count(&mut self, scalar: Scalar) -> Result<usize, FileError> {
         let start = *self;
-        let count = self.whole(scalar)?;
+        let count = self.integer(scalar)?;
         let cause = || format!("expected a number of entries, not {count}");
         usize::try_from(count).map_err(|_| start.error(cause()))
     }
@@ -133,9 +133,9 @@ impl<'a> Cursor<'a> {
     }
 
     /// Next integers.
-    pub fn wholes(&mut self, scalar: Scalar, count: usize) -> Result<Vec<i64>, FileError> {
+    pub fn integers(&mut self, scalar: Scalar, count: usize) -> Result<Vec<i64>, FileError> {
         self.check_count(scalar, count)?;
-        (0..count).map(|_| self.whole(scalar)).collect()
+        (0..count).map(|_| self.integer(scalar)).collect()
     }
 
     /// Checks that the rest of the file can hold these numbers, before memory is allocated for them.

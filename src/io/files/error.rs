@@ -151,14 +151,14 @@ pub enum FileError {
         vertex: i64,
     },
     /// The file has a surface, but was read as a mesh of tetrahedra.
-    #[error("{} has a surface of polygons (PolyData), not tetrahedra: read it as a surface", path.display())]
+    #[error("{} has a surface of polygons (PolyData), not tetrahedra: read_triangles reads it", path.display())]
     HoldsSurface {
         /// The file.
         path: PathBuf,
     },
     /// The file has a grid of cells, but was read as a surface.
     #[error(
-        "{} has an unstructured grid, not a surface of polygons (PolyData): read it as a mesh of tetrahedra",
+        "{} has an unstructured grid, not a surface of polygons (PolyData): read_mesh reads it",
         path.display()
     )]
     HoldsGrid {
@@ -173,7 +173,7 @@ pub enum FileError {
     },
     /// The file has tetrahedra with more than four vertices.
     #[error(
-        "{} has {found} tetrahedra of second or higher order, with {vertices} or more vertices: the option corners_only reads them as tetrahedra of first order with the same 4 corners",
+        "{} has {found} tetrahedra of second or higher order, with {vertex_count} or more vertices: the option corners_only reads them as tetrahedra of first order with the same 4 corners",
         path.display()
     )]
     HigherOrder {
@@ -182,7 +182,7 @@ pub enum FileError {
         /// Number of these tetrahedra.
         found: usize,
         /// Smallest number of vertices of these tetrahedra.
-        vertices: usize,
+        vertex_count: usize,
     },
     /// The file has solid elements other than tetrahedra. They cannot be ignored, because the solid would have holes.
     #[error("{} has solid elements that are not tetrahedra ({found}): divide them into tetrahedra in the program that made them", path.display())]

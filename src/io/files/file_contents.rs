@@ -8,7 +8,7 @@ use std::path::Path;
 /// Arrays with one number per vertex, by name.
 pub(super) type PointData = BTreeMap<String, Vec<f64>>;
 
-/// Kind of a cell of a mesh.
+/// Kind of a cell.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Cell {
     /// A tetrahedron of 4 vertices.
@@ -26,7 +26,7 @@ pub(super) enum Cell {
 pub(super) struct FileContents {
     /// Positions of the vertices, in the unit of the file.
     pub vertices: Vec<Vector3<f64>>,
-    /// Tags of the vertices by which cells refer to them. If there are none, cells refer to the indices of vertices.
+    /// Tags by which cells refer to the vertices. If it is empty, cells refer to vertices by their indices.
     pub tags: Vec<i64>,
     /// One number per vertex, by name.
     pub point_data: PointData,
@@ -40,7 +40,7 @@ pub(super) struct FileContents {
 }
 
 impl FileContents {
-    /// Adds a cell. Returns false if it has too few vertices.
+    /// Adds a cell. Returns false if it is a tetrahedron with an invalid number of vertices.
     pub fn add(&mut self, cell: Cell, vertices: &[i64]) -> bool {
         match (cell, vertices) {
             (Cell::Tet, &[a, b, c, d]) => self.tets.push([a, b, c, d]),
@@ -110,13 +110,13 @@ impl FileContents {
             let found = counts.collect::<Vec<_>>().join(", ");
             return Err(FileError::OtherSolid { path, found });
         }
-        if let Some((vertices, _)) = self.higher_orders.first_key_value()
+        if let Some((&vertex_count, _)) = self.higher_orders.first_key_value()
             && !options.corners_only
         {
             return Err(FileError::HigherOrder {
                 path,
                 found: self.higher_orders.values().sum(),
-                vertices: *vertices,
+                vertex_count,
             });
         }
         if self.tets.is_empty() {
@@ -125,7 +125,7 @@ impl FileContents {
         Ok(())
     }
 
-    /// Function from the tag of a vertex to its index.
+    /// Returns a function from the tag of a vertex to its index.
     fn vertex_indices(
         &self,
         path: &Path,
@@ -151,7 +151,7 @@ impl FileContents {
 /// Indices of vertices.
 ///
 /// # Errors
-/// The first unknown vertex.
+/// Returns the first unknown vertex.
 fn indices<const N: usize>(
     vertices: &[i64; N],
     index: impl Fn(i64) -> Option<usize>,
@@ -174,7 +174,7 @@ fn used_vertices(tets: &[[usize; 4]], count: usize) -> Vec<Option<usize>> {
     new_index
 }
 
-/// Position (m) in the body frame. Infinite coordinates stay infinite.
+/// Position (m) in the body frame. Non-finite coordinates are returned unchanged, so that the error shows their values.
 fn position(vertex: &Vector3<f64>, options: &MeshOptions) -> Vector3<f64> {
     if vertex.iter().all(|coordinate| coordinate.is_finite()) {
         options.placement.position(vertex)

@@ -1,4 +1,4 @@
-//! Reader of glTF 2.0 files: the triangles of the default scene. Materials, skins and morph targets are ignored.
+//! Reader of glTF 2.0 files: the triangles of the default scene. Materials, morph targets and the deformation by skins are ignored.
 
 use super::FileError;
 use super::scalar::{ByteOrder, Scalar};
@@ -12,7 +12,7 @@ use gltf_json::{Index, Node, Root, accessor::Type};
 use nalgebra::{Matrix4, Quaternion, Translation3, UnitQuaternion, Vector3, Vector4};
 use std::path::Path;
 
-/// First bytes of a binary file: the word glTF, the version, and the length of the file.
+/// Size (bytes) of the header of a binary file: the word glTF, the version, and the length of the file.
 const HEADER_SIZE: usize = 12;
 
 /// Types of the chunks of a binary file.
@@ -21,7 +21,7 @@ const BINARY: &[u8] = b"BIN\0";
 
 type Cause = Box<dyn std::error::Error + Send + Sync>;
 
-/// Reads a file with its y axis upwards.
+/// Reads the triangles (m) of a file in its own axes: y points upwards.
 pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<TriangleSoup, FileError> {
     let soup = document(bytes).and_then(|document| document.soup(bytes.len()));
     soup.map_err(|source| FileError::Syntax {
@@ -90,7 +90,7 @@ fn chunk_of<'a>(kind: &[u8], bytes: &'a [u8]) -> Result<(&'a [u8], &'a [u8]), Ca
     };
     chunk().ok_or_else(|| {
         format!(
-            "the chunk {:?} is missing or cut",
+            "the chunk {:?} is missing or truncated",
             String::from_utf8_lossy(kind)
         )
         .into()
@@ -114,11 +114,11 @@ impl Document<'_> {
                 .try_for_each(|part| scene.add(part, &Matrix4::identity()))?;
             return Ok(scene.soup);
         };
-        let mut waiting: Vec<(usize, usize, Matrix4<f64>)> = nodes
+        let mut stack: Vec<(usize, usize, Matrix4<f64>)> = nodes
             .iter()
             .map(|node| (node.value(), 0, Matrix4::identity()))
             .collect();
-        while let Some((index, depth, parent)) = waiting.pop() {
+        while let Some((index, depth, parent)) = stack.pop() {
             let node = self.root.nodes.get(index).ok_or("a node does not exist")?;
             if depth > MAX_DEPTH {
                 return Err("the tree of nodes is too deep, or contains itself".into());
@@ -130,10 +130,10 @@ impl Document<'_> {
                     .iter()
                     .try_for_each(|part| scene.add(part, &transform))?;
             }
-            // An empty part counts visits of nodes.
+            // Each visit of a node counts towards the limit of the scene, even if the node has no triangles.
             scene.add(&TriangleSoup::default(), &transform)?;
             let children = node.children.iter().flatten();
-            waiting.extend(children.map(|child| (child.value(), depth + 1, transform)));
+            stack.extend(children.map(|child| (child.value(), depth + 1, transform)));
         }
         Ok(scene.soup)
     }
@@ -175,7 +175,7 @@ impl Document<'_> {
         })
     }
 
-    /// Numbers of an accessor, which must have one of the types.
+    /// Numbers of an accessor, which must have one of the types and this dimension.
     fn numbers(
         &self,
         accessor: Index<gltf_json::Accessor>,
@@ -190,7 +190,8 @@ impl Document<'_> {
         let component = component.0;
         if !types.contains(&component) || accessor.type_ != Checked::Valid(dimension) {
             return Err(
-                "coordinates must be vectors in single precision, and indices whole numbers".into(),
+                "coordinates must be vectors in single precision, and indices must be integers"
+                    .into(),
             );
         }
         let Some(view) = accessor.buffer_view else {
@@ -217,7 +218,7 @@ impl Document<'_> {
         Ok(numbers)
     }
 
-    /// Bytes of a view, and the distance of its items (bytes).
+    /// Bytes of a view, and the stride of its items (bytes).
     fn view(&self, index: usize, item_size: usize) -> Result<(&[u8], usize), Cause> {
         let view = self.root.buffer_views.get(index);
         let view = view.ok_or("a view of a buffer does not exist")?;

@@ -16,10 +16,10 @@ enum Version {
     V41,
 }
 
-/// Numbers of a block of nodes or elements.
+/// Header of a block of nodes or elements.
 struct Block {
     dimension: i64,
-    /// 1 if nodes have parameters (nodes), or the type of element (elements).
+    /// Type of the elements. For nodes, 1 if they have parameters.
     kind: i64,
     count: usize,
 }
@@ -148,15 +148,15 @@ impl<'a> Reader<'a> {
     fn block_count(&mut self) -> Result<usize, FileError> {
         let count = self.cursor.count(Scalar::U64)?;
         let others = if self.version == Version::V41 { 3 } else { 1 };
-        self.cursor.wholes(Scalar::U64, others)?;
+        self.cursor.integers(Scalar::U64, others)?;
         Ok(count)
     }
 
     /// Header of a block in version 4.
     fn block(&mut self) -> Result<Block, FileError> {
         let (first, second) = (
-            self.cursor.whole(Scalar::I32)?,
-            self.cursor.whole(Scalar::I32)?,
+            self.cursor.integer(Scalar::I32)?,
+            self.cursor.integer(Scalar::I32)?,
         );
         Ok(Block {
             dimension: if self.version == Version::V41 {
@@ -164,7 +164,7 @@ impl<'a> Reader<'a> {
             } else {
                 second
             },
-            kind: self.cursor.whole(Scalar::I32)?,
+            kind: self.cursor.integer(Scalar::I32)?,
             count: self.cursor.count(Scalar::U64)?,
         })
     }
@@ -172,12 +172,12 @@ impl<'a> Reader<'a> {
     fn read_nodes(&mut self, are_parametric: bool) -> Result<(), FileError> {
         if matches!(self.version, Version::V1 | Version::V2) {
             for _ in 0..self.text_count()? {
-                let tag = self.cursor.whole(Scalar::I32)?;
+                let tag = self.cursor.integer(Scalar::I32)?;
                 self.contents.tags.push(tag);
                 self.read_position()?;
                 if are_parametric {
-                    let dimension = self.cursor.whole(Scalar::I32)?;
-                    self.cursor.whole(Scalar::I32)?;
+                    let dimension = self.cursor.integer(Scalar::I32)?;
+                    self.cursor.integer(Scalar::I32)?;
                     // Only nodes on curves and surfaces have parameters.
                     self.skip_parameters(if dimension == 3 { 0 } else { dimension })?;
                 }
@@ -188,12 +188,12 @@ impl<'a> Reader<'a> {
             let block = self.block()?;
             let parameter_count = if block.kind == 0 { 0 } else { block.dimension };
             if self.version == Version::V41 {
-                let tags = self.cursor.wholes(Scalar::U64, block.count)?;
+                let tags = self.cursor.integers(Scalar::U64, block.count)?;
                 self.contents.tags.extend(tags);
             }
             for _ in 0..block.count {
                 if self.version == Version::V40 {
-                    let tag = self.cursor.whole(Scalar::I32)?;
+                    let tag = self.cursor.integer(Scalar::I32)?;
                     self.contents.tags.push(tag);
                 }
                 self.read_position()?;
@@ -248,7 +248,7 @@ impl<'a> Reader<'a> {
                 for _ in 0..self.block_count()? {
                     let block = self.block()?;
                     for _ in 0..block.count {
-                        self.cursor.whole(index)?;
+                        self.cursor.integer(index)?;
                         self.read_element(block.kind, None, index)?;
                     }
                 }
@@ -260,13 +260,13 @@ impl<'a> Reader<'a> {
     fn integers<const N: usize>(&mut self) -> Result<[i64; N], FileError> {
         let mut integers = [0; N];
         for integer in &mut integers {
-            *integer = self.cursor.whole(Scalar::I32)?;
+            *integer = self.cursor.integer(Scalar::I32)?;
         }
         Ok(integers)
     }
 
     fn skip_integers(&mut self, count: i64) -> Result<(), FileError> {
-        (0..count).try_for_each(|_| self.cursor.whole(Scalar::I32).map(|_| ()))
+        (0..count).try_for_each(|_| self.cursor.integer(Scalar::I32).map(|_| ()))
     }
 
     /// Reads the corners of an element. Version 1 states their number.
@@ -285,7 +285,7 @@ impl<'a> Reader<'a> {
         }
         let mut corners = [0; MAX_NODE_COUNT];
         for corner in &mut corners[..count] {
-            *corner = self.cursor.whole(index)?;
+            *corner = self.cursor.integer(index)?;
         }
         self.contents.add(cell, &corners[..count]);
         Ok(())
@@ -294,13 +294,13 @@ impl<'a> Reader<'a> {
 
 const MAX_NODE_COUNT: usize = 125;
 
-/// Number of nodes of each type of element from 0 on. Types with the number 0 are unknown or have any number of nodes.
+/// Number of nodes of each element type, from type 0 on. It is 0 for unknown types and for types with any number of nodes.
 const NODE_COUNTS: [usize; 39] = [
     0, 2, 3, 4, 4, 8, 6, 5, 3, 6, 9, 10, 27, 18, 14, 1, 8, 20, 15, 13, 9, 10, 12, 15, 15, 21, 4, 5,
     6, 20, 35, 56, 22, 28, 0, 0, 16, 25, 36,
 ];
 
-/// Kind of cell and number of nodes of a type of element.
+/// Kind of cell and number of nodes of an element type.
 fn element(kind: i64) -> Option<(Cell, usize)> {
     let cell = match kind {
         4 => Cell::Tet,

@@ -15,7 +15,7 @@ pub struct MeshFile {
     pub(super) path: PathBuf,
 }
 
-/// How a file of tetrahedra is read.
+/// Options of [`read_mesh`](super::read_mesh).
 ///
 /// ```
 /// use hydroelastic::io::{MeshOptions, Placement};
@@ -28,11 +28,12 @@ pub struct MeshFile {
 /// ```
 #[derive(Debug, Clone, Default)]
 pub struct MeshOptions {
-    /// How coordinates become positions in the body frame.
+    /// Map from the coordinates of the file to positions in the body frame.
     pub placement: Placement,
     /// True to read tetrahedra of second or higher order as tetrahedra of first order with the same corners. Curved faces become flat.
     pub corners_only: bool,
-    /// Distance (m) up to which duplicated vertices on coincident faces are merged. Vertices with equal positions are always merged.
+    /// Distance (m) up to which duplicated vertices of coincident faces are merged. Duplicated vertices at equal positions are always
+    /// merged.
     pub weld_tolerance: f64,
 }
 

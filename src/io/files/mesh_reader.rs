@@ -11,20 +11,21 @@ const EXTENSIONS: &[&str] = &["msh", "vtk", "vtu", "mesh", "node", "ele", "inp"]
 /// - `.msh`: Gmsh versions 1, 2, 4.0 and 4.1, ASCII or binary. Data sections (`$NodeData`) are ignored, so compute the extents from
 ///   the distance to the surface, or use a VTK file.
 /// - `.vtk`, `.vtu`: VTK unstructured grid, legacy (up to version 5.1) or XML. The contents decide between these two. Legacy files
-///   are ASCII or binary. XML files are ASCII, inline binary or appended, uncompressed or compressed with zlib, and have any number of
+///   are ASCII or binary. XML files have ASCII, inline base64 or appended data, uncompressed or compressed with zlib, in any number of
 ///   pieces.
 /// - `.mesh`: Medit, ASCII.
-/// - `.node`, `.ele`: the two files of TetGen, by the path of either. Indices begin at 0 or 1.
-/// - `.inp`: Abaqus with elements of the types C3D4 and C3D10. Instances are not placed.
+/// - `.node`, `.ele`: the two files of TetGen. The path is that of either file. Indices begin at 0 or 1.
+/// - `.inp`: Abaqus with elements of the types C3D4 and C3D10. Transformations of instances are ignored.
 ///
 /// Elements of lower dimension (points, lines, surface triangles) and vertices that no tetrahedron uses are ignored.
 ///
-/// Vertices are merged if they have equal positions, or are at most [`MeshOptions::weld_tolerance`] apart, and if this joins faces of
-/// the surface to inner faces of a valid mesh.
+/// Duplicated vertices of coincident faces are merged if they are at most [`MeshOptions::weld_tolerance`] apart and the result is a
+/// valid mesh.
 ///
 /// # Errors
-/// - If an option is out of range: the unit must be positive, factors must not be zero, and the tolerance must not be negative.
-/// - If the file cannot be read or parsed.
+/// - If an option is out of range: the unit must be positive, no factor may be zero, the tolerance must not be negative, and all must be
+///   finite.
+/// - If the extension is unknown, or the file cannot be read or parsed.
 /// - If the file has no tetrahedra, tetrahedra of higher order without [`MeshOptions::corners_only`], or other solid elements.
 /// - If [`TetMesh::new`](crate::mesh::TetMesh::new) returns an error.
 pub fn read_mesh(path: impl AsRef<Path>, options: &MeshOptions) -> Result<MeshFile, FileError> {

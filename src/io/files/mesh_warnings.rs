@@ -5,7 +5,7 @@ use crate::mesh::{TetMesh, unusual_size};
 /// Smallest height of a tetrahedron divided by its longest edge, below which the tetrahedron is thin.
 const THIN: f64 = 1e-3;
 
-/// Warnings about the shape of a mesh, which was read with a unit (m).
+/// Warnings about the size and the tetrahedra of a mesh that was read with a unit (m).
 pub(super) fn of(mesh: &TetMesh, unit: f64) -> Vec<FileWarning> {
     let mut warnings = Vec::new();
     if let Some(size) = unusual_size(&mesh.aabb()) {

@@ -43,7 +43,7 @@ pub use mesh_reader::read_mesh;
 pub use placement::Placement;
 pub use recording::Recording;
 #[cfg(feature = "urdf")]
-pub(super) use surface_file::read_as_drawn;
+pub(super) use surface_file::read_in_file_axes;
 pub use surface_file::{read_triangle_surface, read_triangles};
 pub use trajectory::{TrajectoryFile, write_trajectory};
 pub use warning::FileWarning;

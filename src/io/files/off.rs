@@ -52,7 +52,7 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<TriangleSoup, FileError>
         let line = next("a face")?;
         let corners = face(line, vertex_count).ok_or_else(|| {
             let cause =
-                format!("expected a number of corners and so many indices below {vertex_count}");
+                format!("expected the number of corners and their indices below {vertex_count}");
             file.syntax_error(line, cause)
         })?;
         add_polygon(&mut soup, &corners).map_err(|cause| file.syntax_error(line, cause))?;

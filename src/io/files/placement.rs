@@ -4,7 +4,7 @@ use crate::spatial::Pose;
 use nalgebra::Vector3;
 use std::path::Path;
 
-/// How the coordinates of a file become positions in the body frame: position = pose · (unit · scale ∘ coordinates).
+/// Map from the coordinates of a file to positions (m) in the body frame: position = pose · (unit · scale ∘ coordinates).
 ///
 /// ```
 /// use hydroelastic::io::Placement;
@@ -18,8 +18,7 @@ use std::path::Path;
 pub struct Placement {
     /// Length of a coordinate of 1 (m). It is 0.001 for the millimeters of most CAD programs.
     pub unit: f64,
-    /// Factor for each axis of the file. A negative factor mirrors the body, and the reader turns its triangles and
-    /// tetrahedra accordingly.
+    /// Factor for each axis of the file. A negative factor mirrors the body. Triangles and tetrahedra are then reoriented.
     pub scale: Vector3<f64>,
     /// Pose of the axes of the file in the body frame.
     pub pose: Pose,
@@ -37,7 +36,7 @@ impl Default for Placement {
 }
 
 impl Placement {
-    /// Creates a placement without scale and pose. A coordinate of 1 is this long (m).
+    /// Creates a placement with this unit (m), the scale 1 and the identity pose.
     #[must_use]
     pub fn from_unit(unit: f64) -> Self {
         Self {
@@ -53,7 +52,7 @@ impl Placement {
             .transformed_point(&(coordinates.component_mul(&self.scale) * self.unit))
     }
 
-    /// Checks the numbers for the reader of a file.
+    /// Checks the unit and the scale for the reader of a file.
     pub(super) fn check(&self, path: &Path) -> Result<(), FileError> {
         let error = |name, found, expected| FileError::Option {
             path: path.into(),
@@ -71,18 +70,22 @@ impl Placement {
         }
     }
 
-    /// Returns true if the body is a mirror image of the file.
+    /// Returns true if the body is a mirror image of the file: an odd number of factors is negative.
     #[must_use]
-    pub fn mirrors(&self) -> bool {
+    pub fn is_mirrored(&self) -> bool {
         self.scale.iter().filter(|factor| **factor < 0.0).count() % 2 == 1
     }
 
-    /// Returns the triangles of a file in the body frame.
+    /// Converts triangles from the coordinates of a file to the body frame (m).
     #[must_use]
     pub fn placed(&self, mut soup: TriangleSoup) -> TriangleSoup {
         for vertex in &mut soup.vertices {
             *vertex = self.position(vertex);
         }
-        if self.mirrors() { soup.flipped() } else { soup }
+        if self.is_mirrored() {
+            soup.flipped()
+        } else {
+            soup
+        }
     }
 }

@@ -12,7 +12,7 @@ use std::path::Path;
 
 struct Property {
     name: Vec<u8>,
-    /// Type of the length of a list.
+    /// Type of the length of a list, or `None` for a single number.
     length: Option<Scalar>,
     number: Scalar,
 }
@@ -46,7 +46,7 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<TriangleSoup, FileError>
     Ok(soup)
 }
 
-/// Order of the bytes of binary numbers, or `None` if numbers are words.
+/// Order of the bytes of binary numbers, or `None` if numbers are text.
 type Binary = Option<ByteOrder>;
 
 /// Encoding, elements and bytes after the header.
@@ -133,7 +133,7 @@ fn number_type(word: &[u8]) -> Option<Scalar> {
     })
 }
 
-/// The numbers after the header.
+/// The data after the header.
 struct Body<'a> {
     file: TextFile<'a>,
     binary: Binary,
@@ -236,7 +236,7 @@ fn corners(values: &[f64], vertex_count: usize) -> Result<Vec<usize>, &'static s
     let in_range =
         |&value: &f64| value >= 0.0 && value < vertex_count as f64 && value.fract() == 0.0;
     if !values.iter().all(in_range) {
-        return Err("the face has an index of no preceding vertex");
+        return Err("the face refers to a vertex that does not precede it");
     }
     #[expect(
         clippy::cast_possible_truncation,

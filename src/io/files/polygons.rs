@@ -18,7 +18,7 @@ type Point = [f64; 2];
 /// ears are clipped. Triangles that cannot be avoided between collinear corners have no area. A polygon with fewer than three corners has
 /// no triangles.
 ///
-/// The corners may lie off a plane. Each clipped ear is counter-clockwise in the plane of coordinates that is closest to the polygon.
+/// The corners need not lie in a plane. Each clipped ear is counter-clockwise in the coordinate plane closest to the polygon.
 ///
 /// # Errors
 /// Returns the cause if the polygon visibly intersects itself.
@@ -101,7 +101,7 @@ impl Clipping {
         while self.ring.len() > 3 {
             let tip = match self.find(Self::is_ear)? {
                 Some(tip) => tip,
-                // Corners on a line or twice at one position remain, which have no area.
+                // Only collinear or repeated corners remain, which have no area.
                 None => self.find(Self::is_spike)?.ok_or(CROSSED)?,
             };
             triangles.push(self.triangle_at(tip));
@@ -160,7 +160,7 @@ impl Clipping {
     }
 }
 
-/// Returns true if a counter-clockwise triangle contains a point. Its boundary belongs to it.
+/// Returns true if a closed counter-clockwise triangle contains a point.
 fn contains([a, b, c]: [Point; 3], point: Point) -> bool {
     let edges = [[a, b], [b, c], [c, a]];
     { edges }
@@ -185,7 +185,7 @@ mod tests {
         (areas.iter().sum(), areas.iter().map(Vector3::norm).sum())
     }
 
-    /// A polygon overlaps itself nowhere if its triangles have the area of their common normal.
+    /// Asserts that the triangles fill the polygon without overlap: the norm of the area vector is the sum of the areas.
     fn assert_filled(corners: &[Vector3<f64>], area: f64) {
         for turn in 0..corners.len() {
             let turned = [&corners[turn..], &corners[..turn]].concat();
@@ -254,7 +254,7 @@ mod tests {
     }
 
     #[test]
-    fn polygons_without_area_are_cut_and_crossed_ones_are_refused() {
+    fn polygons_without_area_are_triangulated_and_crossed_ones_are_refused() {
         let line = flat(&[[0.0, 0.0], [1.0, 0.0], [3.0, 0.0], [2.0, 0.0]]);
         assert_eq!(triangulated(&line).unwrap().len(), 2);
         assert!(triangulated(&line[..2]).unwrap().is_empty());

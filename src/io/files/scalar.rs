@@ -83,7 +83,7 @@ impl Scalar {
     }
 
     /// Converts the bytes of an integer. Missing bytes are zero. Returns `None` if the integer is too large, or if the type is a float.
-    pub fn whole(self, bytes: &[u8], order: ByteOrder) -> Option<i64> {
+    pub fn integer(self, bytes: &[u8], order: ByteOrder) -> Option<i64> {
         let (bits, signed) = self.bits(bytes, order);
         match self.kind {
             Kind::Signed => Some(signed),

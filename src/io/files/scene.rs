@@ -1,8 +1,8 @@
 use crate::mesh::TriangleSoup;
 use nalgebra::{Matrix4, Vector3};
 
-/// Limit of the number of triangles of a file, besides its size in bytes. A small file can repeat a part without end.
-const MAX_REPEATED_COUNT: usize = 1_000_000;
+/// Number of triangles that a scene may have in addition to the size of its file (bytes). A small file can repeat a part many times.
+const MAX_EXTRA_COUNT: usize = 1_000_000;
 
 /// Depth limit of the tree of nodes.
 pub(super) const MAX_DEPTH: usize = 64;
@@ -10,7 +10,8 @@ pub(super) const MAX_DEPTH: usize = 64;
 /// Triangles of a file whose parts have transforms.
 pub(super) struct Scene {
     pub soup: TriangleSoup,
-    places_left: usize,
+    /// Number of triangles that may still be added.
+    remaining: usize,
 }
 
 impl Scene {
@@ -18,7 +19,7 @@ impl Scene {
     pub fn of_file(size: usize) -> Self {
         Self {
             soup: TriangleSoup::default(),
-            places_left: MAX_REPEATED_COUNT + size,
+            remaining: MAX_EXTRA_COUNT + size,
         }
     }
 
@@ -32,9 +33,8 @@ impl Scene {
         transform: &Matrix4<f64>,
     ) -> Result<(), &'static str> {
         let count = part.triangles.len().max(part.vertices.len()) + 1;
-        let left = self.places_left.checked_sub(count);
-        self.places_left =
-            left.ok_or("the parts are repeated until there are more than a million triangles")?;
+        let remaining = self.remaining.checked_sub(count);
+        self.remaining = remaining.ok_or("repeated parts make more than a million triangles")?;
         let start = self.soup.vertices.len();
         let position = |point: &Vector3<f64>| (transform * point.push(1.0)).xyz();
         self.soup

@@ -1,6 +1,6 @@
-//! Seams of tetrahedral meshes: faces that coincide, but have vertices of their own. Programs that mesh parts separately leave them.
+//! Seams of tetrahedral meshes: faces that coincide, but do not share vertices. They arise if parts are meshed separately.
 //!
-//! A seam belongs to the surface of the mesh, so a distance field is zero on it although it lies inside the body.
+//! A seam belongs to the surface of the mesh, so the pressure is zero on it although it lies inside the body.
 
 use super::{FileWarning, MeshFile};
 use crate::mesh::TetMesh;
@@ -11,22 +11,24 @@ use rustc_hash::{FxHashMap, FxHashSet};
 /// duplicated vertices that differ by less.
 const REPORTED: f64 = 1e-6;
 
-/// Joins the seams of a mesh whose vertices coincide to within a tolerance (m), if the result is valid. Reports joined seams and the
-/// seams that remain.
+/// Joins seams by merging vertices within a tolerance (m), if the result is a valid mesh. Reports joined seams and the seams that
+/// remain.
 pub(super) fn join(file: &mut MeshFile, tolerance: f64) {
     let first = first_nearby(&file.mesh, tolerance);
-    let faces = coincident_faces(&file.mesh, &first).len();
-    if faces > 0
+    let pair_count = coincident_faces(&file.mesh, &first).len();
+    if pair_count > 0
         && let Some(welded) = welded(&file.mesh, &first)
     {
-        let vertices = file.mesh.vertex_count() - welded.vertex_count();
+        let vertex_count = file.mesh.vertex_count() - welded.vertex_count();
         file.mesh = welded;
         for values in file.point_data.values_mut() {
             let mut vertex = 0..;
             values.retain(|_| vertex.next().is_some_and(|vertex| first[vertex] == vertex));
         }
-        file.warnings
-            .push(FileWarning::WeldedVertices { vertices, faces });
+        file.warnings.push(FileWarning::WeldedVertices {
+            vertex_count,
+            pair_count,
+        });
     }
     let size = 2.0 * file.mesh.aabb().half_extents().amax();
     let first = first_nearby(&file.mesh, tolerance.max(REPORTED * size));
@@ -38,7 +40,7 @@ pub(super) fn join(file: &mut MeshFile, tolerance: f64) {
     let joined = seam.as_flattened().iter();
     let distances = joined.map(|&vertex| (vertices[vertex] - vertices[first[vertex]]).norm());
     file.warnings.push(FileWarning::Seam {
-        faces: seam.len(),
+        pair_count: seam.len(),
         distance: distances.fold(0.0, f64::max),
         at: vertices[corner],
     });

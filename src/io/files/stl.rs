@@ -39,7 +39,7 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<TriangleSoup, FileError>
     Ok(TriangleSoup::from_corners(&corners))
 }
 
-/// Whether the file is ASCII.
+/// Returns true if the file is ASCII.
 ///
 /// An ASCII file begins with the word "solid". The header of a binary file may begin with it too. In this case the length of the
 /// file matches its triangle count, or the file contains zero bytes, because each triangle without a color ends with two of them.

@@ -49,13 +49,13 @@ pub fn read_triangle_surface(
 /// - `.glb`, `.gltf`: glTF 2.0 with embedded buffers. The parts of the scene are placed by their nodes.
 /// - `.dae`: COLLADA. The parts of the scene are placed by their nodes, and the unit of the file is converted to meters.
 ///
-/// glTF and COLLADA files state which axis points upwards. The file is rotated so that this axis is z.
+/// The up axis of glTF files (y) and COLLADA files is rotated onto z before the placement is applied.
 ///
-/// Text files are read in double precision. STL, OBJ, OFF, PLY and VTK files have no unit. The unit of the placement is the length (m) of a
-/// coordinate of 1. It is 0.001 for most CAD programs. For glTF and COLLADA files, it is 1.
+/// Text files are read in double precision. STL, OBJ, OFF, PLY and VTK files have no unit: set [`Placement::unit`], for example to 0.001
+/// for most CAD programs. glTF and COLLADA files are converted to meters, so their unit is 1.
 ///
 /// # Errors
-/// - If the file cannot be read or parsed.
+/// - If the extension is unknown, or the file cannot be read or parsed.
 /// - If the unit is not positive and finite, or a scale is zero or not finite.
 pub fn read_triangles(
     path: impl AsRef<Path>,
@@ -63,15 +63,17 @@ pub fn read_triangles(
 ) -> Result<TriangleSoup, FileError> {
     let path = path.as_ref();
     placement.check(path)?;
-    let (mut soup, turn) = read_as_drawn(path)?;
+    let (mut soup, rotation) = read_in_file_axes(path)?;
     for vertex in &mut soup.vertices {
-        *vertex = turn * *vertex;
+        *vertex = rotation * *vertex;
     }
     Ok(placement.placed(soup))
 }
 
-/// Reads triangles in the axes of the file, and the rotation that turns its up axis along z.
-pub(in crate::io) fn read_as_drawn(path: &Path) -> Result<(TriangleSoup, Matrix3<f64>), FileError> {
+/// Reads triangles in the axes of the file, and the rotation of its up axis onto z.
+pub(in crate::io) fn read_in_file_axes(
+    path: &Path,
+) -> Result<(TriangleSoup, Matrix3<f64>), FileError> {
     let extension = known_extension(path, EXTENSIONS)?;
     let bytes = std::fs::read(path).map_err(|source| FileError::Read {
         path: path.into(),

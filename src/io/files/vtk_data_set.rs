@@ -5,7 +5,7 @@ use super::polygons;
 use crate::mesh::TriangleSoup;
 use nalgebra::Vector3;
 
-/// Lists of vertices.
+/// Lists of vertex indices.
 #[derive(Debug, Default)]
 pub(super) struct Lists {
     vertices: Vec<i64>,
@@ -16,7 +16,7 @@ pub(super) struct Lists {
 /// Contents of a VTK file.
 #[derive(Debug, Default)]
 pub(super) struct DataSet {
-    /// The data set is a surface of polygons, not a grid of cells.
+    /// True for a surface of polygons (PolyData), and false for an unstructured grid.
     pub is_poly_data: bool,
     pub points: Vec<f64>,
     pub cells: Lists,
@@ -45,7 +45,7 @@ impl Lists {
         Ok(lists)
     }
 
-    /// Splits a list at ends, which must increase.
+    /// Splits a list at `ends`, which must not decrease.
     pub fn from_ends(vertices: Vec<i64>, ends: &[i64]) -> Result<Self, String> {
         let mut previous = 0;
         let mut checked = Vec::with_capacity(ends.len());
@@ -69,7 +69,7 @@ impl Lists {
         self.ends.len()
     }
 
-    /// Appends lists whose vertices follow a number of other vertices.
+    /// Appends lists, and adds `first_vertex` to their indices.
     pub fn append(&mut self, other: &Self, first_vertex: i64) {
         let start = self.vertices.len();
         let vertices = other
@@ -147,7 +147,7 @@ impl DataSet {
     }
 }
 
-/// Kind of a type of cell.
+/// Kind of a cell type of VTK.
 fn cell(kind: i64) -> Option<Cell> {
     Some(match kind {
         10 => Cell::Tet,

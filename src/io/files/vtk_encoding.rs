@@ -22,13 +22,13 @@ pub(super) struct Stream<'a> {
 /// Encoding of the arrays of a file.
 pub(super) struct Encoding {
     pub order: ByteOrder,
-    /// Type of the integers before data.
+    /// Type of the integers that precede the data of an array.
     pub header: Scalar,
     pub is_compressed: bool,
 }
 
 impl<'a> Stream<'a> {
-    /// Decodes a number of bytes, and returns the stream after their code.
+    /// Decodes a number of bytes. Returns them and the rest of the stream.
     fn split(self, count: usize) -> Result<(Cow<'a, [u8]>, Self), String> {
         let length = if self.is_base64 {
             count.div_ceil(3).saturating_mul(4)
@@ -63,7 +63,7 @@ impl Encoding {
         let (length, rest) = stream.split(size)?;
         let length = self.length(&length)?;
         let code = &stream.bytes[..stream.bytes.len() - rest.bytes.len()];
-        // Most programs encode the length and the data together. Padding shows that they are encoded one by one.
+        // Most programs encode the length and the data together. Padding shows that they are encoded separately.
         if !stream.is_base64 || code.ends_with(b"=") {
             return Ok(rest.split(length)?.0);
         }
@@ -107,9 +107,9 @@ impl Encoding {
         Ok(inflated)
     }
 
-    /// Integer before data.
+    /// Length that precedes data.
     fn length(&self, bytes: &[u8]) -> Result<usize, String> {
-        let length = self.header.whole(bytes, self.order);
+        let length = self.header.integer(bytes, self.order);
         let length = length.and_then(|length| length.try_into().ok());
         length.ok_or_else(|| "a length is not below 2⁶³".into())
     }

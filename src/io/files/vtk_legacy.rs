@@ -61,7 +61,7 @@ impl Reader<'_> {
             ("VERTICES" | "LINES", [_, first, second]) => drop(self.lists(first, second)?),
             ("CELL_TYPES", [_, count]) => {
                 let count = product(count, 1).ok_or_else(cause)?;
-                self.data.types = self.cursor.wholes(Scalar::I32, count)?;
+                self.data.types = self.cursor.integers(Scalar::I32, count)?;
             }
             ("POINT_DATA" | "CELL_DATA", [_, count]) => {
                 self.tuples = product(count, 1).ok_or_else(cause)?;
@@ -116,7 +116,7 @@ impl Reader<'_> {
             let vertices = self.named_array("CONNECTIVITY", second)?;
             Lists::from_ends(vertices, offsets.get(1..).unwrap_or_default())
         } else {
-            let list = self.cursor.wholes(Scalar::I32, second)?;
+            let list = self.cursor.integers(Scalar::I32, second)?;
             Lists::from_counted(&list).and_then(|lists| {
                 let found = lists.len();
                 let cause = || format!("expected {first} cells, but found {found}");
@@ -132,7 +132,7 @@ impl Reader<'_> {
         match *self.cursor.line_words() {
             [found, kind] if found == name => {
                 let scalar = Scalar::of_vtk(kind).ok_or_else(cause)?;
-                self.cursor.wholes(scalar, count)
+                self.cursor.integers(scalar, count)
             }
             _ => Err(cause()),
         }
@@ -257,7 +257,7 @@ mod tests {
     use super::percent_decoded;
 
     #[test]
-    fn names_are_decoded_where_that_gives_text() {
+    fn names_are_decoded_if_the_result_is_text() {
         assert_eq!(
             percent_decoded("a%20name%20with%20spaces"),
             "a name with spaces"

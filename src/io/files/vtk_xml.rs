@@ -1,4 +1,4 @@
-//! Reader of VTK XML files. The data of arrays are text, inline base64, or appended to the document in base64 or raw, and may be
+//! Reader of VTK XML files. The data of an array is text, inline base64, or appended to the document as base64 or raw bytes. It may be
 //! compressed with zlib.
 
 use super::FileError;
@@ -58,7 +58,7 @@ impl<'a> Reader<'a> {
     /// Reads the attributes of a file.
     ///
     /// # Errors
-    /// The unsupported and the supported variants.
+    /// Returns the unsupported variant and the supported ones.
     fn new(root: Node, appended: &'a [u8]) -> Result<Self, (String, &'static str)> {
         let is_second = |name, [first, second]: [&str; 2], expected| match root.attribute(name) {
             None => Ok(false),
@@ -115,7 +115,7 @@ impl<'a> Reader<'a> {
                 data.strips.append(&strips, first_vertex);
             } else {
                 let cells = self.lists(piece, "Cells", "NumberOfCells")?;
-                let types = self.wholes(named(child(piece, "Cells")?, "types")?)?;
+                let types = self.integers(named(child(piece, "Cells")?, "types")?)?;
                 check_count("types of cells", types.len(), cells.len())?;
                 data.cells.append(&cells, first_vertex);
                 data.types.extend(types);
@@ -147,9 +147,9 @@ impl<'a> Reader<'a> {
             return Ok(Lists::default());
         }
         let lists = child(piece, tag)?;
-        let ends = self.wholes(named(lists, "offsets")?)?;
+        let ends = self.integers(named(lists, "offsets")?)?;
         check_count("offsets", ends.len(), expected)?;
-        Lists::from_ends(self.wholes(named(lists, "connectivity")?)?, &ends)
+        Lists::from_ends(self.integers(named(lists, "connectivity")?)?, &ends)
     }
 
     fn reals(&self, array: Node) -> Result<Vec<f64>, String> {
@@ -158,9 +158,9 @@ impl<'a> Reader<'a> {
         numbers.map_err(|cause| in_array(array, &cause))
     }
 
-    fn wholes(&self, array: Node) -> Result<Vec<i64>, String> {
+    fn integers(&self, array: Node) -> Result<Vec<i64>, String> {
         let order = self.encoding.order;
-        let numbers = self.numbers(array, |scalar, bytes| scalar.whole(bytes, order));
+        let numbers = self.numbers(array, |scalar, bytes| scalar.integer(bytes, order));
         numbers.map_err(|cause| in_array(array, &cause))
     }
 

@@ -6,23 +6,23 @@ use nalgebra::Vector3;
 pub enum FileWarning {
     /// Duplicated vertices were merged, which joined coincident faces. The faces now lie inside the body.
     #[error(
-        "merged {vertices} duplicated vertices, so that {faces} pairs of coincident faces lie inside the body and not on its surface"
+        "merged {vertex_count} duplicated vertices, so that {pair_count} pairs of coincident faces lie inside the body and not on its surface"
     )]
     WeldedVertices {
         /// Number of vertices that were removed.
-        vertices: usize,
+        vertex_count: usize,
         /// Number of pairs of faces that were joined.
-        faces: usize,
+        pair_count: usize,
     },
     /// Faces of different tetrahedra coincide, but do not share their vertices. The pressure is zero on such faces.
     #[error(
-        "{faces} pairs of faces coincide to within {distance:e} m but do not share vertices, so the pressure on them is zero, first near ({:.4e}, {:.4e}, {:.4e}) m: a weld_tolerance of this distance joins them if the result is a valid mesh",
+        "{pair_count} pairs of faces coincide to within {distance:e} m but do not share vertices, so the pressure on them is zero, first near ({:.4e}, {:.4e}, {:.4e}) m: a weld_tolerance of this distance joins them if the result is a valid mesh",
         at.x, at.y, at.z
     )]
     Seam {
         /// Number of pairs of faces.
-        faces: usize,
-        /// Largest distance between the vertices of such faces (m).
+        pair_count: usize,
+        /// Largest distance between corresponding vertices of two such faces (m).
         distance: f64,
         /// A corner of the first pair of faces.
         at: Vector3<f64>,
@@ -42,7 +42,7 @@ pub enum FileWarning {
     },
     /// The body is unusually large or small. The unit of the file may be wrong.
     #[error(
-        "the body is {size:.3e} m large with a unit of {unit} m: is this the unit of the file? A unit of 1e-3 m reads millimeters"
+        "the body is {size:.3e} m large with a unit of {unit} m: is the unit correct? A unit of 1e-3 m reads millimeters"
     )]
     Size {
         /// Longest side of the bounding box (m).
@@ -50,12 +50,12 @@ pub enum FileWarning {
         /// Length of a coordinate of 1 in the file (m).
         unit: f64,
     },
-    /// Surface cells that are not faces of the tetrahedra were ignored.
+    /// Surface cells with vertices that no tetrahedron uses were ignored.
     #[error(
-        "ignored {count} surface cells with vertices that no tetrahedron has: a part of the file is not in the mesh"
+        "ignored {count} surface cells with vertices that no tetrahedron uses: a part of the file is not in the mesh"
     )]
     IgnoredCells {
-        /// Number of ignored cells.
+        /// Number of these cells.
         count: usize,
     },
 }

@@ -5,7 +5,7 @@ use super::collision::{Collision, Geometry};
 use crate::contact::{RigidShape, Shape};
 use crate::dynamics::BodyShape;
 use crate::io::Placement;
-use crate::io::files::read_as_drawn;
+use crate::io::files::read_in_file_axes;
 use crate::mesh::{
     MeshError, PressureField, SurfaceError, TetMesh, TriangleSoup, TriangleSurface, shapes,
 };
@@ -30,12 +30,12 @@ pub struct ShapeOptions {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum MeshShape {
-    /// Rigid shape of the surface. If the surface cannot be closed by [`TriangleSoup::closed`], it is the convex hull, which MuJoCo and
-    /// Drake use for all collision meshes.
+    /// Rigid shape of the surface. A surface that is turned inwards is flipped. If [`TriangleSoup::closed`] still returns an error, the
+    /// shape is the convex hull.
     Rigid,
     /// Rigid shape of the convex hull.
     Hull,
-    /// Compliant shape by [`shapes::star_shaped`]. The mesh must be star-shaped about its center.
+    /// Compliant shape by [`shapes::star_shaped`]. The mesh must be star-shaped about the center of its volume.
     StarShaped,
     /// Compliant shape of the convex hull, by [`shapes::convex_hull`].
     CompliantHull,
@@ -61,7 +61,7 @@ impl Collision {
     ///
     /// # Errors
     /// - If [`read_triangles`](crate::io::read_triangles) cannot read the file of a mesh.
-    /// - If a mesh is not closed where it must be, or its hull is flat.
+    /// - If `options.meshes` needs a closed surface or a convex hull that the mesh does not have.
     /// - If a compliant shape cannot be made of the geometry.
     pub fn shape(&self, options: &ShapeOptions) -> Result<BodyShape, UrdfError> {
         let field = match &self.geometry {
@@ -129,7 +129,7 @@ impl Collision {
 
     /// Triangles of a file, in the link frame.
     fn soup(&self, path: &Path, scale: [f64; 3]) -> Result<TriangleSoup, UrdfError> {
-        let (soup, _) = read_as_drawn(path).map_err(|source| UrdfError::MeshFile {
+        let (soup, _) = read_in_file_axes(path).map_err(|source| UrdfError::MeshFile {
             at: self.at.clone(),
             source: Box::new(source),
         })?;
@@ -142,7 +142,7 @@ impl Collision {
     }
 }
 
-/// The closed surface of the triangles, reversed if it is turned inwards. If they are not closed, the surface of their convex hull.
+/// Closed surface of the triangles, flipped if it is turned inwards. If they are not closed, the surface of their convex hull.
 fn closed_or_hull(soup: &TriangleSoup) -> Result<TriangleSurface, SurfaceError> {
     soup.clone().closed().or_else(|error| {
         let reversed = match error {

@@ -7,11 +7,11 @@ use nalgebra::Vector3;
 /// Depth to which parts may overlap by rounding error, over the size of the compound.
 const TOUCH: f64 = 1e-9;
 
-/// Creates one field of several fields, each with the pose of its frame in the frame of the body.
+/// Combines several fields into one. Each field comes with the pose of its frame in the body frame.
 ///
 /// The parts may touch, but must not overlap. Each part has the extents, and therefore the pressure, that it has alone. Between parts that
-/// touch, the extent is 0. [`TriangleSurface::around`](crate::mesh::TriangleSurface::around) the mesh makes a rigid compound of parts that
-/// do not touch.
+/// touch, the extent is 0. For parts that do not touch, [`TriangleSurface::around`](crate::mesh::TriangleSurface::around) makes a rigid
+/// surface of the mesh.
 ///
 /// ```
 /// use hydroelastic::mesh::shapes;
@@ -61,19 +61,19 @@ fn check_parts(mesh: &TetMesh, parts: &[(&PressureField, Pose)]) -> Result<(), M
     let touch = TOUCH * 2.0 * mesh.aabb().half_extents().norm();
     for tet in 0..mesh.tet_count() {
         let mut overlapping = None;
-        let own = corners(tet);
-        bvh.visit_overlapping(&Aabb::around(&own), |other| {
+        let first = corners(tet);
+        bvh.visit_overlapping(&Aabb::around(&first), |other| {
             if part_of[other] > part_of[tet] && overlapping.is_none() {
-                let depth = overlap(&own, &corners(other), touch);
+                let depth = overlap(&first, &corners(other), touch);
                 overlapping = depth.map(|depth| (other, depth));
             }
         });
         if let Some((other, depth)) = overlapping {
-            let at = own.iter().sum::<Vector3<f64>>() / 4.0;
+            let center = first.iter().sum::<Vector3<f64>>() / 4.0;
             return Err(MeshError::OverlappingParts {
                 parts: [part_of[tet], part_of[other]],
                 depth,
-                near: at.into(),
+                near: center.into(),
             });
         }
     }

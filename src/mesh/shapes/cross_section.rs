@@ -22,12 +22,12 @@ const OBTUSE: f64 = 1e-6;
 /// two boundary points are divided. In a wall thinner than the resolution, their midpoints lie halfway between both sides, where the
 /// distance is largest.
 pub(super) struct CrossSection {
-    /// All points (m), those of the outline first.
+    /// All points (m), the points of the outline first.
     pub points: Vec<Vector2<f64>>,
     /// Triangles, counter-clockwise.
     pub triangles: Vec<[usize; 3]>,
     is_boundary: Vec<bool>,
-    /// The two points at whose midpoint each further point lies.
+    /// The two points whose midpoint is each further point, in order.
     parents: Vec<[usize; 2]>,
 }
 
@@ -69,8 +69,9 @@ impl CrossSection {
         all
     }
 
-    /// Returns tetrahedra between this cross-section and its image, in each of `count` layers. `vertex` is the vertex of a point in a plane, from 0
-    /// to `count`. Every tetrahedron has an inner point of the cross-section in the plane of its layer plus `inner_side` (0 or 1).
+    /// Returns the tetrahedra of `count` layers between `count` + 1 images of the cross-section in planes. `vertex(point, plane)` is the
+    /// index of a vertex. Every tetrahedron of a layer has an inner point in the plane `layer + inner_side(layer)`, where `inner_side`
+    /// returns 0 or 1.
     ///
     /// # Errors
     /// Returns an error if there are too many tetrahedra.
@@ -183,10 +184,10 @@ impl Refinement {
     fn refine(&mut self, resolution: f64) -> Result<(), MeshError> {
         let lengths = self.edges().into_iter().map(|edge| self.length(edge));
         let longest = lengths.fold(0.0, f64::max);
-        let smallest = longest / MOST_POINTS as f64;
-        if resolution < smallest {
+        let suggested = longest / MOST_POINTS as f64;
+        if resolution < suggested {
             let value = resolution;
-            return Err(MeshError::FineResolution { value, smallest });
+            return Err(MeshError::FineResolution { value, suggested });
         }
         let limits = std::iter::successors(Some(resolution), |limit| Some(limit / RATIO));
         let limits: Vec<_> = limits.take_while(|&limit| limit < longest).collect();
@@ -217,7 +218,7 @@ impl Refinement {
                 if self.points.len() > MOST_POINTS {
                     return Err(MeshError::FineResolution {
                         value: resolution,
-                        smallest: resolution * 2.0,
+                        suggested: resolution * 2.0,
                     });
                 }
             }

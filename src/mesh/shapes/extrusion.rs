@@ -75,7 +75,7 @@ impl Layers {
         let Some(half) = (1..=MOST_LAYERS / 2).find(is_enough) else {
             return Err(MeshError::FineResolution {
                 value: resolution,
-                smallest: length / MOST_LAYERS as f64,
+                suggested: length / MOST_LAYERS as f64,
             });
         };
         Ok(Self {

@@ -11,11 +11,11 @@ const SEGMENTS: [usize; 2] = [3, 10_000];
 /// Creates a solid of revolution: a profile of points (radius, height) (m) that is turned about the z axis in `segments` steps.
 ///
 /// A profile whose first and last points have the radius 0 makes a solid that meets the axis, such as a cup or a bottle. A profile whose
-/// radii are all positive is closed from its last point to its first, and makes a ring. Either direction is allowed.
+/// radii are all positive is closed from its last point to its first, and makes a ring. The points may be in either order.
 ///
 /// The extent is the distance to the surface over the largest distance, interpolated between vertices. Edges of the profile's
 /// cross-section are at most about the `resolution` (m). The field in a wall is accurate if the resolution is at most the thickness of the
-/// wall; the error is largest within one resolution of an edge of the surface.
+/// wall. The error is largest within one resolution of an edge of the surface.
 ///
 /// ```
 /// use hydroelastic::mesh::shapes;

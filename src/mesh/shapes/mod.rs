@@ -1,4 +1,4 @@
-//! Ready-made pressure fields, solids of given outlines, fields inside given closed surfaces, and compounds. Extents are in [0, 1].
+//! Ready-made pressure fields, fields of outlines, closed surfaces and points, and compounds. Extents are in [0, 1].
 //!
 //! Each shape with dimensions has a function `…_rates`, which takes the same arguments. It returns the rates of change
 //! of the vertices and extents with respect to the dimensions.

@@ -10,8 +10,8 @@ use std::f64::consts::PI;
 /// Any convex solid qualifies. The extent is 1 at the centroid.
 ///
 /// The mesh has one tetrahedron for each triangle, between the triangle and the center. The vertices of the surface
-/// come first, in order, and the center last. [`TriangleSoup::closed`](crate::mesh::TriangleSoup::closed) makes a surface from triangles that do not
-/// share vertices.
+/// come first, in order, and the center last. [`TriangleSoup::closed`](crate::mesh::TriangleSoup::closed) makes a surface from triangles
+/// that do not share vertices.
 ///
 /// The center moves with the surface. [`TetMesh::mass_gradient`](crate::mesh::TetMesh::mass_gradient) converts derivatives with
 /// respect to the center into derivatives with respect to the vertices, as for a center of mass.

@@ -56,7 +56,7 @@ fn checked([radius, tube_radius]: [f64; 2], counts: [usize; 2]) -> Result<[f64; 
     Ok(dimensions)
 }
 
-/// Creates the tetrahedra of the torus with these radii (m).
+/// Creates the surface and the core of the torus with these radii (m).
 fn filled<T: Scalar>(
     [radius, tube_radius]: [T; 2],
     [segments, sides]: [usize; 2],

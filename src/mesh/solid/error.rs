@@ -59,20 +59,6 @@ pub enum SolidError {
         /// The smallest spacing that was tried (m).
         spacing: f64,
     },
-    /// The volume is not within the tolerance at the finest spacing tried.
-    #[error(
-        "the volume is still off by a share of {reached:.2e} at a spacing of {spacing:e} m and {tets} tetrahedra, but {asked:.2e} was asked for: allow a larger error, choose a spacing, or mend holes and triangles that intersect each other"
-    )]
-    VolumeNotReached {
-        /// Estimated error of the volume, over the volume.
-        reached: f64,
-        /// Error asked for.
-        asked: f64,
-        /// Spacing (m).
-        spacing: f64,
-        /// Number of tetrahedra.
-        tets: usize,
-    },
     /// A distance function returned the wrong number of values.
     #[error("the distance function returned {found} values for {expected} points")]
     DistanceCount {

@@ -2,13 +2,16 @@
 
 use super::winding::WindingNumbers;
 use crate::bvh::Bvh;
-use crate::geometry::{Aabb, Triangle};
-use crate::mesh::surface_distance::nearest_distance;
+use crate::geometry::{Aabb, Foot, Triangle};
+use crate::mesh::surface_distance::nearest;
 use crate::parallel;
 use nalgebra::Vector3;
 
 /// Number of halvings of an edge that find where it leaves a region: the last one is below the rounding error.
 const HALVINGS: usize = 52;
+
+/// Number of halvings of an edge that leaves a region through a hole, whose place has no derivative.
+const HALVINGS_IN_HOLES: usize = 24;
 
 /// Smallest difference of two places of an edge, relative to its length, that are not the same.
 const SAME_PLACE: f64 = 1e-9;
@@ -29,7 +32,7 @@ pub(super) trait Region: Sync {
 
     /// Returns where segments from a point inside to a point outside leave the region.
     fn crossings(&self, segments: &[Segment]) -> Vec<Crossing> {
-        halved(segments, |points| self.contains(points))
+        halved(segments, HALVINGS, |points| self.contains(points))
     }
 }
 
@@ -47,9 +50,13 @@ pub(super) struct Crossing {
 }
 
 /// Returns where the segments leave a region, by halving.
-fn halved(segments: &[Segment], contains: impl Fn(&[Vector3<f64>]) -> Vec<bool>) -> Vec<Crossing> {
+fn halved(
+    segments: &[Segment],
+    count: usize,
+    contains: impl Fn(&[Vector3<f64>]) -> Vec<bool>,
+) -> Vec<Crossing> {
     let mut ranges = vec![[0.0, 1.0]; segments.len()];
-    for _ in 0..HALVINGS {
+    for _ in 0..count {
         let middles = segments.iter().zip(&ranges);
         let middles: Vec<_> = middles
             .map(|([from, to], [a, b])| from.lerp(to, f64::midpoint(*a, *b)))
@@ -90,6 +97,21 @@ impl InsideTriangles {
         }
     }
 
+    fn nearest_triangle(&self, point: &Vector3<f64>) -> (usize, f64) {
+        nearest(point, &self.bvh, |triangle| &self.triangles[triangle])
+    }
+
+    /// Returns the triangle closest to a point, its distance (m) and its closest point.
+    pub fn nearest(&self, point: &Vector3<f64>) -> (usize, f64, Foot) {
+        let (triangle, distance) = self.nearest_triangle(point);
+        (triangle, distance, self.triangles[triangle].foot_of(point))
+    }
+
+    /// Returns the normal of a triangle. It is NaN for a degenerate triangle.
+    pub fn normal(&self, triangle: usize) -> &Vector3<f64> {
+        self.triangles[triangle].normal()
+    }
+
     fn contains(&self, point: &Vector3<f64>) -> bool {
         self.winding.at(point, &self.bvh, &self.triangles).abs() >= INSIDE
     }
@@ -128,11 +150,7 @@ impl Region for InsideTriangles {
     }
 
     fn clearances(&self, points: &[Vector3<f64>]) -> Vec<f64> {
-        parallel::values_of(points.len(), |index| {
-            nearest_distance(&points[index], &self.bvh, |triangle| {
-                &self.triangles[triangle]
-            })
-        })
+        parallel::map(points, |point| self.nearest_triangle(point).1)
     }
 
     fn contains(&self, points: &[Vector3<f64>]) -> Vec<bool> {
@@ -143,7 +161,8 @@ impl Region for InsideTriangles {
         let contains = |points: &[Vector3<f64>]| Region::contains(self, points);
         parallel::values_of(segments.len(), |index| {
             let crossing = self.crossing(&segments[index]);
-            crossing.unwrap_or_else(|| halved(&segments[index..=index], contains)[0])
+            crossing
+                .unwrap_or_else(|| halved(&segments[index..=index], HALVINGS_IN_HOLES, contains)[0])
         })
     }
 }

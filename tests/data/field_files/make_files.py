@@ -1,4 +1,4 @@
-"""Writes the files of other programs to its own folder: pip install gmsh==4.15.2 vtk==9.7.2 && python make_files.py"""
+"""Writes the files of Gmsh and VTK to the folder of this script: pip install gmsh==4.15.2 vtk==9.7.2 && python make_files.py"""
 
 import os
 import struct
@@ -11,7 +11,7 @@ HERE = Path(__file__).parent
 
 
 def write_gmsh():
-    """Writes a tetrahedron with parameters of its nodes (SaveParametric), in all versions that Gmsh writes."""
+    """Writes a box in all versions that Gmsh writes, with and without parameters of its nodes (SaveParametric)."""
     gmsh.initialize()
     gmsh.option.setNumber("General.Terminal", 0)
     gmsh.option.setNumber("Mesh.MeshSizeMin", 10.0)

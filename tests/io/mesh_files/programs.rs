@@ -1,4 +1,4 @@
-//! Files as programs in the field write them: versions, encodings, seams, second order. The right value of each is known.
+//! Mesh files as programs write them: versions, encodings, seams, second order. The exact volume or force of each is known.
 
 use super::sample_files::{ONE_TET, bracket, read_bytes, replaced};
 use hydroelastic::contact::{ContactBody, ContactPair, Partner, Shape};
@@ -124,7 +124,7 @@ fn the_corners_of_tetrahedra_of_second_order_are_read_on_request() {
             error,
             FileError::HigherOrder {
                 found: 1,
-                vertices: 10,
+                vertex_count: 10,
                 ..
             }
         ),
@@ -158,8 +158,8 @@ fn duplicated_inner_vertices_are_merged_and_reported() {
     assert_eq!(
         seam.warnings,
         [FileWarning::WeldedVertices {
-            vertices: 3,
-            faces: 1
+            vertex_count: 3,
+            pair_count: 1
         }]
     );
     assert_eq!(
@@ -182,7 +182,7 @@ fn nearly_equal_vertices_are_reported_and_merged_on_request() {
     let file = read_bytes("nearly.vtk", apart.as_bytes()).unwrap();
     let [
         FileWarning::Seam {
-            faces: 1,
+            pair_count: 1,
             distance,
             at,
         },
@@ -206,8 +206,8 @@ fn nearly_equal_vertices_are_reported_and_merged_on_request() {
     assert_eq!(
         welded.warnings,
         [FileWarning::WeldedVertices {
-            vertices: 3,
-            faces: 1
+            vertex_count: 3,
+            pair_count: 1
         }]
     );
     assert!((force(&welded) - 0.222).abs() < 5e-4);
@@ -322,15 +322,9 @@ fn polygons_and_strips_of_vtk_are_surfaces() {
             "{name}"
         );
     }
-    // Each reader names the other one.
+    // The error of each reader names the other one.
     let error = read_mesh(path_of("polygons.vtk"), &MeshOptions::default()).unwrap_err();
-    assert!(
-        error.to_string().contains("read it as a surface"),
-        "{error}"
-    );
+    assert!(error.to_string().contains("read_triangles"), "{error}");
     let error = read_triangle_surface(path_of("no_seam.vtk"), &Placement::default()).unwrap_err();
-    assert!(
-        error.to_string().contains("as a mesh of tetrahedra"),
-        "{error}"
-    );
+    assert!(error.to_string().contains("read_mesh"), "{error}");
 }

@@ -1,4 +1,4 @@
-//! Solids of revolution, extrusions, toruses and compounds: volumes, fields, rates and errors.
+//! Solids of revolution, extrusions, tori and compounds: volumes, fields, rates and errors.
 
 use approx::assert_relative_eq;
 use hydroelastic::contact::{ContactBody, ContactPair, Partner, Shape};
@@ -69,7 +69,7 @@ fn solids_of_revolution_and_extrusions_have_the_volume_of_their_outlines() {
 
 /// The distance inside a box is concave, so that its interpolation is not above it. It is exact farther from the edges than the resolution.
 #[test]
-fn an_extruded_square_presses_as_its_distance_except_near_edges() {
+fn an_extruded_square_has_the_force_of_its_distance_except_near_edges() {
     let square = [[-0.1, -0.1], [0.1, -0.1], [0.1, 0.1], [-0.1, 0.1]];
     let depth = 0.005;
     // ∫ min(depth, distance to the sides) over the face, with the slope modulus/0.1.
@@ -129,7 +129,7 @@ fn check_rates(rates: &[ShapeRates], numbers: &[f64], field: impl Fn(&[f64]) -> 
 }
 
 #[test]
-fn rates_are_what_differences_of_the_dimensions_say() {
+fn rates_match_differences_of_the_dimensions() {
     let torus = |numbers: &[f64]| shapes::torus(numbers[0], numbers[1], 8, 5).unwrap();
     check_rates(
         &shapes::torus_rates(0.1, 0.03, 8, 5).unwrap(),
@@ -171,7 +171,7 @@ fn parts_of_a_compound_keep_their_fields_and_must_not_overlap() {
 }
 
 #[test]
-fn hostile_dimensions_are_refused() {
+fn invalid_dimensions_are_refused() {
     let bow = [[0.0, 0.0], [1.0, 1.0], [1.0, 0.0], [0.0, 1.0]];
     let fold = [[0.0, 0.0], [1.0, 0.0], [0.5, 0.0], [0.5, 1.0]];
     for outline in [bow, fold, [[0.0; 2]; 4]] {

@@ -24,7 +24,7 @@ fn scattered(parts: &Triangulation, distance: f64) -> TriangleSoup {
 }
 
 #[test]
-fn vertices_a_rounding_error_apart_are_merged_wherever_they_are() {
+fn vertices_a_rounding_error_apart_are_merged_at_any_position() {
     // The offsets place the vertices on both sides of the borders of any grid.
     for offset in [0.0, 1e-7, 0.3, 1.0 / 3.0, -7.0] {
         let cube = block(Vector3::repeat(offset), Vector3::repeat(1.0));
@@ -67,7 +67,7 @@ fn merging_follows_chains_of_vertices() {
 }
 
 #[test]
-fn triangles_without_area_are_replaced_by_cuts_of_their_neighbors() {
+fn triangles_without_area_are_removed_and_their_neighbors_split() {
     let (mut vertices, mut triangles) = unit_block(Vector3::zeros());
     // Points on the edge of the first triangle are corners of the triangles on one side only, and a fan of triangles without area
     // fills the gap.
@@ -135,7 +135,7 @@ fn all_kinds_of_faults_are_counted_and_the_remedies_named() {
     let SurfaceError::NotClosed(faults) = refused else {
         panic!("{text}");
     };
-    let edges = [faults.open, faults.inconsistent, faults.crowded];
+    let edges = [faults.open, faults.inconsistent, faults.unbalanced];
     assert_eq!(edges.map(|fault| fault.unwrap().count), [6, 3, 3]);
     let thin = faults.thin.unwrap();
     assert_eq!((thin.count, thin.first[1]), (1, vector![10.0, 0.0, 0.0]));

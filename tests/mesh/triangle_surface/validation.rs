@@ -118,8 +118,8 @@ fn blocks_that_touch_in_an_edge_are_two_components() {
 fn an_edge_of_three_triangles_is_refused() {
     let (vertices, mut triangles) = cube();
     triangles.push(triangles[4]);
-    let crowded = faults(refusal((vertices, triangles))).crowded.unwrap();
-    assert_eq!(crowded.count, 3);
+    let unbalanced = faults(refusal((vertices, triangles))).unbalanced.unwrap();
+    assert_eq!(unbalanced.count, 3);
 }
 
 #[test]

@@ -52,7 +52,7 @@ fn vertices_at_the_same_place_become_one() {
 }
 
 #[test]
-fn unused_vertices_are_dropped_whatever_their_coordinates() {
+fn unused_vertices_are_dropped_even_if_they_are_not_finite() {
     let (vertices, triangles) = cube();
     let shifted: Vec<_> = triangles.iter().map(|t| t.map(|v| v + 1)).collect();
     for stray in [vector![1e4, 0.0, 0.0], Vector3::repeat(f64::NAN)] {

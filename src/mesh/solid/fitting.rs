@@ -1,0 +1,231 @@
+//! The fit of the boundary to curved surfaces. The vertices of stuffed tetrahedra lie on the surface, so that the triangles between
+//! them cut a convex surface off. Vertices therefore move away from the surface, until it passes through the triangles in the mean.
+
+use super::boundary::{BoundaryVertex, Follows};
+use super::region::{Crossing, InsideTriangles};
+use crate::geometry::{FACES, Triangle};
+use crate::mesh::TetMesh;
+use crate::parallel;
+use nalgebra::Vector3;
+
+/// Mean distance between a triangle and a surface with quadratic heights that passes through its corners, over the distance at its
+/// middle.
+const MEAN_OVER_MIDDLE: f64 = 0.75;
+
+/// The surface above a triangle of the boundary is smooth if its normal there and the normals at the triangle's corners have cosines above
+/// this limit. The boundary is not fitted to sharp edges, because the faces beside them would bulge.
+const SMOOTH: f64 = 0.9;
+
+/// Largest move of a vertex over the smallest height of the tetrahedra around it.
+const LARGEST_MOVE: f64 = 0.2;
+
+/// Distance from the surface up to which a triangle is on it, over the length of an edge.
+const TOUCHING: f64 = 1e-9;
+
+/// Cosine of the angle between an edge and a triangle's normal below which the place of a cut is not differentiable in practice.
+const GRAZING: f64 = 1e-6;
+
+/// Difference of two ratios below which a small change of the boundary changes the fit.
+const TIE: f64 = 1e-6;
+
+/// The gap between a triangle on the boundary of the mesh and the surface: the height of the surface above the middle of the triangle.
+#[derive(Debug, Clone)]
+pub(super) struct Gap {
+    /// Vertices of the triangle.
+    pub vertices: [usize; 3],
+    /// Vertices of the closest triangle of the surface.
+    corners: [usize; 3],
+    /// Barycentric coordinates of the closest point.
+    shares: [f64; 3],
+    /// Unit vector from the middle to the closest point, or its opposite if the surface is below the triangle.
+    direction: Vector3<f64>,
+    /// Height of the surface (m).
+    length: f64,
+    is_at_tie: bool,
+}
+
+impl Gap {
+    /// Returns the rate of the length, from the velocities of the vertices of the mesh and of the surface.
+    pub fn rate(&self, of_mesh: &[Vector3<f64>], of_surface: &[Vector3<f64>]) -> f64 {
+        let middle: Vector3<f64> = self.vertices.iter().map(|&vertex| of_mesh[vertex]).sum();
+        let corners = self.corners.iter().zip(self.shares);
+        let foot: Vector3<f64> = corners
+            .map(|(&corner, share)| of_surface[corner] * share)
+            .sum();
+        self.direction.dot(&(foot - middle / 3.0))
+    }
+
+    /// Adds the derivatives of a scalar with respect to the vertices of the mesh and of the surface, from that with respect to the
+    /// length.
+    pub fn pull_back(
+        &self,
+        by_length: f64,
+        by_mesh: &mut [Vector3<f64>],
+        by_surface: &mut [Vector3<f64>],
+    ) {
+        for (&corner, share) in self.corners.iter().zip(self.shares) {
+            by_surface[corner] += self.direction * (share * by_length);
+        }
+        for vertex in self.vertices {
+            by_mesh[vertex] -= self.direction * (by_length / 3.0);
+        }
+    }
+}
+
+/// The triangles that a solid fills.
+pub(super) struct Input<'a> {
+    /// Vertices of the triangles (m).
+    pub vertices: &'a [Vector3<f64>],
+    triangles: &'a [[usize; 3]],
+    pub region: InsideTriangles,
+}
+
+/// A mesh that fits a surface.
+pub(super) struct Fit {
+    pub vertices: Vec<Vector3<f64>>,
+    pub gaps: Vec<Gap>,
+    /// The vertices for which a small change of the surface changes the rules of the fit.
+    pub ties: Vec<usize>,
+}
+
+impl<'a> Input<'a> {
+    /// Prepares the queries in O(n log n) time. There must be a triangle.
+    pub fn new(vertices: &'a [Vector3<f64>], triangles: &'a [[usize; 3]]) -> Self {
+        let corners = triangles
+            .iter()
+            .map(|triangle| triangle.map(|vertex| vertices[vertex]));
+        Self {
+            vertices,
+            triangles,
+            region: InsideTriangles::new(corners),
+        }
+    }
+
+    /// Returns how a vertex at the crossing of an edge (m) follows the triangle there, if there is one.
+    pub fn follows(&self, crossing: &Crossing, edge: &Vector3<f64>) -> Option<Follows> {
+        let (triangle, shares) = crossing.triangle?;
+        let normal = self.region.normal(triangle);
+        let along = normal.dot(edge);
+        (along.abs() > GRAZING * edge.norm()).then(|| Follows {
+            corners: self.triangles[triangle],
+            crossing: shares,
+            below: shares,
+            normal: normal / along,
+            height_by_gap: 0.0,
+        })
+    }
+
+    /// Fits a mesh to the triangles. The vertices on its boundary note how they follow the triangles.
+    pub fn fit(&self, mesh: &TetMesh, boundary: &mut [BoundaryVertex]) -> Fit {
+        let count = mesh.vertex_count();
+        let mut triangle_counts = vec![0.0; count];
+        for &vertex in mesh.surface_triangles().as_flattened() {
+            triangle_counts[vertex] += 1.0;
+        }
+        let gaps = self.gaps(mesh, boundary);
+        let (mut sums, mut is_at_tie) = (vec![0.0; count], vec![false; count]);
+        for (gap, vertex) in gaps
+            .iter()
+            .flat_map(|gap| gap.vertices.map(|vertex| (gap, vertex)))
+        {
+            sums[vertex] += gap.length;
+            is_at_tie[vertex] |= gap.is_at_tie;
+        }
+        let heights = least_heights(mesh);
+        let mut vertices = mesh.vertices().to_vec();
+        for BoundaryVertex {
+            vertex,
+            edge,
+            follows,
+        } in boundary
+        {
+            let Some(follows) = follows else { continue };
+            let height_by_gap = MEAN_OVER_MIDDLE / triangle_counts[*vertex];
+            let height = height_by_gap * sums[*vertex];
+            let share = height * follows.over_slope();
+            let limit = power_of_two_below(LARGEST_MOVE * heights[*vertex] / edge.norm());
+            is_at_tie[*vertex] |= (share.abs() / limit - 1.0).abs() < TIE;
+            vertices[*vertex] += *edge * share.clamp(-limit, limit);
+            if share.abs() < limit {
+                let corners = follows.corners.map(|corner| self.vertices[corner]);
+                follows.below = Triangle::new(corners).shares_of(&vertices[*vertex]);
+                follows.height_by_gap = height_by_gap;
+            }
+        }
+        let ties = (0..count).filter(|&vertex| is_at_tie[vertex]).collect();
+        Fit {
+            vertices,
+            gaps,
+            ties,
+        }
+    }
+
+    /// Returns the gaps of the triangles above which the surface is smooth.
+    fn gaps(&self, mesh: &TetMesh, boundary: &[BoundaryVertex]) -> Vec<Gap> {
+        // Outer normals of the triangles that the vertices follow, or 0.
+        let mut normals = vec![Vector3::zeros(); mesh.vertex_count()];
+        for vertex in boundary {
+            let normal = vertex
+                .follows
+                .as_ref()
+                .map(|follows| follows.normal.normalize());
+            normals[vertex.vertex] = normal.unwrap_or_default();
+        }
+        let gaps = parallel::map(mesh.surface_triangles(), |&vertices| {
+            let corners = vertices.map(|vertex| mesh.vertices()[vertex]);
+            self.gap(vertices, corners, vertices.map(|vertex| normals[vertex]))
+        });
+        gaps.into_iter().flatten().collect()
+    }
+
+    fn gap(
+        &self,
+        vertices: [usize; 3],
+        [a, b, c]: [Vector3<f64>; 3],
+        normals: [Vector3<f64>; 3],
+    ) -> Option<Gap> {
+        let middle = (a + b + c) / 3.0;
+        let (index, distance, foot) = self.region.nearest(&middle);
+        let is_touching = distance <= TOUCHING * (b - a).norm();
+        let direction = if is_touching {
+            *self.region.normal(index)
+        } else {
+            foot.direction
+        };
+        let sign = direction.dot(&(b - a).cross(&(c - a))).signum();
+        let direction = direction * sign;
+        let cosines = normals.map(|normal| normal.dot(&direction));
+        let gap = Gap {
+            vertices,
+            corners: self.triangles[index],
+            shares: foot.shares,
+            direction,
+            length: if is_touching { 0.0 } else { -distance * sign },
+            is_at_tie: cosines.iter().any(|cosine| (cosine - SMOOTH).abs() < TIE),
+        };
+        cosines.iter().all(|&cosine| cosine > SMOOTH).then_some(gap)
+    }
+}
+
+/// Returns the least height of each vertex above the opposite face of a tetrahedron (m).
+fn least_heights(mesh: &TetMesh) -> Vec<f64> {
+    let mut heights = vec![f64::INFINITY; mesh.vertex_count()];
+    for (tet, vertices) in mesh.tets().iter().enumerate() {
+        let tetrahedron = mesh.tetrahedron(tet);
+        for (&vertex, face) in vertices.iter().zip(FACES) {
+            let [a, b, c] = face.map(|corner| tetrahedron.corners[corner]);
+            let height = 6.0 * tetrahedron.signed_volume() / (b - a).cross(&(c - a)).norm();
+            heights[vertex] = heights[vertex].min(height);
+        }
+    }
+    heights
+}
+
+/// Returns the largest power of two up to this number, at most 1/8, so that the limit of a move does not depend on small changes.
+fn power_of_two_below(number: f64) -> f64 {
+    let mut power = 0.125;
+    while power > number {
+        power /= 2.0;
+    }
+    power
+}

@@ -1,0 +1,198 @@
+//! How fine solids are, and how exact that makes them.
+
+use super::lattice::Lattice;
+use super::region::Region;
+use super::stuffing::{Stuffing, stuffed};
+use super::{Solid, SolidError, check_bounds};
+use crate::mesh::TetMesh;
+use nalgebra::Vector3;
+use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
+
+/// Number of tetrahedra up to which the spacing is refined.
+const MAX_TETS: f64 = 1e6;
+
+/// Growth of the number of tetrahedra as the spacing is divided by √2.
+const GROWTH: f64 = 2.0 * SQRT_2;
+
+/// Depth up to which the distances of a mesh are compared with exact ones, over the largest distance.
+const SKIN: f64 = 0.4;
+
+/// Number of spacings of the first attempt along the longest edge of the bounds.
+const FIRST_CELLS: f64 = 12.0;
+
+/// How fine the tetrahedra of a [`Solid`] are.
+///
+/// For an error, the spacing is a power of √2 m, which is divided by √2 until the error is as small, or the next mesh would have more than
+/// a million tetrahedra. [`Solid::warnings`] tells of the latter.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Resolution {
+    /// Spacing of the lattice (m): the longest edge of the inner tetrahedra.
+    Spacing(f64),
+    /// Largest error of the volume, over the volume of the surface or, if the triangles have none of their own or there are no
+    /// triangles, of the volume at the spacing before.
+    VolumeWithin(f64),
+    /// Largest mean error of the distance to the surface that the mesh interpolates, over the mean distance. The means are over the middles
+    /// of the tetrahedra that are at most two fifths of the largest distance deep, weighted by volume. Forces of deep contact are about
+    /// as exact, and those of shallow contact less.
+    DistanceWithin(f64),
+}
+
+impl Default for Resolution {
+    /// The distance is within 2 %.
+    fn default() -> Self {
+        Self::DistanceWithin(0.02)
+    }
+}
+
+/// An error that is larger than asked for.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+#[error(
+    "the {quantity} is off by a share of {reached:.2e} with {tet_count} tetrahedra, but {asked:.2e} was asked for: walls may be thin, or \
+     triangles may leave holes or intersect each other; choose a spacing, allow a larger error, or use the convex hull"
+)]
+pub struct SolidWarning {
+    /// What is less exact.
+    pub quantity: &'static str,
+    /// Its relative error.
+    pub reached: f64,
+    /// The error that was asked for.
+    pub asked: f64,
+    /// Number of tetrahedra.
+    pub tet_count: usize,
+}
+
+/// Fills a region at this resolution.
+pub(super) fn refined(
+    region: &impl Region,
+    volume: Option<f64>,
+    resolution: Resolution,
+    of_stuffing: impl Fn(Stuffing, f64) -> Result<Solid, SolidError>,
+) -> Result<Solid, SolidError> {
+    let bounds = region.bounds();
+    check_bounds(&bounds)?;
+    let at = |spacing: f64| {
+        let lattice = Lattice::around(&bounds, spacing)
+            .map_err(|cells| SolidError::TooFine { spacing, cells })?;
+        of_stuffing(stuffed(region, &lattice), spacing)
+    };
+    let first_spacing = power_below(2.0 * bounds.half_extents().max() / FIRST_CELLS);
+    match resolution {
+        Resolution::Spacing(spacing) => {
+            check_number("spacing", spacing)?;
+            let mut solid = at(spacing)?;
+            solid.volume_error = volume.map(|volume| (solid.mesh.volume() / volume - 1.0).abs());
+            Ok(solid)
+        }
+        Resolution::VolumeWithin(asked) => {
+            let mut before = volume;
+            within(("volume", asked), first_spacing, at, |solid| {
+                let found = solid.mesh.volume();
+                let reached = before.map(|volume| (found / volume - 1.0).abs());
+                // The error is of second order, so that it equals its change from a spacing √2 times as large.
+                before = volume.or(Some(found));
+                solid.volume_error = reached;
+                reached.unwrap_or(f64::INFINITY)
+            })
+        }
+        Resolution::DistanceWithin(asked) => within(
+            ("distance to the surface", asked),
+            first_spacing,
+            at,
+            |solid| {
+                solid.volume_error =
+                    volume.map(|volume| (solid.mesh.volume() / volume - 1.0).abs());
+                let error = distance_error(region, &solid.mesh);
+                solid.distance_error = Some(error);
+                error
+            },
+        ),
+    }
+}
+
+/// Returns the mean error of the distances to the boundary of a region that a mesh interpolates, over the mean distance, at the middles of
+/// its tetrahedra that are at most [`SKIN`] times the largest distance deep, weighted by volume.
+fn distance_error(region: &impl Region, mesh: &TetMesh) -> f64 {
+    let mut distances = region.clearances(mesh.vertices());
+    for (vertex, distance) in distances.iter_mut().enumerate() {
+        if mesh.is_on_surface(vertex) {
+            *distance = 0.0;
+        }
+    }
+    let largest = distances.iter().copied().fold(0.0, f64::max);
+    let mean = |tet: &[usize; 4]| tet.map(|vertex| distances[vertex]).iter().sum::<f64>() / 4.0;
+    let middle = |tet: &[usize; 4]| {
+        tet.iter()
+            .map(|&vertex| mesh.vertices()[vertex])
+            .sum::<Vector3<f64>>()
+            / 4.0
+    };
+    let middles: Vec<_> = mesh.tets().iter().map(middle).collect();
+    let (mut error, mut sum) = (0.0, 0.0);
+    for (tet, exact) in region.clearances(&middles).into_iter().enumerate() {
+        if exact <= SKIN * largest {
+            let volume = mesh.tetrahedron(tet).signed_volume();
+            error += volume * (mean(&mesh.tets()[tet]) - exact).abs();
+            sum += volume * exact;
+        }
+    }
+    // A mesh without such tetrahedra is too coarse.
+    if sum > 0.0 {
+        error / sum
+    } else {
+        f64::INFINITY
+    }
+}
+
+/// Refines the spacing until an error is as asked.
+fn within(
+    (quantity, asked): (&'static str, f64),
+    first_spacing: f64,
+    at: impl Fn(f64) -> Result<Solid, SolidError>,
+    mut error_of: impl FnMut(&mut Solid) -> f64,
+) -> Result<Solid, SolidError> {
+    check_number("largest error", asked)?;
+    let mut spacing = first_spacing;
+    loop {
+        let solid = at(spacing);
+        if matches!(solid, Err(SolidError::Empty { .. })) && spacing > first_spacing / 16.0 {
+            spacing *= FRAC_1_SQRT_2;
+            continue;
+        }
+        let mut solid = solid?;
+        let reached = error_of(&mut solid);
+        if reached <= asked {
+            return Ok(solid);
+        }
+        let tet_count = solid.mesh.tet_count();
+        if tet_count as f64 * GROWTH > MAX_TETS {
+            solid.warnings.push(SolidWarning {
+                quantity,
+                reached,
+                asked,
+                tet_count,
+            });
+            return Ok(solid);
+        }
+        spacing *= FRAC_1_SQRT_2;
+    }
+}
+
+/// Returns a power of √2 m of at most this length (m), so that the lattice does not depend on small changes of the region.
+fn power_below(length: f64) -> f64 {
+    let mut power = 1.0;
+    while power < length {
+        power *= SQRT_2;
+    }
+    while power > length {
+        power *= FRAC_1_SQRT_2;
+    }
+    power
+}
+
+fn check_number(name: &'static str, value: f64) -> Result<(), SolidError> {
+    if value > 0.0 && value.is_finite() {
+        return Ok(());
+    }
+    Err(SolidError::InvalidResolution { name, value })
+}
