@@ -47,6 +47,7 @@ ERRORS = {"HydroelasticError", "RolloutError"}
 # Python types, by their names in docstrings and in Rust.
 TYPES = {name: name for name in ["None", "bool", "float", "int", "str", "object", *ERRORS, *CLASSES]} | {
     "callable": "_Progress",
+    "function of points": "Callable[[_Floats], _Numbers]",
     "hydroelastic.view.Picture": "Picture",
     "path-like": "_File",
     "()": "None",
@@ -57,6 +58,7 @@ TYPES = {name: name for name in ["None", "bool", "float", "int", "str", "object"
     "ForceObject": "Spring | Drag | Thruster",
     "Indices": "NDArray[np.int64]",
     "JointNumber": "float | _Floats",
+    "Made": "tuple[Callable[..., Self], tuple[str, tuple[object, ...], dict[str, object]]]",
     "Number": "float | str",
     "PyArrayDyn<f64>": "_Floats",
     "PyArrayDyn<i64>": "NDArray[np.int64]",

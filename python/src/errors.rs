@@ -4,11 +4,13 @@ use crate::trajectory::Trajectory;
 use hydroelastic::dynamics::{self, RolloutError as RolloutCause};
 use hydroelastic::gradient::GradientError;
 use hydroelastic::io::FileError;
+use hydroelastic::io::urdf::UrdfError;
 use pyo3::PyTypeInfo;
 use pyo3::create_exception;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use std::fmt::Display;
+use std::io::{self, ErrorKind};
 
 create_exception!(
     hydroelastic,
@@ -31,12 +33,31 @@ pub fn value_error(why: impl Display) -> PyErr {
 
 /// Creates the exception for a file: a subclass of OSError for errors of the operating system.
 pub fn file_error(why: FileError) -> PyErr {
-    let message = why.to_string();
+    os_error(kind_of(&why), why)
+}
+
+/// Creates the exception for a robot: a subclass of OSError for errors of the operating system.
+pub fn urdf_error(why: UrdfError) -> PyErr {
+    let kind = match &why {
+        UrdfError::Read { source, .. } => Some(source.kind()),
+        UrdfError::MeshFile { source, .. } => kind_of(source),
+        _ => None,
+    };
+    os_error(kind, why)
+}
+
+/// Kind of the error of the operating system, if there is one.
+fn kind_of(why: &FileError) -> Option<ErrorKind> {
     match why {
-        FileError::Read { source, .. } | FileError::Write { source, .. } => {
-            std::io::Error::new(source.kind(), message).into()
-        }
-        _ => value_error(message),
+        FileError::Read { source, .. } | FileError::Write { source, .. } => Some(source.kind()),
+        _ => None,
+    }
+}
+
+fn os_error(kind: Option<ErrorKind>, why: impl Display) -> PyErr {
+    match kind {
+        Some(kind) => io::Error::new(kind, why.to_string()).into(),
+        None => value_error(why),
     }
 }
 

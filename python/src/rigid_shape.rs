@@ -1,17 +1,16 @@
 //! Rigid shapes: closed triangle surfaces with their search trees.
 
-use crate::arrays::{
-    Floats, array, check_finite, indices, optional_real, real, row, signed, table, whole_array,
-};
+use crate::arrays::{Floats, optional_real, real};
 use crate::errors::value_error;
-use crate::poses::single_pose;
-use crate::shape::{Shape, check_extension, mass_arrays, warn};
+use crate::mesh_arrays::{
+    Indices, gradient_array, index_array, triangle_soup, vector_array, vectors,
+};
+use crate::shape::{Shape, mass_arrays};
+use crate::shape_files::{placement, surface_error, warn};
 use crate::shape_gradient::mass_gradient;
 use hydroelastic::contact;
-use hydroelastic::io::{Placement, read_triangles};
-use hydroelastic::mesh::{SurfaceError, SurfaceWarning, TriangleSoup, TriangleSurface};
-use hydroelastic::nalgebra::Vector3;
-use numpy::PyArrayDyn;
+use hydroelastic::io::read_triangles;
+use hydroelastic::mesh::{SurfaceError, TriangleSoup, TriangleSurface};
 use pyo3::prelude::*;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -44,28 +43,10 @@ impl RigidShape {
         Ok(Self(Arc::new(contact::RigidShape::new(surface))))
     }
 
-    fn surface(&self) -> &TriangleSurface {
+    /// Surface of the shape.
+    pub fn surface(&self) -> &TriangleSurface {
         self.0.surface()
     }
-
-    /// Emits the warnings of the surface. An explicit unit is not a mistake.
-    fn warn(&self, py: Python<'_>, name: &str, is_unit_given: bool) -> PyResult<()> {
-        for warning in self.surface().warnings() {
-            let is_about_size = matches!(warning, SurfaceWarning::Size { .. });
-            if !(is_about_size && is_unit_given) {
-                warn(py, name, warning, is_about_size)?;
-            }
-        }
-        Ok(())
-    }
-}
-
-/// Extracts points.
-fn points(argument: &Bound<'_, PyAny>, name: &str) -> PyResult<Vec<Vector3<f64>>> {
-    Ok(table::<3>(argument, name)?
-        .into_iter()
-        .map(Into::into)
-        .collect())
 }
 
 /// Creates the exception for a file whose triangles are not a surface.
@@ -84,16 +65,13 @@ impl RigidShape {
         vertices: &Bound<'_, PyAny>,
         triangles: &Bound<'_, PyAny>,
     ) -> PyResult<Self> {
-        let soup = TriangleSoup {
-            vertices: points(vertices, "vertices")?,
-            triangles: indices(triangles, "triangles")?,
-        };
+        let soup = triangle_soup(vertices, triangles)?;
         let shape = py.detach(|| {
             // A valid surface keeps its vertices.
             let surface = TriangleSurface::new(soup.vertices.clone(), soup.triangles.clone());
             Self::of(surface.or_else(|_| soup.closed()))
         })?;
-        shape.warn(py, "the surface", true)?;
+        warn(py, "the surface", shape.surface().warnings(), true)?;
         Ok(shape)
     }
 
@@ -116,13 +94,14 @@ impl RigidShape {
     #[staticmethod]
     fn convex_hull(py: Python<'_>, points: &Bound<'_, PyAny>) -> PyResult<Self> {
         let soup = TriangleSoup {
-            vertices: self::points(points, "points")?,
+            vertices: vectors(points, "points")?,
             triangles: Vec::new(),
         };
         py.detach(|| Self::of(soup.convex_hull().and_then(TriangleSoup::closed)))
     }
 
-    /// Reads a surface from a file: STL (.stl), Wavefront (.obj), PLY (.ply), OFF (.off), glTF (.glb, .gltf), COLLADA (.dae) or VTK (.vtp).
+    /// Reads a surface from a file: STL (.stl), Wavefront (.obj), PLY (.ply), OFF (.off), glTF (.glb, .gltf), COLLADA (.dae) or VTK
+    /// PolyData (.vtk, .vtp).
     ///
     /// The surface is repaired as by RigidShape(vertices, triangles). Repairs that move vertices, overlapping components and an unlikely
     /// size are warnings (UserWarning).
@@ -151,7 +130,9 @@ impl RigidShape {
     /// Raises
     /// ------
     /// HydroelasticError
-    ///     If the file cannot be read or is damaged, or its surface is not closed.
+    ///     If an option is out of range, or if the file is damaged, has no surface, or its surface is not closed.
+    /// OSError
+    ///     If the file cannot be read from the disk.
     #[staticmethod]
     #[pyo3(signature = (path, unit=None, *, scale=None, pose=None, hull=false, flip=false))]
     fn read(
@@ -163,21 +144,9 @@ impl RigidShape {
         hull: bool,
         flip: bool,
     ) -> PyResult<Self> {
-        check_extension(&path, &["msh", "vtk", "vtu"], |path| {
-            format!(
-                "{path} holds a mesh of tetrahedra, not a surface: Shape.read reads it, and RigidShape.around(Shape.read(path)) makes a \
-                 rigid body of it"
-            )
-        })?;
-        let mut placement = Placement::from_unit(unit.unwrap_or(1.0));
-        if let Some(scale) = scale {
-            placement.scale = row::<3>(scale, "scale")?.into();
-        }
-        if let Some(pose) = pose {
-            placement.pose = single_pose(pose, "pose")?;
-        }
+        let placement = placement(unit, scale, pose)?;
         let shape = py.detach(|| {
-            let mut soup = read_triangles(&path, &placement).map_err(value_error)?;
+            let mut soup = read_triangles(&path, &placement).map_err(surface_error)?;
             if hull {
                 soup = soup.convex_hull().map_err(|why| unusable(&path, &why))?;
             }
@@ -185,7 +154,8 @@ impl RigidShape {
             let surface = soup.closed().map_err(|why| unusable(&path, &why))?;
             Self::of(Ok(surface))
         })?;
-        shape.warn(py, &path.display().to_string(), unit.is_some())?;
+        let warnings = shape.surface().warnings();
+        warn(py, path.display(), warnings, unit.is_some())?;
         Ok(shape)
     }
 
@@ -213,17 +183,13 @@ impl RigidShape {
     /// Positions (m) of the vertices in the body frame, (n, 3) float64.
     #[getter]
     fn vertices<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
-        let vertices = self.surface().vertices();
-        let values = vertices.iter().flat_map(|v| v.iter().copied()).collect();
-        array(py, values, &[vertices.len(), 3])
+        vector_array(py, self.surface().vertices())
     }
 
     /// Vertex indices of each triangle, counter-clockwise seen from outside, (m, 3) int64.
     #[getter]
-    fn triangles<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<i64>>> {
-        let triangles = self.surface().triangles();
-        let values = signed(triangles.as_flattened().iter().copied());
-        whole_array(py, values, &[triangles.len(), 3])
+    fn triangles<'py>(&self, py: Python<'py>) -> PyResult<Indices<'py>> {
+        index_array(py, self.surface().triangles())
     }
 
     /// Enclosed volume (m³), without cavities.
@@ -295,10 +261,7 @@ impl RigidShape {
     ) -> PyResult<Floats<'py>> {
         let gradient = mass_gradient(by_mass, by_center, by_inertia)?;
         let result_gradient = self.surface().mass_gradient(density, &gradient);
-        let result_gradient = result_gradient.map_err(value_error)?;
-        let values: Vec<f64> = result_gradient.iter().flatten().copied().collect();
-        check_finite(&values, "the gradient")?;
-        array(py, values, &[result_gradient.len(), 3])
+        gradient_array(py, &result_gradient.map_err(value_error)?)
     }
 
     pub fn __repr__(&self) -> String {
@@ -311,10 +274,7 @@ impl RigidShape {
         )
     }
 
-    fn __getnewargs__<'py>(
-        &self,
-        py: Python<'py>,
-    ) -> PyResult<(Floats<'py>, Bound<'py, PyArrayDyn<i64>>)> {
+    fn __getnewargs__<'py>(&self, py: Python<'py>) -> PyResult<(Floats<'py>, Indices<'py>)> {
         Ok((self.vertices(py)?, self.triangles(py)?))
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::arrays::{Whole, count, named_real, parts, real, whole};
 use crate::body::Body;
-use crate::errors::value_error;
+use crate::errors::{urdf_error, value_error};
 use crate::joint::{Joint, check_stops};
 use crate::material::Material;
 use crate::mechanism::Mechanism;
@@ -92,11 +92,12 @@ impl Robot {
     /// Raises
     /// ------
     /// HydroelasticError
-    ///     If the file cannot be read, an element is missing or out of range, names are not unique, or the links are not one tree. The
-    ///     message gives the line.
+    ///     If an element is missing or out of range, names are not unique, or the links are not one tree. The message gives the line.
+    /// OSError
+    ///     If the file cannot be read from the disk.
     #[staticmethod]
     fn read(path: PathBuf) -> PyResult<Self> {
-        urdf::Robot::read(path).map(Self).map_err(value_error)
+        urdf::Robot::read(path).map(Self).map_err(urdf_error)
     }
 
     /// Reads a text in the URDF format.
@@ -117,7 +118,7 @@ impl Robot {
     ///     If an element is missing or out of range, names are not unique, or the links are not one tree. The message gives the line.
     #[staticmethod]
     fn parse(text: &str) -> PyResult<Self> {
-        text.parse().map(Self).map_err(value_error)
+        text.parse().map(Self).map_err(urdf_error)
     }
 
     /// Name.
@@ -191,6 +192,8 @@ impl Robot {
     /// HydroelasticError
     ///     If a joint is floating or planar, a geometry cannot become a shape, the material or the mass properties of a link are out of
     ///     range, or an option is not valid.
+    /// OSError
+    ///     If a mesh cannot be read from the disk.
     #[pyo3(signature = (material, *, base=None, pose=None, prefix="", packages=None, meshes="rigid", materials=None, self_contact=false,
                         subdivisions=2, segments=16, revolute_stops=Some(StopLaw { stiffness: 1e3, dissipation: 1.0 }),
                         prismatic_stops=Some(StopLaw { stiffness: 1e5, dissipation: 10.0 }), slip_tolerance=1e-3),
@@ -237,7 +240,7 @@ impl Robot {
             ..RobotOptions::new(material.inner())
         };
         self.check_links(options.materials.keys())?;
-        let mechanism = self.0.mechanism(&options).map_err(value_error)?;
+        let mechanism = self.0.mechanism(&options).map_err(urdf_error)?;
         Ok(converted(&mechanism))
     }
 
@@ -300,6 +303,8 @@ impl World {
     /// ------
     /// HydroelasticError
     ///     If the file or an option is not valid, or the world has no such joint.
+    /// OSError
+    ///     If the file or a mesh cannot be read from the disk.
     #[staticmethod]
     #[pyo3(signature = (path, material, *, base=None, pose=None, packages=None, meshes="rigid", servos=None, bodies=None, gravity=None),
            text_signature = "(path, material, *, base='fixed', pose=None, packages=None, meshes='rigid', servos=None, bodies=None, \
@@ -327,7 +332,7 @@ impl World {
             ..RobotOptions::new(material.inner())
         };
         let robot = Robot::read(path)?.0;
-        let mut mechanism = converted(&robot.mechanism(&options).map_err(value_error)?);
+        let mut mechanism = converted(&robot.mechanism(&options).map_err(urdf_error)?);
         for (joint, servo) in servos.into_iter().flatten() {
             let name = format!("the servo of joint {joint:?}");
             let [stiffness, damping] = parts(&servo, &name, "a stiffness and a damping")?;

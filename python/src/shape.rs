@@ -1,21 +1,17 @@
 //! Compliant shapes: pressure fields with their search trees.
 
-use crate::arrays::{
-    Floats, Whole, array, check_finite, count, indices, list, optional_real, real, row, signed,
-    table, whole, whole_array,
-};
+use crate::arrays::{Floats, array, list, optional_real, real};
 use crate::errors::{file_error, value_error};
-use crate::poses::single_pose;
+use crate::mesh_arrays::{Indices, gradient_array, index_array, tet_mesh, vector_array};
+use crate::shape_files::{mesh_error, placement, warn};
 use crate::shape_gradient::mass_gradient;
 use hydroelastic::contact::{self, BodyError, ContactBody};
-use hydroelastic::io::{FileWarning, MeshOptions, Placement, read_mesh};
-use hydroelastic::mesh::{MeshError, PressureField, TetMesh, TriangleSoup, shapes};
+use hydroelastic::io::{MeshOptions, read_mesh};
+use hydroelastic::mesh::{MeshError, PressureField, TetMesh};
 use hydroelastic::spatial::{MassProperties, Pose};
-use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use std::fmt::Display;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 /// Shape of a compliant body: a tetrahedral mesh with an extent at every vertex.
@@ -34,6 +30,9 @@ use std::sync::Arc;
 ///     surface are then divided, which adds vertices.
 /// inert_tets : bool
 ///     True to allow tetrahedra with the extent 0 at all corners. They have mass, but exert no force.
+/// tolerance : float, optional
+///     Largest mean error of the interpolated distance over the mean distance, positive, without extents. Tetrahedra are split until the
+///     error of shallow points is as small. Coarse meshes without a tolerance are too soft at their edges. Default: no tolerance.
 ///
 /// Raises
 /// ------
@@ -50,7 +49,16 @@ impl Shape {
         Ok(Self(Arc::new(contact::Shape::new(field))))
     }
 
-    fn field(&self) -> &PressureField {
+    /// Creates a shape whose extents are distances to the surface, interpolated within a tolerance if there is one.
+    fn of_distances(mesh: &TetMesh, tolerance: Option<f64>) -> PyResult<Self> {
+        Self::of(match tolerance {
+            None => PressureField::from_distance(mesh),
+            Some(tolerance) => PressureField::from_distance_within(mesh, tolerance, None),
+        })
+    }
+
+    /// Pressure field of the shape.
+    pub fn field(&self) -> &PressureField {
         self.0.field()
     }
 
@@ -74,63 +82,32 @@ pub fn mass_arrays<'py>(
     ))
 }
 
-/// Returns whether the name of a file has one of the extensions.
-fn is_of(path: &Path, extensions: &[&str]) -> bool {
-    let extension = path.extension().unwrap_or_default();
-    extensions
-        .iter()
-        .any(|known| extension.eq_ignore_ascii_case(known))
-}
-
-/// Returns an error if a file has an extension that another class reads.
-pub fn check_extension(
-    path: &Path,
-    extensions: &[&str],
-    remedy: impl Fn(std::path::Display<'_>) -> String,
-) -> PyResult<()> {
-    if is_of(path, extensions) {
-        return Err(value_error(remedy(path.display())));
-    }
-    Ok(())
-}
-
-/// Emits a warning about a file or a surface. A warning about the size of a body names the remedy.
-pub fn warn(
-    py: Python<'_>,
-    name: impl Display,
-    warning: impl Display,
-    is_about_size: bool,
-) -> PyResult<()> {
-    let remedy = if is_about_size {
-        "; unit=1.0 reads meters without this warning"
-    } else {
-        ""
-    };
-    let message = format!("{name}: {warning}{remedy}");
-    py.import("warnings")?.call_method1("warn", (message,))?;
-    Ok(())
-}
-
 #[pymethods]
 impl Shape {
     #[new]
-    #[pyo3(signature = (vertices, tets, extents=None, *, inert_tets=false))]
+    #[pyo3(signature = (vertices, tets, extents=None, *, inert_tets=false, tolerance=None))]
     fn new(
+        py: Python<'_>,
         vertices: &Bound<'_, PyAny>,
         tets: &Bound<'_, PyAny>,
         extents: Option<&Bound<'_, PyAny>>,
         inert_tets: bool,
+        #[pyo3(from_py_with = optional_real)] tolerance: Option<f64>,
     ) -> PyResult<Self> {
-        let vertices = table::<3>(vertices, "vertices")?;
-        let vertices = vertices.into_iter().map(Into::into).collect();
-        let mesh = TetMesh::new(vertices, indices(tets, "tets")?).map_err(value_error)?;
-        let extents = extents
-            .map(|extents| list(extents, "extents"))
-            .transpose()?;
-        Self::of(match extents {
-            None => PressureField::from_distance(&mesh),
-            Some(extents) if inert_tets => PressureField::with_inert_tets(mesh, extents),
-            Some(extents) => PressureField::new(mesh, extents),
+        let mesh = tet_mesh(vertices, tets)?;
+        let Some(extents) = extents else {
+            return py.detach(|| Self::of_distances(&mesh, tolerance));
+        };
+        let extents = list(extents, "extents")?;
+        if tolerance.is_some() {
+            return Err(value_error(
+                "a tolerance is that of distances, but extents were given: give one of them",
+            ));
+        }
+        Self::of(if inert_tets {
+            PressureField::with_inert_tets(mesh, extents)
+        } else {
+            PressureField::new(mesh, extents)
         })
     }
 
@@ -156,6 +133,10 @@ impl Shape {
     ///     True to read tetrahedra of second or higher order as tetrahedra of first order with the same corners.
     /// weld_tolerance : float
     ///     Distance (m) up to which duplicated vertices on coincident faces are merged. Vertices at equal positions are always merged.
+    /// tolerance : float or None
+    ///     Largest mean error of the interpolated distance over the mean distance, positive, if the extents are distances. Tetrahedra
+    ///     are split until the error of shallow points is as small. None keeps the tetrahedra of the file, which may be too soft at their
+    ///     edges.
     ///
     /// Returns
     /// -------
@@ -170,7 +151,9 @@ impl Shape {
     /// OSError
     ///     If the file cannot be read from the disk.
     #[staticmethod]
-    #[pyo3(signature = (path, extents=None, unit=None, *, scale=None, pose=None, corners_only=false, weld_tolerance=0.0))]
+    #[pyo3(signature = (path, extents=None, unit=None, *, scale=None, pose=None, corners_only=false, weld_tolerance=0.0, tolerance=Some(0.005)),
+           text_signature = "(path, extents=None, unit=None, *, scale=None, pose=None, corners_only=False, weld_tolerance=0.0, \
+                             tolerance=0.005)")]
     fn read(
         py: Python<'_>,
         path: PathBuf,
@@ -180,264 +163,68 @@ impl Shape {
         pose: Option<&Bound<'_, PyAny>>,
         corners_only: bool,
         #[pyo3(from_py_with = real)] weld_tolerance: f64,
+        #[pyo3(from_py_with = optional_real)] tolerance: Option<f64>,
     ) -> PyResult<Self> {
-        check_extension(
-            &path,
-            &["stl", "obj", "ply", "off", "glb", "gltf", "dae"],
-            |path| {
-                format!(
-                    "{path} holds a surface, not a mesh of tetrahedra: RigidShape.read reads it as a rigid body, Shape.star_shaped makes \
-                 a compliant one of vertices and triangles, and a mesher makes tetrahedra"
-                )
-            },
-        )?;
-        let mut placement = Placement::default();
-        placement.unit = unit.unwrap_or(placement.unit);
-        if let Some(scale) = scale {
-            placement.scale = row::<3>(scale, "scale")?.into();
-        }
-        if let Some(pose) = pose {
-            placement.pose = single_pose(pose, "pose")?;
-        }
         let options = MeshOptions {
-            placement,
+            placement: placement(unit, scale, pose)?,
             corners_only,
             weld_tolerance,
         };
         let (shape, warnings) = py.detach(|| {
-            let mut file = read_mesh(&path, &options).map_err(file_error)?;
+            let mut file = read_mesh(&path, &options).map_err(mesh_error)?;
             let warnings = std::mem::take(&mut file.warnings);
-            let shape = Self::of(match extents {
-                Some(name) => Ok(file.pressure_field(name).map_err(file_error)?),
-                None => PressureField::from_distance(&file.mesh),
-            })?;
-            Ok::<_, PyErr>((shape, warnings))
+            let shape = match extents {
+                Some(name) => Self::of(Ok(file.pressure_field(name).map_err(file_error)?)),
+                None => Self::of_distances(&file.mesh, tolerance),
+            };
+            Ok::<_, PyErr>((shape?, warnings))
         })?;
-        for warning in warnings {
-            let is_about_size = matches!(warning, FileWarning::Size { .. });
-            // An explicit unit is not a mistake.
-            if !(is_about_size && unit.is_some()) {
-                warn(py, path.display(), warning, is_about_size)?;
-            }
-        }
+        warn(py, path.display(), warnings, unit.is_some())?;
         Ok(shape)
     }
 
-    /// Creates a ball about the origin of the body frame.
-    ///
-    /// Parameters
-    /// ----------
-    /// radius : float
-    ///     Radius (m).
-    /// subdivisions : int
-    ///     Number of times that each face of an icosahedron is divided into four, from 0 to 8.
-    ///
-    /// Returns
-    /// -------
-    /// Shape
-    ///     Ball.
-    ///
-    /// Raises
-    /// ------
-    /// HydroelasticError
-    ///     If an argument is out of range.
-    #[staticmethod]
-    fn icosphere(
-        #[pyo3(from_py_with = real)] radius: f64,
-        #[pyo3(from_py_with = whole)] subdivisions: Whole,
-    ) -> PyResult<Self> {
-        let subdivisions = count(subdivisions, "subdivisions")?;
-        Self::of(shapes::icosphere(radius, subdivisions))
-    }
-
-    /// Creates an ellipsoid about the origin of the body frame: a stretched icosphere.
-    ///
-    /// Parameters
-    /// ----------
-    /// semi_axes : (3,) array_like
-    ///     Semi-axes (m) along x, y and z.
-    /// subdivisions : int
-    ///     Number of times that each face of an icosahedron is divided into four, from 0 to 8.
-    ///
-    /// Returns
-    /// -------
-    /// Shape
-    ///     Ellipsoid.
-    ///
-    /// Raises
-    /// ------
-    /// HydroelasticError
-    ///     If an argument is out of range.
-    #[staticmethod]
-    fn ellipsoid(
-        semi_axes: &Bound<'_, PyAny>,
-        #[pyo3(from_py_with = whole)] subdivisions: Whole,
-    ) -> PyResult<Self> {
-        let subdivisions = count(subdivisions, "subdivisions")?;
-        Self::of(shapes::ellipsoid(
-            row(semi_axes, "semi_axes")?,
-            subdivisions,
-        ))
-    }
-
-    /// Creates a box about the origin of the body frame. The extent rises linearly from each face to 1 at the center.
-    ///
-    /// Parameters
-    /// ----------
-    /// lengths : (3,) array_like
-    ///     Edge lengths (m) along x, y and z.
-    ///
-    /// Returns
-    /// -------
-    /// Shape
-    ///     Box.
-    ///
-    /// Raises
-    /// ------
-    /// HydroelasticError
-    ///     If a length is not positive and finite.
-    #[staticmethod]
-    fn cuboid(lengths: &Bound<'_, PyAny>) -> PyResult<Self> {
-        Self::of(shapes::cuboid(row(lengths, "lengths")?))
-    }
-
-    /// Creates a box about the origin of the body frame. The extent is the distance to the surface over half the shortest edge.
-    ///
-    /// Parameters
-    /// ----------
-    /// lengths : (3,) array_like
-    ///     Edge lengths (m) along x, y and z.
-    ///
-    /// Returns
-    /// -------
-    /// Shape
-    ///     Box.
-    ///
-    /// Raises
-    /// ------
-    /// HydroelasticError
-    ///     If a length is not positive and finite.
-    #[staticmethod]
-    fn distance_cuboid(lengths: &Bound<'_, PyAny>) -> PyResult<Self> {
-        Self::of(shapes::distance_cuboid(row(lengths, "lengths")?))
-    }
-
-    /// Creates an approximate cylinder along z: a prism whose base is a regular polygon.
-    ///
-    /// Parameters
-    /// ----------
-    /// radius : float
-    ///     Radius (m).
-    /// length : float
-    ///     Length (m) along z.
-    /// segments : int
-    ///     Number of sides of the base, from 3 to 100,000.
-    ///
-    /// Returns
-    /// -------
-    /// Shape
-    ///     Prism about the origin of the body frame.
-    ///
-    /// Raises
-    /// ------
-    /// HydroelasticError
-    ///     If an argument is out of range.
-    #[staticmethod]
-    fn cylinder(
-        #[pyo3(from_py_with = real)] radius: f64,
-        #[pyo3(from_py_with = real)] length: f64,
-        #[pyo3(from_py_with = whole)] segments: Whole,
-    ) -> PyResult<Self> {
-        let segments = count(segments, "segments")?;
-        Self::of(shapes::cylinder(radius, length, segments))
-    }
-
-    /// Creates the solid inside a star-shaped surface, whose triangles are all visible from one inner point.
-    ///
-    /// Convex solids are star-shaped. The triangles are repaired as by RigidShape.
+    /// Creates a shape with a skin: the extent is the distance to the surface over the depth of the skin, at most 1.
     ///
     /// Parameters
     /// ----------
     /// vertices : (n, 3) array_like
     ///     Positions (m) in the body frame.
-    /// triangles : (m, 3) array_like of int
-    ///     Vertex indices of each triangle of a closed surface, counter-clockwise seen from outside.
-    /// inner_point : (3,) array_like, optional
-    ///     Inner point (m) in the body frame. Default: the center of volume.
+    /// tets : (m, 4) array_like of int
+    ///     Vertex indices of each tetrahedron, in either orientation.
+    /// depth : float
+    ///     Depth (m) of the skin.
     ///
     /// Returns
     /// -------
     /// Shape
-    ///     Solid with the extent 1 at the inner point.
+    ///     Shape with more vertices than the mesh, because tetrahedra are divided at the end of the skin.
     ///
     /// Raises
     /// ------
     /// HydroelasticError
-    ///     If the surface is not closed, or a triangle is not visible from the inner point.
+    ///     If the mesh is not valid, or the depth is not positive and finite.
     #[staticmethod]
-    #[pyo3(signature = (vertices, triangles, inner_point=None))]
-    fn star_shaped(
+    fn from_distance_up_to(
         vertices: &Bound<'_, PyAny>,
-        triangles: &Bound<'_, PyAny>,
-        inner_point: Option<&Bound<'_, PyAny>>,
+        tets: &Bound<'_, PyAny>,
+        #[pyo3(from_py_with = real)] depth: f64,
     ) -> PyResult<Self> {
-        let vertices = table::<3>(vertices, "vertices")?;
-        let vertices = vertices.into_iter().map(Into::into).collect();
-        let triangles = indices(triangles, "triangles")?;
-        let soup = TriangleSoup {
-            vertices,
-            triangles,
-        };
-        let surface = soup.closed().map_err(value_error)?;
-        Self::of(match inner_point {
-            None => shapes::star_shaped(&surface),
-            Some(point) => {
-                let point = row::<3>(point, "inner_point")?;
-                shapes::star_shaped_about(point.into(), &surface)
-            }
-        })
-    }
-
-    /// Creates the convex hull of points.
-    ///
-    /// Parameters
-    /// ----------
-    /// points : (n, 3) array_like
-    ///     Positions (m) in the body frame.
-    ///
-    /// Returns
-    /// -------
-    /// Shape
-    ///     Solid with the extent 1 at the center of volume.
-    ///
-    /// Raises
-    /// ------
-    /// HydroelasticError
-    ///     If the points lie in a plane, or a number is not finite.
-    #[staticmethod]
-    fn convex_hull(points: &Bound<'_, PyAny>) -> PyResult<Self> {
-        let points = table::<3>(points, "points")?;
-        let points: Vec<_> = points.into_iter().map(Into::into).collect();
-        Self::of(shapes::convex_hull(&points))
+        Self::of(PressureField::from_distance_up_to(
+            &tet_mesh(vertices, tets)?,
+            depth,
+        ))
     }
 
     /// Positions (m) of the vertices in the body frame, (n, 3) float64.
     #[getter]
     fn vertices<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
-        let vertices = self.field().mesh().vertices();
-        let values = vertices.iter().flat_map(|v| v.iter().copied()).collect();
-        array(py, values, &[vertices.len(), 3])
+        vector_array(py, self.field().mesh().vertices())
     }
 
     /// Vertex indices of each tetrahedron, positively oriented, (m, 4) int64.
     #[getter]
-    fn tets<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<i64>>> {
-        let tets = self.field().mesh().tets();
-        whole_array(
-            py,
-            signed(tets.as_flattened().iter().copied()),
-            &[tets.len(), 4],
-        )
+    fn tets<'py>(&self, py: Python<'py>) -> PyResult<Indices<'py>> {
+        index_array(py, self.field().mesh().tets())
     }
 
     /// Extent of each vertex, (n,) float64.
@@ -449,13 +236,8 @@ impl Shape {
 
     /// Vertex indices of each triangle of the surface, counter-clockwise seen from outside, (k, 3) int64.
     #[getter]
-    fn surface_triangles<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<i64>>> {
-        let triangles = self.field().mesh().surface_triangles();
-        whole_array(
-            py,
-            signed(triangles.as_flattened().iter().copied()),
-            &[triangles.len(), 3],
-        )
+    fn surface_triangles<'py>(&self, py: Python<'py>) -> PyResult<Indices<'py>> {
+        index_array(py, self.field().mesh().surface_triangles())
     }
 
     /// Volume (m³).
@@ -527,10 +309,7 @@ impl Shape {
     ) -> PyResult<Floats<'py>> {
         let gradient = mass_gradient(by_mass, by_center, by_inertia)?;
         let result_gradient = self.field().mesh().mass_gradient(density, &gradient);
-        let result_gradient = result_gradient.map_err(value_error)?;
-        let values: Vec<f64> = result_gradient.iter().flatten().copied().collect();
-        check_finite(&values, "the gradient")?;
-        array(py, values, &[result_gradient.len(), 3])
+        gradient_array(py, &result_gradient.map_err(value_error)?)
     }
 
     pub fn __repr__(&self) -> String {
@@ -545,10 +324,7 @@ impl Shape {
     fn __getnewargs_ex__<'py>(
         &self,
         py: Python<'py>,
-    ) -> PyResult<(
-        (Floats<'py>, Bound<'py, PyArrayDyn<i64>>, Floats<'py>),
-        Bound<'py, PyDict>,
-    )> {
+    ) -> PyResult<((Floats<'py>, Indices<'py>, Floats<'py>), Bound<'py, PyDict>)> {
         let keywords = PyDict::new(py);
         keywords.set_item("inert_tets", true)?;
         Ok((

@@ -1,7 +1,7 @@
 //! Files of trajectories.
 
 use crate::arrays::{real, row, table};
-use crate::errors::value_error;
+use crate::errors::file_error;
 use crate::trajectory::Trajectory;
 use crate::world::World;
 use hydroelastic::io::{Recording, write_trajectory};
@@ -28,7 +28,9 @@ impl World {
     /// Raises
     /// ------
     /// HydroelasticError
-    ///     If the trajectory does not fit the world, the extension is wrong, or the file cannot be written.
+    ///     If the trajectory does not fit the world, or the extension is wrong.
+    /// OSError
+    ///     If the file cannot be written to the disk.
     fn write_trajectory(
         &self,
         py: Python<'_>,
@@ -36,7 +38,7 @@ impl World {
         trajectory: &Trajectory,
     ) -> PyResult<()> {
         py.detach(|| write_trajectory(path, &self.inner, &trajectory.inner))
-            .map_err(value_error)
+            .map_err(file_error)
     }
 
     /// Writes a trajectory of this world as an animated glTF file, for Blender and other viewers.
@@ -61,7 +63,9 @@ impl World {
     /// Raises
     /// ------
     /// HydroelasticError
-    ///     If the trajectory does not fit the world, the extension is wrong, a number is out of range, or the file cannot be written.
+    ///     If the trajectory does not fit the world, the extension is wrong, or a number is out of range.
+    /// OSError
+    ///     If the file cannot be written to the disk.
     #[pyo3(signature = (path, trajectory, *, slowdown=1.0, targets=None, paths=None, camera=None))]
     fn write_recording<'py>(
         &self,
@@ -86,6 +90,6 @@ impl World {
             let [eye, point] = [row::<3>(&eye, "camera")?, row::<3>(&point, "camera")?];
             recording = recording.seen_from(eye.into(), point.into());
         }
-        py.detach(|| recording.write(path)).map_err(value_error)
+        py.detach(|| recording.write(path)).map_err(file_error)
     }
 }

@@ -150,6 +150,10 @@ def test_surface_files_are_repaired_with_warnings_and_on_request(recwarn):
         assert he.RigidShape.read(FIELD_FILES / name, hull=True).volume == pytest.approx(1.0)
     mirrored = he.RigidShape.read(FIELD_FILES / "tetrahedron.off", 0.1, scale=[-1, 2, 1], pose=he.pose([1.0, 0.0, 0.0]))
     assert mirrored.volume == pytest.approx(1e-3 / 3) and mirrored.vertices[:, 0].min() == pytest.approx(0.9)
+    # The contents of .vtk files decide.
+    assert he.RigidShape.read(FIELD_FILES / "polygons.vtk").volume == pytest.approx(1 / 6)
+    with pytest.raises(FileNotFoundError, match="nothing.vtk"):
+        he.RigidShape.read("nothing.vtk")
     assert not recwarn
     with pytest.warns(UserWarning, match="ulp_apart.stl: .* vertices were moved by up to .* m"):
         close = he.RigidShape.read(FIELD_FILES / "ulp_apart.stl")
@@ -183,7 +187,6 @@ def test_what_is_refused(tmp_path):
         "the surface is not closed": lambda: he.RigidShape(shape.vertices, shape.triangles[1:]),
         "not closed": lambda: he.RigidShape.read(open_file),
         "indices count from 0": lambda: he.RigidShape(shape.vertices, shape.triangles - 1),
-        "No such file": lambda: he.RigidShape.read("/nowhere/tool.stl"),
         "unit": lambda: he.RigidShape.read(open_file, 0.0),
         "a positive and finite thickness": lambda: he.HalfSpace(0.0),
         "HalfSpace() is rigid and has no modulus": lambda: he.Pair(cube(), he.HalfSpace(), 1e5, 1e5),

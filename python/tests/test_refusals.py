@@ -1,9 +1,13 @@
 """Errors of invalid arguments: types of exceptions and reasons."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 import hydroelastic as he
+
+FIELD = Path(__file__).parents[2] / "tests" / "data" / "field_files"
 
 
 @pytest.mark.parametrize("kind", [np.longdouble, np.complex128, np.bool_, np.str_, object])
@@ -143,6 +147,8 @@ def refusals():
         "needs its mass, or its density": lambda: he.Body.dynamic("ball", ball, skin),
         "the friction of a material is -0.1": lambda: he.Material(1e5, 0.0, -0.1),
         "both were given, mass=1.0 kg and density=3.0 kg/m³": lambda: he.Body.dynamic("ball", ball, skin, 1.0, density=3.0),
+        "polygons.vtk holds a surface, not a mesh of tetrahedra: RigidShape.read": lambda: he.Shape.read(FIELD / "polygons.vtk"),
+        "no_seam.vtk holds a mesh of tetrahedra, not a surface: Shape.read": lambda: he.Solid.read(FIELD / "no_seam.vtk"),
         "part.stl holds a surface, not a mesh of tetrahedra: RigidShape.read": lambda: he.Shape.read("part.stl"),
         "part.msh holds a mesh of tetrahedra, not a surface: Shape.read": lambda: he.RigidShape.read("part.msh"),
         "body \"floor\" has no friction of its own": lambda: he.World(

@@ -92,7 +92,7 @@ def test_published_robots_are_read():
 
 
 def test_errors_say_what_is_wrong(tmp_path):
-    with pytest.raises(he.HydroelasticError, match="nothing.urdf"):
+    with pytest.raises(FileNotFoundError, match="nothing.urdf"):
         he.Robot.read(tmp_path / "nothing.urdf")
     with pytest.raises(he.HydroelasticError, match="world"):
         he.Robot.parse("<world/>")

@@ -77,7 +77,7 @@ def test_vertices_without_a_tetrahedron_are_left_out(tmp_path):
     path = tmp_path / "mesh.VTK"
     path.write_text(GRID.format(6, "9 9 9 0 0 0 1 0 0 0 1 0 8 8 8 0 0 1", 5, "4 1 2 3 5", 10))
     corners = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
-    assert_same(he.Shape.read(path), he.Shape(corners, np.array([[0, 1, 2, 3]])))
+    assert_same(he.Shape.read(path, tolerance=None), he.Shape(corners, np.array([[0, 1, 2, 3]])))
 
 
 def test_a_file_that_is_not_there_is_said_to_be_so(tmp_path):
@@ -98,6 +98,14 @@ def test_meshes_are_placed_and_corners_are_read_on_request():
     shape = he.Shape.read(FIELD / "second_order.msh", unit=0.5, scale=[-1.0, 2.0, 1.0], pose=pose, corners_only=True)
     assert shape.volume == pytest.approx(0.25 / 6)
     assert np.array_equal(shape.vertices[:4], [[0.0, 0.0, 3.0], [-0.5, 0.0, 3.0], [0.0, 1.0, 3.0], [0.0, 0.0, 3.5]])
+
+
+def test_distances_are_within_a_tolerance():
+    box = FIELD / "box.mesh"
+    plain, fine = (he.Shape.read(box, tolerance=tolerance) for tolerance in (None, 0.005))
+    assert len(fine.tets) > len(plain.tets) and fine.volume == pytest.approx(plain.volume)
+    assert_same(he.Shape.read(box), fine)
+    assert_same(he.Shape(plain.vertices, plain.tets, tolerance=0.005), fine)
 
 
 @pytest.mark.parametrize("name", ["gmsh_1.msh", "medit.mesh", "tetgen.node", "tetgen.ele", "appended_raw_zlib.vtu"])

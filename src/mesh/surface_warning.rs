@@ -43,6 +43,14 @@ pub enum SurfaceWarning {
     },
 }
 
+impl SurfaceWarning {
+    /// Returns a warning if triangles in this box are larger than 100 m or smaller than 0.1 mm.
+    #[must_use]
+    pub fn of_size(aabb: &Aabb) -> Option<Self> {
+        unusual_size(aabb).map(|size| Self::Size { size })
+    }
+}
+
 /// Returns the longest side (m) of the bounding box of a body if it is unusual: above 100 m or below 0.1 mm.
 pub(crate) fn unusual_size(aabb: &Aabb) -> Option<f64> {
     let size = 2.0 * aabb.half_extents().amax();

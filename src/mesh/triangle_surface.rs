@@ -1,4 +1,3 @@
-use super::surface_warning::unusual_size;
 use super::triangle_components::Components;
 use super::{
     DensityError, SurfaceError, SurfaceWarning, TetMesh, coordinates, mass, overlaps,
@@ -124,8 +123,7 @@ impl TriangleSurface {
             let corners: Vec<_> = (0..self.triangles.len()).map(|t| self.corners(t)).collect();
             overlaps::warning(&corners, &Components::of(&self.neighbors))
         });
-        let size = unusual_size(&self.aabb()).map(|size| SurfaceWarning::Size { size });
-        let computed = [overlaps.flatten(), size];
+        let computed = [overlaps.flatten(), SurfaceWarning::of_size(&self.aabb())];
         let computed = computed.into_iter().flatten();
         self.repairs.iter().cloned().chain(computed).collect()
     }

@@ -150,6 +150,21 @@ pub enum FileError {
         /// Tag or index (VTK) of the vertex.
         vertex: i64,
     },
+    /// The file has a surface, but was read as a mesh of tetrahedra.
+    #[error("{} has a surface of polygons (PolyData), not tetrahedra: read_triangles reads it", path.display())]
+    HoldsSurface {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The file has a grid of cells, but was read as a surface.
+    #[error(
+        "{} has an unstructured grid, not a surface of polygons (PolyData): read_mesh reads it",
+        path.display()
+    )]
+    HoldsGrid {
+        /// The file.
+        path: PathBuf,
+    },
     /// The file has no tetrahedra.
     #[error("{} has no tetrahedra: was only its surface meshed or saved?", path.display())]
     NoTetrahedra {

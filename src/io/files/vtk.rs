@@ -28,11 +28,7 @@ fn damaged(path: &Path, cause: impl Into<String>) -> FileError {
 pub(super) fn read_grid(path: &Path, bytes: &[u8]) -> Result<FileContents, FileError> {
     let data = read(path, bytes)?;
     if data.is_poly_data {
-        return Err(FileError::Unsupported {
-            path: path.into(),
-            found: "a surface of polygons (PolyData)".into(),
-            expected: "unstructured grids (read_triangles reads surfaces)",
-        });
+        return Err(FileError::HoldsSurface { path: path.into() });
     }
     data.into_contents().map_err(|cause| damaged(path, cause))
 }
@@ -41,11 +37,7 @@ pub(super) fn read_grid(path: &Path, bytes: &[u8]) -> Result<FileContents, FileE
 pub(super) fn read_polygons(path: &Path, bytes: &[u8]) -> Result<TriangleSoup, FileError> {
     let data = read(path, bytes)?;
     if !data.is_poly_data {
-        return Err(FileError::Unsupported {
-            path: path.into(),
-            found: "an unstructured grid".into(),
-            expected: "surfaces of polygons, PolyData (read_mesh reads unstructured grids)",
-        });
+        return Err(FileError::HoldsGrid { path: path.into() });
     }
     data.triangles().map_err(|cause| damaged(path, cause))
 }

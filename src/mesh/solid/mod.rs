@@ -152,11 +152,11 @@ impl Solid {
             bounds,
             distances: &checked,
         };
+        let taken_fault = || fault.lock().ok().and_then(|mut fault| fault.take());
         let solid = refined(&region, None, resolution, |stuffing, spacing| {
-            Self::new(stuffing, spacing, None)
+            taken_fault().map_or_else(|| Self::new(stuffing, spacing, None), Err)
         });
-        let fault = fault.into_inner().unwrap_or_default();
-        fault.map_or(solid, Err)
+        taken_fault().map_or(solid, Err)
     }
 
     fn new(stuffing: Stuffing, spacing: f64, input: Option<&Input>) -> Result<Self, SolidError> {

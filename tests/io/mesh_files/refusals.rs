@@ -219,7 +219,6 @@ fn cells_that_do_not_have_their_corners_are_refused() {
 
 #[test]
 fn variants_of_vtk_that_are_not_supported_are_refused() {
-    let poly_data = "# vtk DataFile Version 3.0\nx\nASCII\nDATASET POLYDATA\nPOINTS 0 double\n";
     let with_attribute = |attribute: &str| {
         replaced(
             ONE_TET_VTU,
@@ -228,19 +227,25 @@ fn variants_of_vtk_that_are_not_supported_are_refused() {
         )
     };
     for (name, text) in [
-        ("variant.vtk", poly_data.to_string()),
         (
             "variant.vtu",
             with_attribute("compressor=\"vtkLZ4DataCompressor\""),
         ),
         ("variant.vtu", with_attribute("header_type=\"Float64\"")),
+    ] {
+        let error = error_of(name, &text);
+        assert!(matches!(error, FileError::Unsupported { .. }), "{error:?}");
+    }
+    let poly_data = "# vtk DataFile Version 3.0\nx\nASCII\nDATASET POLYDATA\nPOINTS 0 double\n";
+    for (name, text) in [
+        ("surface.vtk", poly_data.to_string()),
         (
-            "variant.vtu",
+            "surface.vtu",
             ONE_TET_VTU.replace("UnstructuredGrid", "PolyData"),
         ),
     ] {
         let error = error_of(name, &text);
-        assert!(matches!(error, FileError::Unsupported { .. }), "{error:?}");
+        assert!(matches!(error, FileError::HoldsSurface { .. }), "{error:?}");
     }
 }
 
