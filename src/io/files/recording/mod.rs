@@ -39,7 +39,7 @@ const EXTENSIONS: &[&str] = &["glb"];
 /// A trajectory of a world, to be written as an animated glTF file (`.glb`). Blender and any other glTF viewer can open the file.
 ///
 /// The recording shows
-/// - the bodies, translucent;
+/// - the bodies, translucent; of a half-space, the polygon of [`World::half_space_outlines`];
 /// - their contact surfaces, colored by pressure;
 /// - for each pair of bodies, an arrow for the contact force at the center of pressure, on the first dynamic body of the pair;
 /// - for each body, an arrow with two heads for the torque of its contacts about its center of mass, unless all torques are
@@ -193,7 +193,7 @@ impl Recording {
         let times = frames.iter().flat_map(|frame| single([frame.time]));
         document.data.set_subject("the times");
         document.data.check(times);
-        bodies::add(&mut document, bodies, &frames);
+        bodies::add(&mut document, &self.model, &frames);
         surfaces::add(&mut document, &frames);
         let length = view::arrow_length(bodies);
         let (forces, torques) = (
