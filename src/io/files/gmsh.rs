@@ -4,7 +4,6 @@ use super::cursor::Cursor;
 use super::file_contents::{Cell, FileContents};
 use super::scalar::{ByteOrder, Scalar};
 use super::{FileError, syntax_error::excerpt};
-use nalgebra::Vector3;
 use std::path::Path;
 
 /// Version of the format, as far as it determines the layout of nodes and elements.
@@ -174,7 +173,7 @@ impl<'a> Reader<'a> {
             for _ in 0..self.text_count()? {
                 let tag = self.cursor.whole(Scalar::I32)?;
                 self.contents.tags.push(tag);
-                self.read_position()?;
+                self.contents.vertices.push(self.cursor.position()?);
                 if are_parametric {
                     let dimension = self.cursor.whole(Scalar::I32)?;
                     self.cursor.whole(Scalar::I32)?;
@@ -196,19 +195,10 @@ impl<'a> Reader<'a> {
                     let tag = self.cursor.whole(Scalar::I32)?;
                     self.contents.tags.push(tag);
                 }
-                self.read_position()?;
+                self.contents.vertices.push(self.cursor.position()?);
                 self.skip_parameters(parameter_count)?;
             }
         }
-        Ok(())
-    }
-
-    fn read_position(&mut self) -> Result<(), FileError> {
-        let mut position = Vector3::zeros();
-        for coordinate in &mut position {
-            *coordinate = self.cursor.real(Scalar::F64)?;
-        }
-        self.contents.vertices.push(position);
         Ok(())
     }
 
@@ -283,16 +273,11 @@ impl<'a> Reader<'a> {
             let cause = format!("elements of type {kind} have {count} nodes");
             return Err(start.error(cause));
         }
-        let mut corners = [0; MAX_NODE_COUNT];
-        for corner in &mut corners[..count] {
-            *corner = self.cursor.whole(index)?;
-        }
-        self.contents.add(cell, &corners[..count]);
+        let corners = self.cursor.wholes(index, count)?;
+        self.contents.add(cell, &corners);
         Ok(())
     }
 }
-
-const MAX_NODE_COUNT: usize = 125;
 
 /// Number of nodes of each type of element from 0 on. Types with the number 0 are unknown or have any number of nodes.
 const NODE_COUNTS: [usize; 39] = [
@@ -313,7 +298,7 @@ fn element(kind: i64) -> Option<(Cell, usize)> {
     let count = match kind {
         71 => 84,
         92 => 64,
-        93 => MAX_NODE_COUNT,
+        93 => 125,
         _ => *NODE_COUNTS.get(usize::try_from(kind).ok()?)?,
     };
     (count > 0).then_some((cell, count))

@@ -55,9 +55,9 @@ impl Placement {
 
     /// Checks the numbers for the reader of a file.
     pub(super) fn check(&self, path: &Path) -> Result<(), FileError> {
-        let error = |name, found, expected| FileError::Option {
+        let error = |name: &str, found, expected| FileError::Option {
             path: path.into(),
-            name,
+            name: name.into(),
             found,
             expected,
         };

@@ -153,35 +153,37 @@ impl Recording {
     pub fn write(&self, path: impl AsRef<Path>) -> Result<(), FileError> {
         let path = path.as_ref();
         known_extension(path, EXTENSIONS)?;
-        if !(self.slowdown > 0.0 && self.slowdown.is_finite()) {
-            return Err(FileError::Slowdown {
-                path: path.into(),
-                found: self.slowdown,
-            });
-        }
         check_fits(path, &self.model.bodies, &self.trajectory)?;
-        self.check_marks(path)?;
+        self.check_numbers(path)?;
         let glb = self.glb().map_err(|cause| file_error(path, cause))?;
         atomic_write(path, |file| file.write_all(&glb))
     }
 
-    /// Checks the radii of the targets and the distance of the camera.
-    fn check_marks(&self, path: &Path) -> Result<(), FileError> {
-        for target in &self.targets {
-            let [radius] = single([target.radius]);
-            if !(radius > 0.0 && radius.is_finite()) {
-                return Err(FileError::TargetRadius {
-                    path: path.into(),
-                    target: target.name.clone(),
-                    radius: target.radius,
-                });
+    /// Checks the slowdown, the radii of the targets and the distance of the camera.
+    fn check_numbers(&self, path: &Path) -> Result<(), FileError> {
+        let error = |name: String, found, expected| {
+            Err(FileError::Option {
+                path: path.into(),
+                name,
+                found,
+                expected,
+            })
+        };
+        if !(self.slowdown > 0.0 && self.slowdown.is_finite()) {
+            return error("slowdown".into(), self.slowdown, "positive and finite");
+        }
+        for Target { name, radius, .. } in &self.targets {
+            let [rounded] = single([*radius]);
+            if !(rounded > 0.0 && rounded.is_finite()) {
+                let name = format!("radius (m) of the target {name:?}");
+                return error(name, *radius, "positive and finite in single precision");
             }
         }
         match self.camera.and_then(|camera| camera.too_near()) {
-            Some(distance) => Err(FileError::CameraTooNear {
-                path: path.into(),
-                distance,
-            }),
+            Some(distance) => {
+                let name = "distance (m) from the camera to its point".into();
+                error(name, distance, "larger")
+            }
             None => Ok(()),
         }
     }
