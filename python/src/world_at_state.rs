@@ -141,6 +141,42 @@ impl World {
         Ok(sunk.iter().map(|&[a, b]| (names[a], names[b])).collect())
     }
 
+    /// Returns the outlines of the half-spaces in a picture of states.
+    ///
+    /// An outline is a rectangle around the moving bodies in all states, or around all bodies if none moves, with a margin of a quarter of
+    /// the diagonal of their bounding box. Its parts inside other half-spaces are cut off, so that a floor and four walls make a tray. A
+    /// plane that moves relative to a half-space does not cut it.
+    ///
+    /// Parameters
+    /// ----------
+    /// states : list of State
+    ///     States of this world.
+    ///
+    /// Returns
+    /// -------
+    /// list of (k, 3) ndarray of float64
+    ///     For each body, the corners (m) of a convex polygon in the plane z = 0 of its frame, counter-clockwise seen from outside. There
+    ///     are none if the body is not a half-space, or if other half-spaces hide it.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If a state does not fit the world.
+    fn half_space_outlines<'py>(
+        &self,
+        py: Python<'py>,
+        states: Vec<Bound<'py, State>>,
+    ) -> PyResult<Vec<Floats<'py>>> {
+        let states: Vec<_> = states.iter().map(|state| &state.get().0).collect();
+        let outlines = self.inner.half_space_outlines(&states);
+        let outlines = outlines.map_err(value_error)?;
+        let points = |corners: Vec<_>| {
+            let shape = [corners.len(), 3];
+            array(py, corners.iter().flatten().copied().collect(), &shape)
+        };
+        outlines.into_iter().map(points).collect()
+    }
+
     /// Computes the set of the pairs of tetrahedra that touch in a state.
     ///
     /// Parameters

@@ -93,31 +93,29 @@ def test_a_world_has_its_bodies_and_contacts(scene):
     assert Content(scene.show().html).head["times"] == [scene.initial_state.time]
 
 
-def test_a_half_space_is_a_tile_below_what_moves(rigid_world):
+def test_half_spaces_are_plates_below_their_outlines(rigid_world):
     trajectory = rigid_world.rollout(he.Plan(1e-3, 100, record_every=10)).run()
     bodies = list(rigid_world.bodies)
     tilt = he.pose([5.0, 3.0, 0.0], [0.0, 0.0, 0.5])
     bodies[2] = he.Body.fixed("ground", he.HalfSpace(0.05), he.Material(1e6), pose=tilt)
     layered = he.World(bodies[:1] + bodies[2:], gravity=[0.0, 0.0, -9.81])
-    for picture, world, thickness in (
-        (trajectory.show(rigid_world), rigid_world, None),
-        (rigid_world.show(), rigid_world, None),
-        (layered.show(), layered, 0.05),
+    for picture, world, states, thickness in (
+        (trajectory.show(rigid_world), rigid_world, list(trajectory), None),
+        (rigid_world.show(), rigid_world, [rigid_world.initial_state], None),
+        (layered.show(), layered, [layered.initial_state], 0.05),
     ):
         content = Content(picture.html)
         shape_indices = {body["name"]: body["shape"] for body in content.head["bodies"]}
-        tile = content.head["shapes"][shape_indices["ground"]]
-        corners, triangles = content.points(tile), content.array(tile["triangles"]).reshape(-1, 3)
+        plate = content.head["shapes"][shape_indices["ground"]]
+        corners, triangles = content.points(plate), content.array(plate["triangles"]).reshape(-1, 3)
         solid = he.RigidShape(corners, triangles)  # The surface is closed and oriented outwards.
-        low, high = (np.array(content.head[end]) for end in ("low", "high"))
-        width = 2.0 * np.linalg.norm(high - low)
+        outline = world.half_space_outlines(states)[world.names.index("ground")]
+        width = np.ptp(outline, axis=0)[:2]
+        assert np.allclose(corners[: len(outline)], outline, atol=1e-4 * width.max())
         size = np.ptp(corners, axis=0)
         assert np.allclose(size[:2], width, rtol=1e-4) and abs(corners[:, 2].max()) < 1e-5
         assert abs(solid.volume - size.prod()) < 1e-6 * size.prod()
-        assert size[2] < 0.02 * width if thickness is None else abs(size[2] - thickness) < 1e-4 * thickness
-        pose = world.bodies[-1].pose
-        middle = pose[:3, :3] @ (corners.min(axis=0) + corners.max(axis=0)) / 2 + pose[:3, 3]
-        assert np.allclose(middle[:2], (low + high)[:2] / 2, atol=1e-4 * width)
+        assert size[2] < 0.02 * width.max() if thickness is None else abs(size[2] - thickness) < 1e-4 * thickness
         if "block" in shape_indices:
             block = content.head["shapes"][shape_indices["block"]]
             shape = rigid_world.bodies[1].shape
@@ -125,6 +123,26 @@ def test_a_half_space_is_a_tile_below_what_moves(rigid_world):
             assert np.array_equal(content.array(block["triangles"]).reshape(-1, 3), shape.triangles)
     alone = he.World([he.Body.fixed("ground", he.HalfSpace(), he.Material.rigid())])
     assert len(Content(alone.show().html).head["shapes"]) == 1
+
+
+def test_a_floor_and_four_walls_are_a_tray():
+    block = he.Body.dynamic("block", he.Shape.cuboid([0.2, 0.2, 0.1]), he.Material(1e5), 1.0, pose=he.pose([0.0, 0.0, 0.1]))
+    poses = {"floor": he.pose()}
+    for name, angle, distance in (("east", 0.0, 0.12), ("north", 0.5, 0.15), ("west", 1.0, 0.12), ("south", 1.5, 0.15)):
+        c, s = np.cos(angle * np.pi), np.sin(angle * np.pi)
+        poses[name] = he.pose([distance * c, distance * s, 0.0], np.array([s, -c, 0.0]) * np.pi / 2)
+    walls = [he.Body.fixed(name, he.HalfSpace(), he.Material.rigid(), pose=pose) for name, pose in poses.items()]
+    hidden = he.Body.fixed("hidden", he.HalfSpace(), he.Material.rigid(), pose=he.pose([0.0, 0.0, -0.1]))
+    content = Content(he.World([block, *walls, hidden]).show().html)
+    corners = []
+    for body, pose in zip(content.head["bodies"][1:6], poses.values(), strict=True):
+        points = content.points(content.head["shapes"][body["shape"]])
+        corners.append(points[:4] @ pose[:3, :3].T + pose[:3, 3])
+    low, high = np.concatenate(corners).min(axis=0), np.concatenate(corners).max(axis=0)
+    # The walls end a quarter of the diagonal of the block above the block.
+    assert np.allclose([low, high], [[-0.12, -0.15, 0.0], [0.12, 0.15, 0.225]], atol=1e-4)
+    assert np.allclose(np.ptp(corners[0], axis=0), [0.24, 0.3, 0.0], atol=1e-4)
+    assert "shape" not in content.head["bodies"][6]
 
 
 def test_bodies_of_the_same_shape_share_it():

@@ -49,6 +49,7 @@ mod dyn_world;
 mod error;
 mod force;
 mod free_rotation;
+mod half_space_outlines;
 mod implicit;
 mod inertia;
 mod integrator;

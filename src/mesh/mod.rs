@@ -21,6 +21,7 @@
 mod convex_hull;
 mod coordinates;
 mod distance;
+pub(crate) mod ear_clipping;
 mod error;
 mod linearized_distances;
 mod mass;

@@ -45,19 +45,13 @@ _BODY_COLORS = ("0072b2", "d55e00", "cc79a7", "56b4e9", "e69f00", "009e73")
 _FIXED_COLOR = "8a8f98"
 # Edges are drawn if the angle between their faces exceeds this angle.
 _CREASE = math.radians(30.0)
-# A half-space is drawn as a tile, whose half width is this many diagonals of the box of the picture.
-_TILE = 1.0
-# Thickness of the tile of a rigid half-space, in diagonals. The tile of a compliant half-space is as thick as its
-# layer.
-_RIGID_TILE = 0.01
+# Thickness of the drawn part of a rigid half-space, relative to the diagonal of the box of the picture. A compliant
+# half-space is drawn as thick as its layer.
+_RIGID_THICKNESS = 0.01
 # Size limit (bytes). A picture that is larger gets fewer frames.
 _LARGEST = 1_000_000
 # Largest integer coordinate in the box of a mesh or surface.
 _GRID = 65535
-# Triangles of a tile, counter-clockwise seen from outside. In the list of corners, z changes fastest and x slowest.
-_TILE_TRIANGLES = np.array(
-    [[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1], [2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3]]
-)
 _VIEWER = files("hydroelastic").joinpath("_viewer.html").read_text(encoding="utf-8")
 
 
@@ -224,7 +218,7 @@ def of_world(
 ) -> Picture:
     """Draws the translucent bodies of a world, and the contact surfaces between them, colored by pressure.
 
-    Half-spaces are drawn as large tiles.
+    Of a half-space, the picture shows the part of ``World.half_space_outlines``.
 
     Parameters
     ----------
@@ -250,7 +244,7 @@ def of_world(
     _check(height, pressure_limit)
     state = world.initial_state if state is None else state
     scene = _Scene(pressure_limit).with_bodies_of(world)
-    scene.add_frame(state.time, state.poses, [contact.surface for contact in world.contacts(state)])
+    scene.add_state(state, [contact.surface for contact in world.contacts(state)])
     return scene.picture(height, f"{world!r} at {state.time:g} s")
 
 
@@ -305,7 +299,7 @@ def of_trajectory(
             state = trajectory[index]
             if world is not None and index not in surfaces:
                 surfaces[index] = [contact.surface for contact in world.contacts(state)]
-            scene.add_frame(state.time, state.poses, surfaces.get(index, []))
+            scene.add_state(state, surfaces.get(index, []))
         drawn = scene.page()
         if len(drawn) <= _LARGEST or count <= 2:
             return scene.picture(height, repr(trajectory), drawn)
@@ -360,12 +354,15 @@ class _Scene:
         self._bodies: list[dict[str, Any]] = []
         # Half-spaces by the index of the body.
         self._half_spaces: dict[int, HalfSpace] = {}
+        self._world: World | None = None
+        self._states: list[State] = []
         self._times: list[float] = []
         self._poses: list[_Floats] = []
         self._surfaces: list[tuple[int, Surface]] = []
         self._paths: list[dict[str, Any]] = []
 
     def with_bodies_of(self, world: World) -> Self:
+        self._world = world
         known: dict[tuple[bytes, bytes], int] = {}
         moving = 0
         for body in world.bodies:
@@ -395,17 +392,16 @@ class _Scene:
         self._shapes.append(mesh)
         return len(self._shapes) - 1
 
-    def _add_tiles(self, low: _Floats, high: _Floats) -> None:
-        """Adds the tiles of the half-spaces. In the first frame, the center of each tile is below the center of the
-        box."""
-        diagonal = float(np.linalg.norm(high - low)) or 1.0
+    def _add_half_spaces(self, low: _Floats, high: _Floats) -> None:
+        """Adds the visible parts of the half-spaces, as plates."""
+        if self._world is None or not self._half_spaces:
+            return
+        outlines = self._world.half_space_outlines(self._states)
+        rigid = _RIGID_THICKNESS * (float(np.linalg.norm(high - low)) or 1.0)
         for index, half_space in self._half_spaces.items():
-            pose = self._poses[0][index]
-            x, y, _ = pose[:, :3].T @ (0.5 * (low + high) - pose[:, 3])
-            width, thickness = _TILE * diagonal, half_space.thickness or _RIGID_TILE * diagonal
-            corners = np.array([[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 0)])
-            vertices = np.array([x, y, 0.0]) + corners * np.array([width, width, thickness])
-            self._bodies[index]["shape"] = self._add_shape(vertices, _TILE_TRIANGLES)
+            if len(outlines[index]):
+                plate = _plate(outlines[index], half_space.thickness or rigid)
+                self._bodies[index]["shape"] = self._add_shape(*plate)
 
     def add_paths(self, origins: _Floats) -> None:
         """Adds the paths of the origins, (t, n, 3)."""
@@ -415,6 +411,10 @@ class _Scene:
                 # 400 points are enough to look smooth.
                 indices = np.unique(np.linspace(0, len(points) - 1, 400).round().astype(int))
                 self._paths.append({"points": self._packed.add(points[indices], "f4"), "body": body})
+
+    def add_state(self, state: State, surfaces: Sequence[Surface]) -> None:
+        self._states.append(state)
+        self.add_frame(state.time, state.poses, surfaces)
 
     def add_frame(self, time: float, poses: _Floats, surfaces: Sequence[Surface]) -> None:
         index = len(self._times)
@@ -426,7 +426,7 @@ class _Scene:
         greatest = max((float(surface.pressures.max()) for _, surface in self._surfaces), default=0.0)
         limit = self._limit or greatest or 1.0
         low, high = self._box()
-        self._add_tiles(low, high)
+        self._add_half_spaces(low, high)
         content = {
             "times": self._times,
             "shapes": self._shapes,
@@ -484,6 +484,16 @@ def _outline(shape: Shape | RigidShape) -> tuple[_Floats, _Whole]:
         return shape.vertices, shape.triangles
     used, triangles = np.unique(shape.surface_triangles, return_inverse=True)
     return shape.vertices[used], triangles.reshape(-1, 3)
+
+
+def _plate(corners: _Floats, thickness: float) -> tuple[_Floats, _Whole]:
+    """Returns the vertices and triangles of a plate below a convex polygon, which is counter-clockwise seen from above."""
+    count = len(corners)
+    top = np.array([[0, i - 1, i] for i in range(2, count)])
+    i, j = np.arange(count), (np.arange(count) + 1) % count
+    sides = [np.stack([i + count, j + count, j], axis=1), np.stack([i + count, j, i], axis=1)]
+    triangles = np.concatenate([top, top[:, ::-1] + count, *sides])
+    return np.concatenate([corners, corners - [0.0, 0.0, thickness]]), triangles
 
 
 def creases(vertices: _Floats, triangles: _Whole) -> _Whole:

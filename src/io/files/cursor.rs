@@ -1,6 +1,7 @@
 use super::scalar::{ByteOrder, Scalar};
 use super::text_lines::TextFile;
 use super::{FileError, syntax_error::excerpt};
+use nalgebra::Vector3;
 use std::path::Path;
 use std::str::FromStr;
 
@@ -105,6 +106,15 @@ impl<'a> Cursor<'a> {
             None => self.parsed(),
             Some(order) => Ok(scalar.real(self.take(scalar.size)?, order)),
         }
+    }
+
+    /// Next three real numbers, which are the coordinates of a vertex.
+    pub fn position(&mut self) -> Result<Vector3<f64>, FileError> {
+        let mut position = Vector3::zeros();
+        for coordinate in &mut position {
+            *coordinate = self.real(Scalar::F64)?;
+        }
+        Ok(position)
     }
 
     /// Next integer.

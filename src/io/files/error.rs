@@ -33,41 +33,6 @@ pub enum FileError {
         /// Part of the recording that contains the number.
         part: String,
     },
-    /// The camera of a recording coincides with its target point, or is too near to it for single precision.
-    #[error(
-        "nothing was written to {}: the camera is {distance:.3e} m from the point it looks at, which is too near",
-        path.display()
-    )]
-    CameraTooNear {
-        /// The file.
-        path: PathBuf,
-        /// Distance between the camera and the point (m).
-        distance: f64,
-    },
-    /// The radius of a target of a recording is not positive and finite in single precision.
-    #[error(
-        "nothing was written to {}: target {target:?} has the radius {radius:e} m, but must be positive and finite in single precision",
-        path.display()
-    )]
-    TargetRadius {
-        /// The file.
-        path: PathBuf,
-        /// Name of the target.
-        target: String,
-        /// Radius of the target (m).
-        radius: f64,
-    },
-    /// The slowdown of a recording is not positive and finite.
-    #[error(
-        "nothing was written to {}: the slowdown is {found}, but must be positive and finite",
-        path.display()
-    )]
-    Slowdown {
-        /// The file.
-        path: PathBuf,
-        /// Duration in the recording divided by the duration in the trajectory.
-        found: f64,
-    },
     /// The extension of the file name is unknown.
     #[error("the name of {} ends in {found:?}, but has to end in one of {expected:?}", path.display())]
     UnknownExtension {
@@ -88,16 +53,6 @@ pub enum FileError {
         /// Error of the parser.
         source: Box<dyn Error + Send + Sync>,
     },
-    /// The file has data after its expected end: a part of the file is damaged or of an unknown kind.
-    #[error("{} cannot be parsed from byte {offset} on: {found:?}", path.display())]
-    Unread {
-        /// The file.
-        path: PathBuf,
-        /// Offset of the unexpected data (bytes).
-        offset: usize,
-        /// First characters of the unexpected data.
-        found: String,
-    },
     /// The file uses an unsupported variant of the format.
     #[error("{} has {found}, but only {expected} can be read", path.display())]
     Unsupported {
@@ -107,18 +62,6 @@ pub enum FileError {
         found: String,
         /// Supported variants.
         expected: &'static str,
-    },
-    /// A part of the file is too short.
-    #[error("the {part} of {} has the length {found}, but needs at least {expected}", path.display())]
-    TooShort {
-        /// The file.
-        path: PathBuf,
-        /// Name of the part.
-        part: String,
-        /// Length of the part.
-        found: usize,
-        /// Minimum length.
-        expected: usize,
     },
     /// The stated length of a part of the file is impossible.
     #[error("the {part} of {} claims the length {found}, but can have at most {limit}", path.display())]
@@ -225,16 +168,16 @@ pub enum FileError {
         /// Cause.
         source: MeshError,
     },
-    /// An option of a reader is out of range.
-    #[error("the option {name} of the reader of {} is {found}, but must be {expected}", path.display())]
+    /// A number that the caller chose is out of range. Nothing is read or written.
+    #[error("the {name} for {} is {found:e}, but must be {expected}", path.display())]
     Option {
         /// The file.
         path: PathBuf,
-        /// Name of the option.
-        name: &'static str,
-        /// Value of the option.
+        /// Name of the number.
+        name: String,
+        /// The number.
         found: f64,
-        /// Values that are allowed.
+        /// Numbers that are allowed.
         expected: &'static str,
     },
     /// The triangles in the file are not a valid closed surface.

@@ -4,7 +4,6 @@ use super::cursor::Cursor;
 use super::file_contents::{Cell, FileContents};
 use super::scalar::{ByteOrder, Scalar};
 use super::{FileError, syntax_error::excerpt};
-use nalgebra::Vector3;
 use std::path::Path;
 
 /// Version of the format, as far as it determines the layout of nodes and elements.
@@ -174,7 +173,7 @@ impl<'a> Reader<'a> {
             for _ in 0..self.text_count()? {
                 let tag = self.cursor.integer(Scalar::I32)?;
                 self.contents.tags.push(tag);
-                self.read_position()?;
+                self.contents.vertices.push(self.cursor.position()?);
                 if are_parametric {
                     let dimension = self.cursor.integer(Scalar::I32)?;
                     self.cursor.integer(Scalar::I32)?;
@@ -196,19 +195,10 @@ impl<'a> Reader<'a> {
                     let tag = self.cursor.integer(Scalar::I32)?;
                     self.contents.tags.push(tag);
                 }
-                self.read_position()?;
+                self.contents.vertices.push(self.cursor.position()?);
                 self.skip_parameters(parameter_count)?;
             }
         }
-        Ok(())
-    }
-
-    fn read_position(&mut self) -> Result<(), FileError> {
-        let mut position = Vector3::zeros();
-        for coordinate in &mut position {
-            *coordinate = self.cursor.real(Scalar::F64)?;
-        }
-        self.contents.vertices.push(position);
         Ok(())
     }
 
@@ -283,18 +273,13 @@ impl<'a> Reader<'a> {
             let cause = format!("elements of type {kind} have {count} nodes");
             return Err(start.error(cause));
         }
-        let mut corners = [0; MAX_NODE_COUNT];
-        for corner in &mut corners[..count] {
-            *corner = self.cursor.integer(index)?;
-        }
-        self.contents.add(cell, &corners[..count]);
+        let corners = self.cursor.integers(index, count)?;
+        self.contents.add(cell, &corners);
         Ok(())
     }
 }
 
-const MAX_NODE_COUNT: usize = 125;
-
-/// Number of nodes of each element type, from type 0 on. It is 0 for unknown types and for types with any number of nodes.
+/// Number of nodes of each type of element from 0 on. Types with the number 0 are unknown or have any number of nodes.
 const NODE_COUNTS: [usize; 39] = [
     0, 2, 3, 4, 4, 8, 6, 5, 3, 6, 9, 10, 27, 18, 14, 1, 8, 20, 15, 13, 9, 10, 12, 15, 15, 21, 4, 5,
     6, 20, 35, 56, 22, 28, 0, 0, 16, 25, 36,
@@ -313,7 +298,7 @@ fn element(kind: i64) -> Option<(Cell, usize)> {
     let count = match kind {
         71 => 84,
         92 => 64,
-        93 => MAX_NODE_COUNT,
+        93 => 125,
         _ => *NODE_COUNTS.get(usize::try_from(kind).ok()?)?,
     };
     (count > 0).then_some((cell, count))

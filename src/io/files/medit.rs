@@ -3,7 +3,7 @@
 use super::FileError;
 use super::cursor::Cursor;
 use super::file_contents::{Cell, FileContents};
-use nalgebra::Vector3;
+use super::scalar::Scalar;
 use std::path::Path;
 
 /// Cells, their number of vertices and their name.
@@ -40,13 +40,10 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<FileContents, FileError>
             .find(|cells| cells.0.eq_ignore_ascii_case(name))
         {
             for _ in 0..cursor.parsed::<usize>()? {
-                let mut vertices = [0; 10];
-                for vertex in &mut vertices[..cells.2] {
-                    *vertex = cursor.parsed()?;
-                }
+                let vertices = cursor.integers(Scalar::I32, cells.2)?;
                 // The reference of the cell.
                 cursor.parsed::<f64>()?;
-                contents.add(cells.1, &vertices[..cells.2]);
+                contents.add(cells.1, &vertices);
             }
         }
         // Other keywords and their numbers are skipped.
@@ -56,12 +53,8 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<FileContents, FileError>
 
 fn read_vertices(cursor: &mut Cursor, contents: &mut FileContents) -> Result<(), FileError> {
     for _ in 0..cursor.parsed::<usize>()? {
-        let mut position = Vector3::zeros();
-        for coordinate in &mut position {
-            *coordinate = cursor.parsed()?;
-        }
+        contents.vertices.push(cursor.position()?);
         cursor.parsed::<f64>()?;
-        contents.vertices.push(position);
         contents
             .tags
             .push(contents.vertices.len().try_into().unwrap_or(i64::MAX));

@@ -35,7 +35,7 @@ pub fn read_mesh(path: impl AsRef<Path>, options: &MeshOptions) -> Result<MeshFi
     if !(options.weld_tolerance >= 0.0 && options.weld_tolerance.is_finite()) {
         return Err(FileError::Option {
             path: path.into(),
-            name: "weld_tolerance",
+            name: "weld_tolerance".into(),
             found: options.weld_tolerance,
             expected: "finite and not negative",
         });

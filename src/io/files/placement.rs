@@ -54,9 +54,9 @@ impl Placement {
 
     /// Checks the unit and the scale for the reader of a file.
     pub(super) fn check(&self, path: &Path) -> Result<(), FileError> {
-        let error = |name, found, expected| FileError::Option {
+        let error = |name: &str, found, expected| FileError::Option {
             path: path.into(),
-            name,
+            name: name.into(),
             found,
             expected,
         };

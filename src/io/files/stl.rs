@@ -4,7 +4,6 @@
 //! a distance of 1 km has corners up to 0.035 mm off (`cargo test --test io far_from_the_origin -- --nocapture`).
 
 use super::FileError;
-use super::syntax_error::excerpt;
 use super::text_lines::{TextFile, words};
 use crate::mesh::TriangleSoup;
 use nalgebra::Vector3;
@@ -65,33 +64,22 @@ fn records_in(bytes: &[u8]) -> (usize, usize) {
 
 /// Checks that the length of a binary file matches its triangle count.
 fn check_length(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
-    let path = path.into();
-    let Some(count) = stated_count(bytes) else {
-        return Err(FileError::TooShort {
-            path,
-            part: "header".into(),
-            found: bytes.len(),
-            expected: PREFIX_SIZE,
-        });
+    let (found, rest) = records_in(bytes);
+    let cause = match stated_count(bytes) {
+        Some(count) if (count, 0) == (found, rest) => return Ok(()),
+        Some(count) => format!(
+            "the header states {count} triangles, but {found} triangles and {rest} bytes follow"
+        ),
+        None => format!(
+            "the header needs {PREFIX_SIZE} bytes, but the file has {}",
+            bytes.len()
+        ),
     };
-    let (limit, rest) = records_in(bytes);
-    if count > limit {
-        return Err(FileError::TooLong {
-            path,
-            part: "list of triangles".into(),
-            found: count,
-            limit,
-        });
-    }
-    if count < limit || rest > 0 {
-        let offset = PREFIX_SIZE + count * RECORD_SIZE;
-        return Err(FileError::Unread {
-            path,
-            offset,
-            found: excerpt(&bytes[offset..]),
-        });
-    }
-    Ok(())
+    Err(FileError::Syntax {
+        path: path.into(),
+        format: "binary STL",
+        source: cause.into(),
+    })
 }
 
 /// Corners of a triangle of a binary file.

@@ -4,7 +4,7 @@ use super::FileError;
 use super::cursor::Cursor;
 use super::file_contents::{Cell, FileContents};
 use super::mesh_file::file_bytes;
-use nalgebra::Vector3;
+use super::scalar::Scalar;
 use std::path::Path;
 
 /// Reads both files, by the path of one of them.
@@ -37,12 +37,8 @@ fn read_nodes(mut cursor: Cursor, contents: &mut FileContents) -> Result<(), Fil
     let extra_count = extra_counts.fold(0, usize::saturating_add);
     for _ in 0..count {
         contents.tags.push(cursor.parsed()?);
-        let mut position = Vector3::zeros();
-        for coordinate in &mut position {
-            *coordinate = cursor.parsed()?;
-        }
-        contents.vertices.push(position);
-        (0..extra_count).try_for_each(|_| cursor.parsed::<f64>().map(|_| ()))?;
+        contents.vertices.push(cursor.position()?);
+        cursor.reals(Scalar::F64, extra_count)?;
     }
     Ok(())
 }
@@ -61,13 +57,8 @@ fn read_tets(mut cursor: Cursor, contents: &mut FileContents) -> Result<(), File
     };
     for _ in 0..count {
         cursor.parsed::<i64>()?;
-        let mut vertices = [0; 10];
-        for vertex in &mut vertices[..vertex_count] {
-            *vertex = cursor.parsed()?;
-        }
-        contents.add(cell, &vertices[..vertex_count]);
-        let attributes = 0..attribute_count.unwrap_or(0);
-        { attributes }.try_for_each(|_| cursor.parsed::<f64>().map(|_| ()))?;
+        contents.add(cell, &cursor.integers(Scalar::I32, vertex_count)?);
+        cursor.reals(Scalar::F64, attribute_count.unwrap_or(0))?;
     }
     Ok(())
 }

@@ -1,7 +1,8 @@
 //! Data sets of VTK files: unstructured grids and polygons.
 
 use super::file_contents::{Cell, FileContents, PointData};
-use super::polygons;
+use super::polygons::add_polygon;
+use super::scene::strip;
 use crate::mesh::TriangleSoup;
 use nalgebra::Vector3;
 
@@ -126,24 +127,20 @@ impl DataSet {
             let index = usize::try_from(vertex).ok().filter(|&index| index < count);
             index.ok_or_else(|| format!("vertex {vertex} is not one of the {count} vertices"))
         };
-        let mut triangles = Vec::new();
+        let mut soup = TriangleSoup {
+            vertices,
+            triangles: Vec::new(),
+        };
         for (number, polygon) in self.polygons.iter().enumerate() {
             let corners = polygon.iter().map(index).collect::<Result<Vec<_>, _>>()?;
-            let positions: Vec<_> = corners.iter().map(|&corner| vertices[corner]).collect();
-            let ears = polygons::triangulated(&positions);
-            let ears = ears.map_err(|cause| format!("polygon {number}: {cause}"))?;
-            triangles.extend(ears.iter().map(|ear| ear.map(|corner| corners[corner])));
+            let added = add_polygon(&mut soup, &corners);
+            added.map_err(|cause| format!("polygon {number}: {cause}"))?;
         }
-        for strip in self.strips.iter() {
-            let corners = strip.iter().map(index).collect::<Result<Vec<_>, _>>()?;
-            let strip = corners.windows(3).enumerate();
-            // Every second triangle of a strip has the other orientation.
-            triangles.extend(strip.map(|(k, c)| [c[k % 2], c[1 - k % 2], c[2]]));
+        for list in self.strips.iter() {
+            let corners = list.iter().map(index).collect::<Result<Vec<_>, _>>()?;
+            soup.triangles.extend(strip(&corners));
         }
-        Ok(TriangleSoup {
-            vertices,
-            triangles,
-        })
+        Ok(soup)
     }
 }
 

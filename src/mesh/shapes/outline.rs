@@ -1,4 +1,5 @@
 use crate::mesh::MeshError;
+use crate::mesh::ear_clipping::{self, orientation};
 use nalgebra::Vector2;
 
 /// Smallest and largest number of points of an outline. The check for crossings takes quadratic time.
@@ -19,31 +20,18 @@ pub(super) fn triangulated(points: &[Vector2<f64>]) -> Result<Vec<[usize; 3]>, M
             return Err(MeshError::NonFiniteCoordinate { vertex, value });
         }
     }
-    let size = size(points);
-    check_simple(points, TOUCH * size)?;
+    check_simple(points, TOUCH * size(points))?;
     let mut outline: Vec<usize> = (0..points.len()).collect();
     if doubled_area(points) < 0.0 {
         outline.reverse();
     }
-    let flat = 1e-12 * size * size;
-    let mut triangles = Vec::with_capacity(points.len() - 2);
-    while outline.len() > 3 {
-        let ear = (0..outline.len()).find(|&ear| is_ear(points, &outline, ear, flat));
-        // A simple polygon has an ear, so that only rounding error can hide it.
-        let Some(ear) = ear else {
-            let edges = [outline[0], outline[1]];
-            return Err(MeshError::TouchingEdges { edges });
-        };
-        triangles.push(corner(&outline, ear));
-        outline.remove(ear);
-    }
-    triangles.push([outline[0], outline[1], outline[2]]);
-    Ok(triangles)
-}
-
-/// Returns twice the signed area (m²) of the triangle. It is positive if the corners are counter-clockwise.
-pub(super) fn orientation([a, b, c]: [Vector2<f64>; 3]) -> f64 {
-    (b - a).perp(&(c - a))
+    let corners = outline.iter().map(|&corner| points[corner]).collect();
+    // A simple polygon has a triangulation, so that only rounding error can hide it.
+    let triangles = ear_clipping::triangulated(corners).map_err(|_| MeshError::TouchingEdges {
+        edges: [outline[0], outline[1]],
+    })?;
+    let triangles = triangles.iter();
+    Ok(triangles.map(|ear| ear.map(|k| outline[k])).collect())
 }
 
 /// Diagonal (m) of the bounding rectangle.
@@ -61,24 +49,6 @@ fn doubled_area(points: &[Vector2<f64>]) -> f64 {
     let from_first = |point: &Vector2<f64>| point - points[0];
     let edges = points.iter().zip(next);
     edges.map(|(a, b)| from_first(a).perp(&from_first(b))).sum()
-}
-
-/// The point before a point of the outline, the point and the point after it.
-fn corner(outline: &[usize], index: usize) -> [usize; 3] {
-    let count = outline.len();
-    [count - 1, 0, 1].map(|offset| outline[(index + offset) % count])
-}
-
-/// Returns true if the corner can be cut off: it is convex, and no other point lies in its closed triangle.
-fn is_ear(points: &[Vector2<f64>], outline: &[usize], index: usize, flat: f64) -> bool {
-    let ear = corner(outline, index);
-    let [a, b, c] = ear.map(|vertex| points[vertex]);
-    let is_inside = |point: Vector2<f64>| {
-        let sides = [[a, b, point], [b, c, point], [c, a, point]];
-        sides.into_iter().all(|side| orientation(side) >= -flat)
-    };
-    let mut others = outline.iter().filter(|vertex| !ear.contains(vertex));
-    orientation([a, b, c]) > flat && !others.any(|&vertex| is_inside(points[vertex]))
 }
 
 /// Checks that edges without a common point are farther apart than `touch` (m), and that successive edges do not fold back.

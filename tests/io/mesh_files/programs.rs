@@ -264,7 +264,7 @@ fn options_out_of_range_are_refused_by_name() {
     ] {
         let error = read_mesh(path_of("gmsh_1.msh"), &options).unwrap_err();
         assert!(
-            matches!(error, FileError::Option { name, .. } if name == expected),
+            matches!(&error, FileError::Option { name, .. } if name == expected),
             "{error:?}"
         );
     }

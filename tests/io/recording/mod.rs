@@ -2,6 +2,7 @@
 
 mod arrows;
 mod contact_surfaces;
+mod half_spaces;
 mod motion;
 mod recorded_worlds;
 mod refusals;

@@ -80,7 +80,8 @@ fn a_camera_that_is_where_it_looks_is_refused() {
         let eye = Vector3::x() * distance;
         let recording = Recording::new(&world, &trajectory).seen_from(eye, Vector3::zeros());
         let error = refused("no_direction.glb", &recording);
-        assert!(matches!(error, FileError::CameraTooNear { .. }), "{error}");
+        let name = "distance (m) from the camera to its point";
+        assert_option(&error, name, eye.norm());
     }
 }
 
@@ -92,11 +93,16 @@ fn a_target_whose_radius_is_no_positive_number_is_refused() {
         let recording = Recording::new(&world, &trajectory);
         let recording = recording.with_target("cup", Vector3::zeros(), bad);
         let error = refused("radius.glb", &recording);
-        let FileError::TargetRadius { target, radius, .. } = error else {
-            panic!("{error}")
-        };
-        assert_eq!((target.as_str(), radius.to_bits()), ("cup", bad.to_bits()));
+        assert_option(&error, "radius (m) of the target \"cup\"", bad);
     }
+}
+
+/// Checks that the error is about a number of this name.
+fn assert_option(error: &FileError, expected: &str, number: f64) {
+    let FileError::Option { name, found, .. } = error else {
+        panic!("{error}")
+    };
+    assert_eq!((&name[..], found.to_bits()), (expected, number.to_bits()));
 }
 
 #[test]
@@ -129,9 +135,6 @@ fn a_slowdown_that_is_no_positive_number_is_refused() {
     for slowdown in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         let recording = Recording::new(&world, &trajectory).slowed(slowdown);
         let error = refused("slowdown.glb", &recording);
-        let FileError::Slowdown { found, .. } = error else {
-            panic!("{error}")
-        };
-        assert_eq!(found.to_bits(), slowdown.to_bits());
+        assert_option(&error, "slowdown", slowdown);
     }
 }

@@ -4,17 +4,12 @@ use super::recorded_worlds::{
     ELASTIC, SINGLE, SINGLE_TURN, SLOWDOWN, assert_near, file, read_back, rollout, rubbing,
     standing, tumbling,
 };
-use crate::support::worlds::{at, cuboid, dynamic, fixed, turned};
 use gltf_json::mesh::Semantic;
 use gltf_json::validation::Checked;
-use hydroelastic::contact::HalfSpace;
-use hydroelastic::dynamics::{Material, World};
+use hydroelastic::dynamics::World;
 use hydroelastic::io::Recording;
-use hydroelastic::spatial::Pose;
 use nalgebra::{Vector3, vector};
-use std::f64::consts::FRAC_PI_2;
 use std::fs;
-use std::sync::Arc;
 
 #[test]
 fn up_is_against_gravity() {
@@ -109,43 +104,4 @@ fn a_recording_is_the_same_bytes_each_time() {
         fs::read(file(&format!("{name}.glb"))).unwrap()
     };
     assert!(bytes("first") == bytes("second"));
-}
-
-#[test]
-fn half_spaces_are_drawn_below_the_bodies_that_move_and_as_wide_as_they_reach() {
-    let ball = cuboid([0.2, 0.2, 0.1]);
-    let ball = dynamic("ball", ball, ELASTIC, 1.0);
-    let away = cuboid([0.1; 3]);
-    let away = fixed("away", away, ELASTIC);
-    let half_space = Arc::new(HalfSpace::rigid());
-    let plane = |name, pose| {
-        let body = fixed(name, Arc::clone(&half_space), Material::rigid());
-        body.with_pose(pose)
-    };
-    // The wall is the plane x = -1 and faces along x.
-    let wall = turned([0.0, FRAC_PI_2, 0.0], [-1.0, 0.0, 7.0]);
-    let bodies = vec![
-        ball.with_pose(at(3.0, 2.0, 1.0)),
-        away.with_pose(at(50.0, 0.0, 0.0)),
-        plane("ground", Pose::identity()),
-        plane("wall", wall),
-    ];
-    let world = World::new(bodies).unwrap();
-    let glb = read_back("tiles", &Recording::new(&world, &standing(&world)));
-    for (name, center) in [
-        ("ground", vector![3.0, 2.0, 0.0]),
-        ("wall", vector![-1.0, 2.0, 1.0]),
-    ] {
-        let (node, placement) = (glb.node(name), glb.placement(glb.node(name), 0.0));
-        let corners = glb.mesh(node).points;
-        let shown = corners
-            .iter()
-            .map(|corner| placement.rotation * corner + placement.translation);
-        let shown: Vec<Vector3<f64>> = shown.collect();
-        let middle = shown.iter().sum::<Vector3<f64>>() / 4.0;
-        assert_near(&middle, &center, 8.0 * SINGLE * 7.0);
-        // The diagonal of the bounding box of the ball.
-        let edge = (shown[1] - shown[0]).norm();
-        assert!((edge - 0.3).abs() <= 8.0 * SINGLE * 7.0, "{name}: {edge}");
-    }
 }

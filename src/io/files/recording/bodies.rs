@@ -5,8 +5,7 @@ use super::drawing::{Triangles, primitive, quaternion};
 use super::frames::Frame;
 use super::materials::{self, lit, unlit};
 use super::precision::single;
-use crate::dynamics::{Body, BodyShape, BodyState, Motion};
-use crate::geometry::Aabb;
+use crate::dynamics::{BodyShape, BodyState, Model};
 use gltf_json::animation::{Interpolation, Property};
 use gltf_json::mesh::{Mesh, Mode};
 use gltf_json::scene::UnitQuaternion;
@@ -33,10 +32,13 @@ struct Outline {
 }
 
 /// Adds the bodies. Dynamic bodies have different colors.
-pub(super) fn add(document: &mut Document, bodies: &[Body], frames: &[Frame]) {
+pub(super) fn add(document: &mut Document, model: &Model, frames: &[Frame]) {
+    let bodies = &model.bodies;
     if bodies.is_empty() {
         return;
     }
+    let states: Vec<_> = frames.iter().map(|frame| frame.state).collect();
+    let half_spaces = model.half_space_outlines(&states);
     let edge = document.material(unlit(materials::EDGES, EDGE_OPACITY));
     let times: Vec<f64> = frames.iter().map(|frame| frame.time).collect();
     let mut outlines: Vec<(&BodyShape, Option<Outline>)> = Vec::new();
@@ -48,14 +50,15 @@ pub(super) fn add(document: &mut Document, bodies: &[Body], frames: &[Frame]) {
             None => lit(materials::SCENERY, SCENERY_OPACITY),
         };
         let skin = document.material(skin);
-        // The tile of a half-space depends on its pose, so half-spaces share no outline.
+        // The polygon of a half-space depends on its pose, so half-spaces share no outline.
         let is_half_space = matches!(body.shape(), BodyShape::HalfSpace(_));
         let known = outlines
             .iter()
             .find(|(shape, _)| !is_half_space && shape.is_same(body.shape()));
         let outline = match known {
             Some((_, outline)) => *outline,
-            None => surface(index, bodies, frames).map(|surface| Outline::of(&surface, document)),
+            None => surface(body.shape(), &half_spaces[index])
+                .map(|surface| Outline::of(&surface, document)),
         };
         outlines.push((body.shape(), outline));
         let mesh = outline.map(|outline| mesh(document, outline, [skin, edge]));
@@ -91,9 +94,9 @@ fn mesh(
     document.mesh(primitives)
 }
 
-/// Surface of the body with this index, or `None` for a body without a shape.
-fn surface(index: usize, bodies: &[Body], frames: &[Frame]) -> Option<Triangles> {
-    Some(match bodies[index].shape() {
+/// Surface of a body, or `None` for a body without a shape and for a hidden half-space. `half_space` has the corners of a half-space.
+fn surface(shape: &BodyShape, half_space: &[Vector3<f64>]) -> Option<Triangles> {
+    Some(match shape {
         BodyShape::Compliant(shape) => {
             let mesh = shape.field().mesh();
             Triangles::of_surface(mesh.vertices(), mesh.surface_triangles())
@@ -102,37 +105,9 @@ fn surface(index: usize, bodies: &[Body], frames: &[Frame]) -> Option<Triangles>
             let surface = shape.surface();
             Triangles::of_surface(surface.vertices(), surface.triangles())
         }
-        BodyShape::None => return None,
-        BodyShape::HalfSpace(_) => {
-            let (center, half_edge) = match scene_in_frame_of(index, bodies, frames) {
-                Some(scene) => (scene.center(), scene.half_extents().norm()),
-                None => (Vector3::zeros(), 1.0),
-            };
-            Triangles::tile(&center, half_edge)
-        }
+        BodyShape::HalfSpace(_) if !half_space.is_empty() => Triangles::of_polygon(half_space),
+        BodyShape::HalfSpace(_) | BodyShape::None => return None,
     })
-}
-
-/// Bounding box (m) of the moving bodies in all frames, or of all bodies if none moves, in the frame of the half-space with this
-/// index. The tile of the half-space is as wide as the diagonal of the box.
-fn scene_in_frame_of(half_space: usize, bodies: &[Body], frames: &[Frame]) -> Option<Aabb> {
-    let around = |only_moving: bool| {
-        let boxes = frames.iter().flat_map(move |frame| {
-            let states = &frame.state.bodies;
-            let to_tile = states[half_space].pose.inverse();
-            let included = bodies.iter().zip(states);
-            let included = included.filter(move |(body, _)| !only_moving || !is_fixed(body));
-            included.filter_map(move |(body, state)| {
-                Some(body.shape().bounds()?.posed(&(to_tile * state.pose)))
-            })
-        });
-        boxes.reduce(|a, b| a.union(&b))
-    };
-    around(true).or_else(|| around(false))
-}
-
-fn is_fixed(body: &Body) -> bool {
-    matches!(body.motion, Motion::Fixed)
 }
 
 /// Animates the node of a body, if the body moves.

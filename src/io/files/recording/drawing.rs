@@ -36,18 +36,12 @@ impl Triangles {
         Self { points, triangles }
     }
 
-    /// Creates a square in the plane z = 0 around the projection of a point (m), visible from above.
-    pub fn tile(center: &Vector3<f64>, half_edge: f64) -> Self {
-        let corner =
-            |x: f64, y: f64| Vector3::new(center.x + x * half_edge, center.y + y * half_edge, 0.0);
+    /// Creates a fan of triangles from a convex polygon.
+    pub fn of_polygon(corners: &[Vector3<f64>]) -> Self {
+        let fan = (2..corners.len()).map(|corner| [0, index(corner - 1), index(corner)]);
         Self {
-            points: vec![
-                corner(-1.0, -1.0),
-                corner(1.0, -1.0),
-                corner(1.0, 1.0),
-                corner(-1.0, 1.0),
-            ],
-            triangles: vec![[0, 1, 2], [0, 2, 3]],
+            points: corners.to_vec(),
+            triangles: fan.collect(),
         }
     }
 

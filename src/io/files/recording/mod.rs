@@ -39,7 +39,7 @@ const EXTENSIONS: &[&str] = &["glb"];
 /// A trajectory of a world, to be written as an animated glTF file (`.glb`). Blender and any other glTF viewer can open the file.
 ///
 /// The recording shows
-/// - the bodies, translucent;
+/// - the bodies, translucent; of a half-space, the polygon of [`World::half_space_outlines`];
 /// - their contact surfaces, colored by pressure;
 /// - for each pair of bodies, an arrow for the contact force at the center of pressure, on the first dynamic body of the pair;
 /// - for each body, an arrow with two heads for the torque of its contacts about its center of mass, unless all torques are
@@ -153,35 +153,37 @@ impl Recording {
     pub fn write(&self, path: impl AsRef<Path>) -> Result<(), FileError> {
         let path = path.as_ref();
         known_extension(path, EXTENSIONS)?;
-        if !(self.slowdown > 0.0 && self.slowdown.is_finite()) {
-            return Err(FileError::Slowdown {
-                path: path.into(),
-                found: self.slowdown,
-            });
-        }
         check_fits(path, &self.model.bodies, &self.trajectory)?;
-        self.check_marks(path)?;
+        self.check_numbers(path)?;
         let glb = self.glb().map_err(|cause| file_error(path, cause))?;
         atomic_write(path, |file| file.write_all(&glb))
     }
 
-    /// Checks the radii of the targets and the distance of the camera.
-    fn check_marks(&self, path: &Path) -> Result<(), FileError> {
-        for target in &self.targets {
-            let [radius] = single([target.radius]);
-            if !(radius > 0.0 && radius.is_finite()) {
-                return Err(FileError::TargetRadius {
-                    path: path.into(),
-                    target: target.name.clone(),
-                    radius: target.radius,
-                });
+    /// Checks the slowdown, the radii of the targets and the distance of the camera.
+    fn check_numbers(&self, path: &Path) -> Result<(), FileError> {
+        let error = |name: String, found, expected| {
+            Err(FileError::Option {
+                path: path.into(),
+                name,
+                found,
+                expected,
+            })
+        };
+        if !(self.slowdown > 0.0 && self.slowdown.is_finite()) {
+            return error("slowdown".into(), self.slowdown, "positive and finite");
+        }
+        for Target { name, radius, .. } in &self.targets {
+            let [rounded] = single([*radius]);
+            if !(rounded > 0.0 && rounded.is_finite()) {
+                let name = format!("radius (m) of the target {name:?}");
+                return error(name, *radius, "positive and finite in single precision");
             }
         }
         match self.camera.and_then(|camera| camera.too_near()) {
-            Some(distance) => Err(FileError::CameraTooNear {
-                path: path.into(),
-                distance,
-            }),
+            Some(distance) => {
+                let name = "distance (m) from the camera to its point".into();
+                error(name, distance, "larger")
+            }
             None => Ok(()),
         }
     }
@@ -193,7 +195,7 @@ impl Recording {
         let times = frames.iter().flat_map(|frame| single([frame.time]));
         document.data.set_subject("the times");
         document.data.check(times);
-        bodies::add(&mut document, bodies, &frames);
+        bodies::add(&mut document, &self.model, &frames);
         surfaces::add(&mut document, &frames);
         let length = view::arrow_length(bodies);
         let (forces, torques) = (
