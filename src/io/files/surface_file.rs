@@ -1,3 +1,4 @@
+use super::mesh_file::file_bytes;
 use super::{
     FileError, Placement, collada, extension::known_extension, gltf, obj, off, ply, stl, vtk,
 };
@@ -75,10 +76,7 @@ pub(in crate::io) fn read_in_file_axes(
     path: &Path,
 ) -> Result<(TriangleSoup, Matrix3<f64>), FileError> {
     let extension = known_extension(path, EXTENSIONS)?;
-    let bytes = std::fs::read(path).map_err(|source| FileError::Read {
-        path: path.into(),
-        source,
-    })?;
+    let bytes = file_bytes(path)?;
     let soup = match extension {
         "dae" => return collada::read(path, &bytes),
         "glb" | "gltf" => return Ok((gltf::read(path, &bytes)?, collada::Y_UP)),

@@ -44,7 +44,7 @@ fn read_nodes(mut cursor: Cursor, contents: &mut FileContents) -> Result<(), Fil
         contents.vertices.push(position);
         (0..extra_count).try_for_each(|_| cursor.parsed::<f64>().map(|_| ()))?;
     }
-    Ok(())
+    check_end(cursor, count)
 }
 
 /// Reads lines of an index, 4 or 10 vertices, and attributes.
@@ -69,7 +69,17 @@ fn read_tets(mut cursor: Cursor, contents: &mut FileContents) -> Result<(), File
         let attributes = 0..attribute_count.unwrap_or(0);
         { attributes }.try_for_each(|_| cursor.parsed::<f64>().map(|_| ()))?;
     }
-    Ok(())
+    check_end(cursor, count)
+}
+
+/// Checks that nothing follows the stated number of entries.
+fn check_end(mut cursor: Cursor, count: usize) -> Result<(), FileError> {
+    if cursor.is_at_end() {
+        return Ok(());
+    }
+    Err(cursor.error(format!(
+        "expected the end of the file after {count} entries"
+    )))
 }
 
 /// First words of a line as numbers. Missing and invalid numbers are `None`.
