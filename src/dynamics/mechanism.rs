@@ -7,6 +7,7 @@ use super::{Body, Joint, WorldBuilder, WorldError};
 pub struct Mechanism {
     bodies: Vec<Body>,
     ignored: Vec<[String; 2]>,
+    warnings: Vec<String>,
 }
 
 impl Mechanism {
@@ -16,7 +17,21 @@ impl Mechanism {
         Self {
             bodies,
             ignored: Vec::new(),
+            warnings: Vec::new(),
         }
+    }
+
+    /// Adds warnings about the input that the bodies were made of.
+    #[must_use]
+    pub fn with_warnings(mut self, warnings: Vec<String>) -> Self {
+        self.warnings.extend(warnings);
+        self
+    }
+
+    /// Warnings about the input that the bodies were made of, such as a surface that was replaced by its convex hull.
+    #[must_use]
+    pub fn warnings(&self) -> &[String] {
+        &self.warnings
     }
 
     /// Adds a body, for example a tool that a joint connects to the mechanism.

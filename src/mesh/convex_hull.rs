@@ -5,15 +5,16 @@
 //! points count as outside.
 
 use super::coordinates;
+use crate::geometry::Aabb;
 use nalgebra::Vector3;
 use robust::{Coord3D, orient3d};
 use rustc_hash::FxHashMap;
 
 /// Distance below which a point does not extend the hull, relative to the power of two above the largest distance of a point from the
-/// origin.
+/// center of the bounding box.
 const RELATIVE_TOLERANCE: f64 = 1e-10;
 
-/// Points are scaled to this size, and their coordinates are rounded to integers. Products of three then neither overflow nor underflow,
+/// Points relative to the center are scaled to this size, and their coordinates are rounded to integers. Products of three then neither overflow nor underflow,
 /// so that predicates are exact.
 const SIZE_EXPONENT: i32 = 80;
 
@@ -36,9 +37,12 @@ pub(super) fn triangles(points: &[Vector3<f64>]) -> Option<Vec<[usize; 3]>> {
 }
 
 fn scaled(points: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
-    let (_, exponent) = libm::frexp(coordinates::reach(points));
+    let aabb = Aabb::around(points);
+    let center = aabb.lower.zip_map(&aabb.upper, f64::midpoint);
+    let offsets: Vec<Vector3<f64>> = points.iter().map(|point| point - center).collect();
+    let (_, exponent) = libm::frexp(coordinates::reach(&offsets));
     let scaled = |x: f64| libm::scalbn(x, SIZE_EXPONENT - exponent).round();
-    points.iter().map(|point| point.map(scaled)).collect()
+    offsets.iter().map(|offset| offset.map(scaled)).collect()
 }
 
 struct Facet {

@@ -66,3 +66,5 @@ pub(crate) use surface_warning::unusual_size;
 pub use tet_mesh::TetMesh;
 pub use triangle_soup::TriangleSoup;
 pub use triangle_surface::TriangleSurface;
+#[cfg(feature = "files")]
+pub(crate) use welding::first_in_chain;

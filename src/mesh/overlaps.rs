@@ -49,8 +49,8 @@ struct Search<'t> {
     bvh: Bvh<usize>,
 }
 
-/// Returns a warning if components overlap.
-pub(super) fn warning(triangles: &[Corners], members: &Components) -> Option<SurfaceWarning> {
+/// Returns warnings if components overlap, or if there are too many pairs to search.
+pub(super) fn warnings(triangles: &[Corners], members: &Components) -> Vec<SurfaceWarning> {
     let mut component_of = vec![0; triangles.len()];
     let mut components = Vec::new();
     for members in members.iter() {
@@ -63,20 +63,25 @@ pub(super) fn warning(triangles: &[Corners], members: &Components) -> Option<Sur
         let volume = triangle_solid::volume(aabb.center(), corners);
         components.push(Component { aabb, volume });
     }
-    let pairs = pairs(&components);
+    let mut pairs = pairs(&components);
     if pairs.is_empty() {
-        return None;
+        return Vec::new();
     }
+    let unsearched = (pairs.len() > MAX_PAIR_COUNT).then_some(SurfaceWarning::UnsearchedPairs {
+        pair_count: MAX_PAIR_COUNT,
+    });
+    pairs.truncate(MAX_PAIR_COUNT);
     let search = Search {
         bvh: Bvh::new(triangles.iter().copied().enumerate()),
         triangles,
         components,
         component_of,
     };
-    search.warning(&pairs)
+    let overlap = search.warning(&pairs);
+    overlap.into_iter().chain(unsearched).collect()
 }
 
-/// Returns the pairs of components whose boxes overlap. Cavities are skipped.
+/// Returns the pairs of components whose boxes overlap, up to one pair above the limit. Cavities are skipped.
 fn pairs(components: &[Component]) -> Vec<[usize; 2]> {
     let is_solid = |&index: &usize| components[index].volume > 0.0;
     let mut order: Vec<usize> = (0..components.len()).filter(is_solid).collect();
@@ -90,7 +95,7 @@ fn pairs(components: &[Component]) -> Vec<[usize; 2]> {
             if aabb.overlaps(&components[second].aabb) {
                 pairs.push([first, second]);
             }
-            if pairs.len() == MAX_PAIR_COUNT {
+            if pairs.len() > MAX_PAIR_COUNT {
                 return pairs;
             }
         }

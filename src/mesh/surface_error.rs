@@ -14,6 +14,18 @@ pub enum SurfaceError {
         /// Number of triangles given.
         count: usize,
     },
+    /// The repairs of [`TriangleSoup::closed`](super::TriangleSoup::closed) leave fewer triangles than a solid can have.
+    #[error(
+        "{given} triangles leave only {count} after the repairs, but a closed surface needs at least 4: pairs of triangles with the same \
+         corners and opposite orientations cancel, because nothing lies between them; give a sheet a thickness, or use the convex hull \
+         (TriangleSoup::convex_hull, hull=True in Python)"
+    )]
+    Cancelled {
+        /// Number of triangles given.
+        given: usize,
+        /// Number of triangles after the repairs.
+        count: usize,
+    },
     /// There are more triangles or vertices than 32-bit indices can address.
     #[error("a surface holds at most {limit} vertices and triangles, but {count} were given")]
     TooLarge {
@@ -105,6 +117,18 @@ pub enum SurfaceError {
         at: Vector3<f64>,
         /// The enclosed volume (m³), which is negative.
         volume: f64,
+    },
+    /// A connected component is oriented inwards, as a cavity, but lies only partly inside other components.
+    #[error(
+        "the component of triangle {triangle} is turned inwards, as a cavity, but is only partly inside another component: it sticks out at \
+         {} m; if it is not a cavity, TriangleSoup::with_outward_components reverses it",
+        point(at)
+    )]
+    SticksOut {
+        /// The first triangle of the component.
+        triangle: usize,
+        /// A point (m) of the component outside the others.
+        at: Vector3<f64>,
     },
     /// The cavities have at least as much volume as the components around them.
     #[error(

@@ -13,6 +13,8 @@ pub struct SurfaceFaults {
     pub unbalanced: Option<Fault<2>>,
     /// Triangles without area, to within rounding error.
     pub thin: Option<Fault<3>>,
+    /// Triangles that repeat another one with the same orientation. The other faults do not count them.
+    pub repeated: Option<Fault<3>>,
 }
 
 /// A kind of fault: the number of edges (N = 2) or triangles (N = 3), and the first of them.
@@ -51,10 +53,18 @@ impl fmt::Display for SurfaceFaults {
             let Fault { count, first } = (*fault)?;
             Some(format!("{count} {kind}, the first {}", path(&first)))
         });
-        let thin = self.thin.map(|Fault { count, first }| {
-            format!("{count} triangles have no area, the first {}", path(&first))
+        let triangles = [
+            (&self.thin, "triangles have no area"),
+            (
+                &self.repeated,
+                "triangles repeat others with the same orientation",
+            ),
+        ];
+        let triangles = triangles.into_iter().filter_map(|(fault, kind)| {
+            let Fault { count, first } = (*fault)?;
+            Some(format!("{count} {kind}, the first {}", path(&first)))
         });
-        let all: Vec<String> = edges.chain(thin).collect();
+        let all: Vec<String> = edges.chain(triangles).collect();
         formatter.write_str(&all.join("; "))
     }
 }

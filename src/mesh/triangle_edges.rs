@@ -58,7 +58,7 @@ pub(super) fn neighbors(
         open: fault(&open),
         inconsistent: fault(&inconsistent),
         unbalanced: fault(&unbalanced),
-        thin: None,
+        ..SurfaceFaults::default()
     };
     if faults == SurfaceFaults::default() {
         Ok(neighbors)
@@ -92,7 +92,8 @@ fn sorted_half_edges(triangles: &[[usize; 3]]) -> Vec<HalfEdge> {
 
 /// Sorts the half-edges of one edge by the angles of their triangles around the edge.
 ///
-/// At equal angles, a triangle that ends a part of the solid precedes a triangle that begins a part.
+/// At equal angles, a triangle that ends a part of the solid precedes a triangle that begins a part. The last of equal triangles that
+/// begin parts matches the last of those that end them, so that copies of a part become separate components.
 fn sort_around_edge(group: &mut [HalfEdge], vertices: &[Vector3<f64>], triangles: &[[usize; 3]]) {
     let [lower, higher] = group[0].edge.map(|vertex| vertices[vertex as usize]);
     let axis = (higher - lower).normalize();
@@ -108,7 +109,13 @@ fn sort_around_edge(group: &mut [HalfEdge], vertices: &[Vector3<f64>], triangles
     };
     group.sort_by(|a, b| {
         let by_angle = angle(a).total_cmp(&angle(b));
-        by_angle.then(b.forwards.cmp(&a.forwards))
+        let by_triangle = || {
+            let order = a.triangle.cmp(&b.triangle);
+            if a.forwards { order.reverse() } else { order }
+        };
+        by_angle
+            .then(b.forwards.cmp(&a.forwards))
+            .then_with(by_triangle)
     });
 }
 

@@ -6,9 +6,24 @@ use super::{SurfaceError, coordinates};
 use crate::geometry::Aabb;
 use crate::scalar::portable::atan2;
 use nalgebra::Vector3;
-use std::f64::consts::TAU;
+use std::cmp::Ordering;
+use std::f64::consts::PI;
 
 type Corners = [Vector3<f64>; 3];
+
+/// Limit of the rounding error of a sum of solid angles.
+const ANGLE_ERROR: f64 = 1e-3;
+
+/// Directions of the axes and of the diagonals of a cube.
+const DIRECTIONS: [[f64; 3]; 7] = [
+    [1.0, 0.0, 0.0],
+    [0.0, 1.0, 0.0],
+    [0.0, 0.0, 1.0],
+    [1.0, 1.0, 1.0],
+    [1.0, 1.0, -1.0],
+    [1.0, -1.0, 1.0],
+    [-1.0, 1.0, 1.0],
+];
 
 /// A connected component with its bounding box and the enclosed signed volume (m³).
 struct Part<'a> {
@@ -34,17 +49,10 @@ pub(super) fn check_volumes(
     components: &Components,
 ) -> Result<(), SurfaceError> {
     let corners_of = |triangle: usize| triangles[triangle].map(|vertex| vertices[vertex]);
-    let parts = components
-        .iter()
-        .map(|members| Part::new(members, &corners_of));
-    let parts: Vec<Part<'_>> = parts.collect::<Result<_, _>>()?;
+    let parts = parts(components, &corners_of)?;
     for (index, part) in parts.iter().enumerate() {
-        if part.volume < 0.0 && !part.is_inside_others(index, &parts, &corners_of) {
-            return Err(SurfaceError::Inward {
-                triangle: part.members[0],
-                at: corners_of(part.members[0])[0],
-                volume: part.volume,
-            });
+        if part.volume < 0.0 {
+            part.check_cavity(index, &parts, &corners_of)?;
         }
     }
     let volume = parts.iter().map(|part| part.volume).sum();
@@ -53,6 +61,30 @@ pub(super) fn check_volumes(
     } else {
         Err(SurfaceError::NoVolume { volume })
     }
+}
+
+/// Returns the triangles of each component of negative volume that is not a cavity.
+pub(super) fn inward<'c>(
+    vertices: &[Vector3<f64>],
+    triangles: &[[usize; 3]],
+    components: &'c Components,
+) -> Result<Vec<&'c [usize]>, SurfaceError> {
+    let corners_of = |triangle: usize| triangles[triangle].map(|vertex| vertices[vertex]);
+    let parts = parts(components, &corners_of)?;
+    let inward = parts.iter().enumerate().filter(|(index, part)| {
+        part.volume < 0.0 && part.check_cavity(*index, &parts, &corners_of).is_err()
+    });
+    Ok(inward.map(|(_, part)| part.members).collect())
+}
+
+fn parts<'c>(
+    components: &'c Components,
+    corners_of: &impl Fn(usize) -> Corners,
+) -> Result<Vec<Part<'c>>, SurfaceError> {
+    let parts = components.iter();
+    parts
+        .map(|members| Part::new(members, corners_of))
+        .collect()
 }
 
 /// Checks that the moments of a solid of this size and number of triangles are finite.
@@ -97,28 +129,69 @@ impl<'a> Part<'a> {
         })
     }
 
-    /// Returns true if the other components surround the centroid of this component's first triangle.
+    /// Checks that the other components surround this component.
     ///
-    /// The solid angles of their triangles, seen from the centroid, then add up to 4π instead of 0.
-    fn is_inside_others(
+    /// The solid angles of their triangles, seen from a point, add up to 4π inside, to 0 outside, and to an angle between on the surface.
+    /// The points are the outermost centroids of the component's triangles. A point on the surface decides nothing.
+    fn check_cavity(
         &self,
         index: usize,
         parts: &[Self],
         corners_of: &impl Fn(usize) -> Corners,
-    ) -> bool {
-        let [a, b, c] = corners_of(self.members[0]);
-        let point = (a + b + c) / 3.0;
-        let others = parts.iter().enumerate();
-        let around = others.filter(|(part_index, part)| {
-            *part_index != index && part.aabb.overlaps(&Aabb::around([&point]))
-        });
-        let members = around.flat_map(|(_, part)| part.members);
-        let angle: f64 = members
-            .map(|&triangle| solid_angle(corners_of(triangle).map(|corner| corner - point)))
-            .sum();
-        // The threshold is halfway between 0 and 4π.
-        angle > TAU
+    ) -> Result<(), SurfaceError> {
+        let (mut has_point_inside, mut outside) = (false, None);
+        for point in self.outermost(corners_of) {
+            let others = parts.iter().enumerate();
+            let around = others.filter(|(part_index, part)| {
+                *part_index != index && part.aabb.overlaps(&Aabb::around([&point]))
+            });
+            let members = around.flat_map(|(_, part)| part.members);
+            let offsets =
+                members.map(|&triangle| corners_of(triangle).map(|corner| corner - point));
+            let angle: f64 = offsets.filter(|o| !is_flat(*o)).map(solid_angle).sum();
+            has_point_inside |= angle > 4.0 * PI - ANGLE_ERROR;
+            if angle < ANGLE_ERROR {
+                outside.get_or_insert(point);
+            }
+        }
+        let triangle = self.members[0];
+        match outside {
+            None => Ok(()),
+            Some(at) if has_point_inside => Err(SurfaceError::SticksOut { triangle, at }),
+            Some(_) => Err(SurfaceError::Inward {
+                triangle,
+                at: corners_of(triangle)[0],
+                volume: self.volume,
+            }),
+        }
     }
+
+    /// Returns the centroids of the triangles that are outermost in the directions of the axes and of the diagonals.
+    fn outermost(&self, corners_of: &impl Fn(usize) -> Corners) -> Vec<Vector3<f64>> {
+        let mut outermost: Vec<(f64, Vector3<f64>)> =
+            vec![(f64::NEG_INFINITY, Vector3::zeros()); 2 * DIRECTIONS.len()];
+        for &triangle in self.members {
+            let [a, b, c] = corners_of(triangle);
+            let centroid = (a + b + c) / 3.0;
+            for (ends, direction) in outermost.as_chunks_mut::<2>().0.iter_mut().zip(DIRECTIONS) {
+                let height = centroid.dot(&Vector3::from(direction));
+                for (end, height) in ends.iter_mut().zip([height, -height]) {
+                    if height > end.0 {
+                        *end = (height, centroid);
+                    }
+                }
+            }
+        }
+        let mut points: Vec<Vector3<f64>> = outermost.into_iter().map(|(_, point)| point).collect();
+        points.sort_unstable_by(|a, b| a.iter().partial_cmp(b.iter()).unwrap_or(Ordering::Equal));
+        points.dedup();
+        points
+    }
+}
+
+/// Returns true if the origin is in the plane of a triangle, to within rounding error. Its solid angle is then 0, or ±2π inside the triangle.
+fn is_flat([a, b, c]: Corners) -> bool {
+    a.dot(&b.cross(&c)).abs() <= FLATNESS * a.norm() * b.norm() * c.norm()
 }
 
 /// Computes the solid angle of a triangle seen from the origin. It is positive if the origin is on the inner side.

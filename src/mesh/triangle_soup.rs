@@ -1,7 +1,9 @@
+use super::surface_faults::Fault;
+use super::triangle_components::Components;
 use super::welding::{self, Triangles, Welded};
 use super::{
-    SurfaceError, TriangleSurface, convex_hull, coordinates, thin_triangles, triangle_checks,
-    triangle_edges,
+    SurfaceError, SurfaceWarning, TriangleSurface, convex_hull, coordinates, thin_triangles,
+    triangle_checks, triangle_edges, triangle_solid,
 };
 use crate::geometry::Aabb;
 use nalgebra::Vector3;
@@ -76,10 +78,29 @@ impl TriangleSoup {
         self
     }
 
+    /// Reverses each connected component that is turned inwards and is not a cavity. Also returns the number of these components.
+    ///
+    /// Vertices at equal positions are merged, as by [`Self::welded`]. If a surface with cavities is turned inwards as a whole, use
+    /// [`Self::flipped`], because its cavities are turned outwards.
+    ///
+    /// # Errors
+    /// Returns an error if the triangles are not closed, or if a component is flat. Also returns the errors of [`Self::welded`].
+    pub fn with_outward_components(&self) -> Result<(Self, usize), SurfaceError> {
+        let mut soup = self.welded(0.0)?;
+        triangle_checks::check_size(soup.vertices.len(), soup.triangles.len())?;
+        let neighbors = triangle_edges::neighbors(&soup.vertices, &soup.triangles);
+        let components = Components::of(&neighbors.map_err(SurfaceError::NotClosed)?);
+        let inward = triangle_solid::inward(&soup.vertices, &soup.triangles, &components)?;
+        for &triangle in inward.iter().copied().flatten() {
+            soup.triangles[triangle].swap(1, 2);
+        }
+        Ok((soup, inward.len()))
+    }
+
     /// Returns the surface of the convex hull of all vertices, including unused ones.
     ///
     /// The vertices of the hull are vertices of the soup. Other vertices are outside it by at most 2e-10 of the largest distance of a
-    /// vertex from the origin. The algorithm is quickhull [Barber, Dobkin, Huhdanpaa 1996] with exact predicates.
+    /// vertex from the center of the bounding box. The algorithm is quickhull [Barber, Dobkin, Huhdanpaa 1996] with exact predicates.
     ///
     /// # Errors
     /// Returns an error if a coordinate is not finite, or if the vertices lie in a plane.
@@ -96,17 +117,19 @@ impl TriangleSoup {
 
     /// Creates the closed surface of a solid.
     ///
-    /// The following defects are repaired. [`TriangleSurface::warnings`] reports a repair that moves vertices.
+    /// The following defects are repaired. [`TriangleSurface::warnings`] reports vertices that move and repeated triangles.
     ///
     /// - Unused vertices are dropped, and vertices at equal positions are merged. If the surface is then not closed, vertices are
     ///   merged within 1e-7, or else 1e-6, of the diagonal of the bounding box, as by [`Self::welded`].
     /// - A triangle whose corners lie on a line is removed, and the triangle across its longest edge is split in two.
     /// - Pairs of triangles with the same corners and opposite orientations are dropped.
+    /// - Triangles that repeat another one with the same orientation are dropped, unless the surface is closed with them only.
     ///
     /// A repaired surface lists its split triangles last.
     ///
     /// # Errors
-    /// Returns [`SurfaceError::NotClosed`] with all faults if the surface is not closed. Also returns the other errors of
+    /// Returns [`SurfaceError::NotClosed`] with all faults if the surface is not closed, or [`SurfaceError::Cancelled`] if the repairs
+    /// leave fewer than 4 triangles. Also returns the other errors of
     /// [`TriangleSurface::new`], which name a triangle by its index after the repairs, and by a point on it.
     pub fn closed(self) -> Result<TriangleSurface, SurfaceError> {
         self.checked_corners()?;
@@ -115,16 +138,21 @@ impl TriangleSoup {
         let size = (aabb.upper - aabb.lower).norm();
         let mut first_error = None;
         for tolerance in TOLERANCES {
-            match welding::welded(&self.vertices, &self.triangles, tolerance * size).closed() {
-                Err(SurfaceError::NotClosed(faults)) => {
-                    let may_close = faults.open.is_some() || faults.thin.is_some();
-                    let error = SurfaceError::NotClosed(faults);
-                    first_error.get_or_insert(error);
-                    if !may_close {
-                        break;
+            let error =
+                match welding::welded(&self.vertices, &self.triangles, tolerance * size).closed() {
+                    Err(SurfaceError::TooFewTriangles { count }) if self.triangles.len() >= 4 => {
+                        SurfaceError::Cancelled {
+                            given: self.triangles.len(),
+                            count,
+                        }
                     }
-                }
-                result => return result,
+                    Err(error @ SurfaceError::NotClosed(_)) => error,
+                    result => return result,
+                };
+            let may_close = error.may_close();
+            first_error.get_or_insert(error);
+            if !may_close {
+                break;
             }
         }
         Err(first_error.unwrap_or(SurfaceError::TooFewTriangles { count: 0 }))
@@ -143,21 +171,54 @@ impl TriangleSoup {
 }
 
 impl Welded {
-    /// Removes triangles without area, and creates the surface.
+    /// Removes triangles that are repeated or have no area, and creates the surface.
     fn closed(self) -> Result<TriangleSurface, SurfaceError> {
-        let (vertices, triangles) = self.triangles;
-        triangle_checks::check_size(vertices.len(), triangles.len())?;
-        let (triangles, thin) = thin_triangles::split(&vertices, triangles);
-        let mut faults = match triangle_edges::neighbors(&vertices, &triangles) {
-            Ok(neighbors) if thin.is_none() => {
-                let repairs = self.warning.into_iter().collect();
-                return TriangleSurface::of_neighbors((vertices, triangles), neighbors, repairs);
-            }
-            Ok(_) => Box::default(),
-            Err(faults) => faults,
+        let Self {
+            triangles: (vertices, triangles),
+            warning,
+        } = self;
+        let warnings: Vec<SurfaceWarning> = warning.into_iter().collect();
+        let [first, repeats] = welding::without_repeats(&triangles);
+        let corners = repeats.iter().map(|t| t.map(|vertex| vertices[vertex]));
+        let Some(repeated) = Fault::of(corners) else {
+            return surface((vertices, triangles), warnings);
         };
-        faults.thin = thin;
-        Err(SurfaceError::NotClosed(faults))
+        let report = SurfaceWarning::Repeated {
+            triangle_count: repeated.count,
+        };
+        let with_report = warnings.iter().cloned().chain([report]).collect();
+        surface((vertices.clone(), first), with_report).or_else(|mut error| {
+            if let SurfaceError::NotClosed(faults) = &mut error {
+                faults.repeated = Some(repeated);
+            }
+            surface((vertices, triangles), warnings).map_err(|_| error)
+        })
+    }
+}
+
+/// Removes triangles without area, and creates the surface.
+fn surface(
+    (vertices, triangles): Triangles,
+    repairs: Vec<SurfaceWarning>,
+) -> Result<TriangleSurface, SurfaceError> {
+    let (triangles, thin) = thin_triangles::split(&vertices, triangles);
+    let (vertices, triangles) = welding::without_unused(vertices, &triangles);
+    triangle_checks::check_size(vertices.len(), triangles.len())?;
+    let mut faults = match triangle_edges::neighbors(&vertices, &triangles) {
+        Ok(neighbors) if thin.is_none() => {
+            return TriangleSurface::of_neighbors((vertices, triangles), neighbors, repairs);
+        }
+        Ok(_) => Box::default(),
+        Err(faults) => faults,
+    };
+    faults.thin = thin;
+    Err(SurfaceError::NotClosed(faults))
+}
+
+impl SurfaceError {
+    /// Returns true if merging of vertices may close the surface.
+    fn may_close(&self) -> bool {
+        matches!(self, Self::NotClosed(faults) if faults.open.is_some() || faults.thin.is_some())
     }
 }
 

@@ -15,7 +15,8 @@ use nalgebra::Vector3;
 /// enclose a volume.
 ///
 /// A surface may have several connected components, which may touch at vertices and edges. A component whose triangles face
-/// inwards has a negative volume and is a cavity. It must lie inside another component, which is checked at one point.
+/// inwards has a negative volume and is a cavity. It must lie inside another component, which is checked at its outermost triangles in 14
+/// directions.
 ///
 /// Self-intersection is accepted. If the surface intersects itself, or a component that is not a cavity lies inside another, each part
 /// of the surface acts in contact independently. Volume and mass then count an overlap once for each enclosing component.
@@ -113,19 +114,21 @@ impl TriangleSurface {
         Self::new(vertices, triangles)
     }
 
-    /// Returns properties of the surface that may be mistakes: vertices that were merged, components that overlap, and an unusual size.
+    /// Returns properties of the surface that may be mistakes: vertices that were merged, triangles that were
+    /// dropped because they are repeated, components that overlap, and an unusual size.
     ///
     /// Overlaps are found by about 16,000 rays through the boxes that components share. An overlap is reported if it is larger than a
-    /// thousandth of the smaller component. Surfaces of one component are not searched.
+    /// thousandth of the smaller component. Surfaces of one component are not searched. At most 4,096 pairs are searched.
     #[must_use]
     pub fn warnings(&self) -> Vec<SurfaceWarning> {
-        let overlaps = (self.component_count() > 1).then(|| {
+        let mut warnings = self.repairs.clone();
+        if self.component_count() > 1 {
             let corners: Vec<_> = (0..self.triangles.len()).map(|t| self.corners(t)).collect();
-            overlaps::warning(&corners, &Components::of(&self.neighbors))
-        });
-        let computed = [overlaps.flatten(), SurfaceWarning::of_size(&self.aabb())];
-        let computed = computed.into_iter().flatten();
-        self.repairs.iter().cloned().chain(computed).collect()
+            let overlaps = overlaps::warnings(&corners, &Components::of(&self.neighbors));
+            warnings.extend(overlaps);
+        }
+        warnings.extend(SurfaceWarning::of_size(&self.aabb()));
+        warnings
     }
 
     /// Returns the positions of the vertices (m) in the body frame.

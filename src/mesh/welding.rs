@@ -1,16 +1,23 @@
 //! Merging of vertices, and removal of the vertices that are then unused and the triangles that then cancel.
 
 use super::SurfaceWarning;
+use crate::geometry::Aabb;
 use nalgebra::Vector3;
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 /// Positions of vertices (m), and vertex indices of triangles.
 pub(super) type Triangles = (Vec<Vector3<f64>>, Vec<[usize; 3]>);
 
-/// Size of the cells of the grid, relative to the tolerance. It exceeds the size of the searched box, which thus overlaps at most 8 cells.
-const CELL_SIZE: f64 = 4.0;
+/// Number of small cells along an axis for each tolerance. It exceeds √3, so that the vertices of a small cell are within the tolerance.
+const CELLS_PER_TOLERANCE: f64 = 1.74;
 
-/// Half the size of the searched box, relative to the tolerance. The excess covers rounding errors.
+/// Number of a small cell up to which the rounding error of the number is negligible.
+const MAX_CELL: f64 = (1_u64 << 40) as f64;
+
+/// Size of a large cell, relative to the tolerance. It exceeds the size of the searched box, which thus overlaps at most 8 large cells.
+const LARGE_CELL_SIZE: f64 = 4.0;
+
+/// Distance of the search around the vertices of a small cell, relative to the tolerance. The excess covers rounding errors.
 const SEARCH: f64 = 1.01;
 
 /// Triangles with merged vertices.
@@ -96,32 +103,89 @@ impl DisjointSets {
         vertex
     }
 
-    /// Connects all pairs of vertices within the tolerance (m). A grid limits the search to the cells that overlap a box around the
-    /// vertex, so that the result does not depend on the borders of cells.
+    /// Connects all pairs of vertices within the tolerance (m).
+    ///
+    /// The vertices of a small cell are connected without a test. A grid of large cells limits the search for other small cells nearby,
+    /// so that the time does not depend on the number of vertices in a cell.
     fn connect(&mut self, positions: &[Vector3<f64>], tolerance: f64) {
-        let cell_of = |position: Vector3<f64>| (position / (CELL_SIZE * tolerance)).map(f64::floor);
-        let mut cells: FxHashMap<[u64; 3], Vec<usize>> = FxHashMap::default();
-        for vertex in self.vertices.clone() {
-            let position = positions[vertex];
-            let [lower, upper] =
-                [-SEARCH, SEARCH].map(|step| cell_of(position.add_scalar(step * tolerance)));
+        let origin = Aabb::around(self.vertices.iter().map(|&v| &positions[v])).lower;
+        let mut groups = self.connect_small_cells(positions, (origin, tolerance));
+        if tolerance == 0.0 {
+            return;
+        }
+        let large_cells = |aabb: &Aabb| {
+            let [lower, upper] = [aabb.lower, aabb.upper]
+                .map(|corner| ((corner - origin) / (LARGE_CELL_SIZE * tolerance)).map(f64::floor));
             let is_upper = |corner: u8, axis: usize| corner >> axis & 1 == 1;
-            let is_new = |&corner: &u8| (0..3).all(|k| !is_upper(corner, k) || lower[k] < upper[k]);
-            for corner in (0..8).filter(is_new) {
-                let side =
-                    |axis: usize, _| if is_upper(corner, axis) { upper } else { lower }[axis];
-                let near = cells.get(&position_key(&Vector3::from_fn(side)));
-                for &other in near.into_iter().flatten() {
-                    if (position - positions[other]).norm() <= tolerance {
-                        let roots = [vertex, other].map(|v| self.first_of(v));
-                        self.parents
-                            .insert(roots[0].max(roots[1]), roots[0].min(roots[1]));
-                    }
+            let is_new =
+                move |&corner: &u8| (0..3).all(|k| !is_upper(corner, k) || lower[k] < upper[k]);
+            let side =
+                move |corner: u8, axis| if is_upper(corner, axis) { upper } else { lower }[axis];
+            (0..8)
+                .filter(is_new)
+                .map(move |corner| position_key(&Vector3::from_fn(|axis, _| side(corner, axis))))
+        };
+        let mut cells: FxHashMap<[u64; 3], Vec<usize>> = FxHashMap::default();
+        for index in 0..groups.len() {
+            let aabb = Aabb::around(&groups[index].points);
+            for cell in large_cells(&aabb.inflated(SEARCH * tolerance)) {
+                for &other in cells.get(&cell).into_iter().flatten() {
+                    self.connect_groups(&mut groups, [index, other], tolerance);
                 }
             }
-            let cell = position_key(&cell_of(position));
-            cells.entry(cell).or_default().push(vertex);
+            for cell in large_cells(&aabb) {
+                cells.entry(cell).or_default().push(index);
+            }
         }
+    }
+
+    /// Connects the vertices of each small cell. If a cell has too large a number, its vertices are connected only at equal positions.
+    fn connect_small_cells(
+        &mut self,
+        positions: &[Vector3<f64>],
+        (origin, tolerance): (Vector3<f64>, f64),
+    ) -> Vec<Group> {
+        let mut groups: Vec<Group> = Vec::new();
+        let mut by_cell = FxHashMap::default();
+        for vertex in self.vertices.clone() {
+            let position = positions[vertex];
+            let offset = position - origin;
+            let cell = (offset * CELLS_PER_TOLERANCE / tolerance).map(f64::floor);
+            let is_cell = cell.iter().all(|number| *number < MAX_CELL);
+            let key = (
+                is_cell,
+                position_key(if is_cell { &cell } else { &position }),
+            );
+            let group = *by_cell.entry(key).or_insert(groups.len());
+            match groups.get_mut(group) {
+                Some(group) => {
+                    group.points.push(position);
+                    self.union([group.vertex, vertex]);
+                }
+                None => groups.push(Group {
+                    vertex,
+                    points: vec![position],
+                }),
+            }
+        }
+        groups
+    }
+
+    /// Connects two groups if a vertex of one is within the tolerance (m) of a vertex of the other.
+    fn connect_groups(&mut self, groups: &mut [Group], pair: [usize; 2], tolerance: f64) {
+        let Ok([a, b]) = groups.get_disjoint_mut(pair) else {
+            return;
+        };
+        if self.first_of(a.vertex) != self.first_of(b.vertex)
+            && are_near(&mut a.points, &mut b.points, tolerance)
+        {
+            self.union([a.vertex, b.vertex]);
+        }
+    }
+
+    fn union(&mut self, vertices: [usize; 2]) {
+        let [a, b] = vertices.map(|vertex| self.first_of(vertex));
+        self.parents.insert(a.max(b), a.min(b));
     }
 
     /// Reports the number of vertices that are not the first of their set, and their largest distance (m) from the first.
@@ -139,6 +203,64 @@ impl DisjointSets {
             distance,
         })
     }
+}
+
+/// The vertices of a small cell.
+struct Group {
+    /// One of the vertices.
+    vertex: usize,
+    /// Positions (m) of the vertices.
+    points: Vec<Vector3<f64>>,
+}
+
+/// Returns true if a point of one list is within a distance (m) of a point of the other list. Neither list may be empty.
+///
+/// The longer list is halved until the boxes around the lists are too far from each other.
+fn are_near(a: &mut [Vector3<f64>], b: &mut [Vector3<f64>], distance: f64) -> bool {
+    if (a[0] - b[0]).norm() <= distance {
+        return true;
+    }
+    let [box_a, box_b] = [&*a, &*b].map(Aabb::around);
+    let gap = (box_a.lower - box_b.upper).sup(&(box_b.lower - box_a.upper));
+    if a.len() + b.len() == 2 || gap.sup(&Vector3::zeros()).norm() > SEARCH * distance {
+        return false;
+    }
+    let (longer, shorter, aabb) = if a.len() < b.len() {
+        (b, a, box_b)
+    } else {
+        (a, b, box_a)
+    };
+    let (axis, middle) = (aabb.half_extents().imax(), longer.len() / 2);
+    longer.select_nth_unstable_by(middle, |p, q| p[axis].total_cmp(&q[axis]));
+    let (lower, upper) = longer.split_at_mut(middle);
+    are_near(lower, shorter, distance) || are_near(upper, shorter, distance)
+}
+
+/// Returns the first vertex of the chain of each vertex, as [`TriangleSoup::welded`](super::TriangleSoup::welded) merges them within a
+/// tolerance (m). Vertices that are not listed are returned unchanged. All positions must be finite.
+pub(crate) fn first_in_chain(
+    positions: &[Vector3<f64>],
+    vertices: &[usize],
+    tolerance: f64,
+) -> Vec<usize> {
+    let mut sets = DisjointSets::of(vertices);
+    sets.connect(positions, tolerance);
+    (0..positions.len())
+        .map(|vertex| sets.first_of(vertex))
+        .collect()
+}
+
+/// Splits triangles into those that come first with their corners and orientation, and those that repeat them.
+pub(super) fn without_repeats(triangles: &[[usize; 3]]) -> [Vec<[usize; 3]>; 2] {
+    let mut present = FxHashSet::default();
+    let is_first = |triangle: &[usize; 3]| {
+        let mut rotated = *triangle;
+        let lowest = (0..3).min_by_key(|&corner| triangle[corner]);
+        rotated.rotate_left(lowest.unwrap_or(0));
+        present.insert(rotated)
+    };
+    let (first, repeats) = triangles.iter().copied().partition(is_first);
+    [first, repeats]
 }
 
 /// Drops pairs of triangles with the same corners and opposite orientations.

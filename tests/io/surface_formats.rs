@@ -1,6 +1,6 @@
 //! Surfaces in PLY, OFF, glTF and COLLADA files.
 
-use hydroelastic::io::{FileError, Placement, read_triangle_surface};
+use hydroelastic::io::{FileError, Placement, read_triangle_surface, read_triangles};
 use hydroelastic::mesh::TriangleSurface;
 use nalgebra::{Vector3, vector};
 use std::error::Error;
@@ -119,6 +119,9 @@ fn off_files_have_comments_and_colors() {
         4 3 2 1 0 255 0 0\n4 4 5 6 7\n4 0 1 5 4\n4 1 2 6 5\n4 2 3 7 6\n4 3 0 4 7\n";
     let cube = read("cube.off", off.as_bytes()).unwrap();
     assert_box(&cube, 1.0, [0.0; 3], [1.0; 3]);
+    let in_one_word = off.replace("COFF 8 6 0", "OFF8 6 0");
+    let cube = read("word.off", in_one_word.as_bytes()).unwrap();
+    assert_box(&cube, 1.0, [0.0; 3], [1.0; 3]);
     for (from, to, expected) in [
         ("COFF", "POFF", "expected the word OFF"),
         ("8 6 0", "8", "the numbers of vertices and faces"),
@@ -212,6 +215,85 @@ fn gltf_files_in_text_have_embedded_buffers() {
 }
 
 #[test]
+fn byte_order_marks_are_ignored() {
+    let obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 9 9 9\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+    let facets: String = TRIANGLES.iter().fold(String::new(), |text, triangle| {
+        let corners = triangle.map(|corner| CORNERS[usize::from(corner)]);
+        let corners = corners.map(|[x, y, z]| format!("vertex {x} {y} {z}\n"));
+        format!(
+            "{text}facet normal 0 0 0\nouter loop\n{}endloop\nendfacet\n",
+            corners.concat()
+        )
+    });
+    let stl = format!("solid\n{facets}endsolid\n");
+    let ply = String::from_utf8(ply("ascii")).unwrap();
+    let dae = dae(Z_UP, FACES, NODE);
+    for (name, text) in [
+        ("mark.obj", obj),
+        ("mark.stl", &stl),
+        ("mark.ply", &ply),
+        ("mark.dae", &dae),
+    ] {
+        let marked = ["\u{feff}", text].concat();
+        let surface = read(name, marked.as_bytes()).unwrap();
+        assert_box(&surface, 1.0 / 6.0, [0.0; 3], [1.0; 3]);
+    }
+    let damaged = refusal("mark.obj", "\u{feff}v 0 0 zero".as_bytes());
+    assert!(damaged.contains("is not an OBJ file"), "{damaged}");
+}
+
+#[test]
+fn gltf_primitives_keep_the_vertices_that_they_use() {
+    let (json, data) = gltf("", "", "");
+    let file = |json: &str| {
+        let mut file = glb("", "");
+        file.truncate(12);
+        let mut json = json.as_bytes().to_vec();
+        json.resize(json.len().next_multiple_of(4), b' ');
+        for (kind, bytes) in [(b"JSON", &json), (b"BIN\0", &data)] {
+            file.extend(u32::try_from(bytes.len()).unwrap().to_le_bytes());
+            file.extend(kind);
+            file.extend(bytes);
+        }
+        file
+    };
+    // Four primitives of one triangle each.
+    let primitive = json.find("{\"attributes\"").unwrap();
+    let end = json.find("}]}]").unwrap();
+    let four =
+        [2, 3, 4, 5].map(|k| format!(r#"{{"attributes": {{"POSITION": 0}}, "indices": {k}}}"#));
+    let accessors = [0, 6, 12, 18].map(|offset| {
+        format!(r#", {{"bufferView": 1, "byteOffset": {offset}, "componentType": 5123, "count": 3, "type": "SCALAR"}}"#)
+    });
+    let split = [&json[..primitive], &four.join(","), &json[end + 1..]].concat();
+    let split = split.replace(
+        r#""type": "SCALAR"}]"#,
+        &format!(r#""type": "SCALAR"}}{}]"#, accessors.concat()),
+    );
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("split.glb");
+    std::fs::write(&path, file(&split)).unwrap();
+    let soup = read_triangles(&path, &Placement::default()).unwrap();
+    assert_eq!((soup.vertices.len(), soup.triangles.len()), (12, 4));
+    assert_box(
+        &soup.closed().unwrap(),
+        8.0 / 6.0,
+        [0.0, -2.0, 0.0],
+        [2.0, 0.0, 2.0],
+    );
+
+    let sparse = json.replacen(
+        r#""type": "VEC3""#,
+        r#""type": "VEC3", "sparse": {"count": 1, "indices": {"bufferView": 1, "componentType": 5123}, "values": {"bufferView": 0}}"#,
+        1,
+    );
+    let refused = refusal("sparse.glb", &file(&sparse));
+    assert!(
+        refused.contains("sparse accessors cannot be read"),
+        "{refused}"
+    );
+}
+
+#[test]
 fn invalid_gltf_files_are_refused() {
     for (node, mode, expected) in [
         (r#", "children": [1]"#, "", "too deep, or contains itself"),
@@ -287,6 +369,54 @@ fn collada_scenes_have_units_an_up_axis_and_nodes() {
     let nodes = read("nodes.dae", dae(Z_UP, FACES, nodes).as_bytes()).unwrap();
     assert_eq!(nodes.component_count(), 2);
     assert_box(&nodes, 0.5, [0.0, 0.0, -1.0], [6.0, 2.0, 1.0]);
+}
+
+#[test]
+fn collada_comments_offsets_and_shared_sources_are_read() {
+    let one = |triangle: &str| {
+        format!("<triangles>{INPUTS}<p>{triangle}<!-- a comment --></p></triangles>")
+    };
+    let lists = ["0 2 1", "0 1 3", "0 3 2", "1 2 3"].map(one).concat();
+    let commented = dae(Z_UP, &lists, NODE)
+        .replace("0 0 0 1 0 0 0 1 0", "0 0 0 1<!-- x --> 0 0 <!-- y -->0 1 0")
+        .replace("<p>1 2", "<p>1<!-- between --> 2");
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("shared.dae");
+    std::fs::write(&path, commented).unwrap();
+    let soup = read_triangles(&path, &Placement::default()).unwrap();
+    assert_eq!((soup.vertices.len(), soup.triangles.len()), (4, 4));
+    assert_box(&soup.closed().unwrap(), 1.0 / 6.0, [0.0; 3], [1.0; 3]);
+    let offset = dae(Z_UP, FACES, NODE)
+        .replace("0 0 0 1 0 0 0 1 0", "7 7 0 0 0 7 7 1 0 0 7 7 0 1 0 7 7")
+        .replace(
+            "count=\"4\" stride=\"3\"",
+            "count=\"4\" stride=\"5\" offset=\"2\"",
+        );
+    let offset = read("offset.dae", offset.as_bytes()).unwrap();
+    assert_box(&offset, 1.0 / 6.0, [0.0; 3], [1.0; 3]);
+}
+
+#[test]
+fn collada_skins_and_views_are_placed() {
+    let skin = dae(
+        Z_UP,
+        FACES,
+        r##"<node><scale>3 1 1</scale><instance_controller url="#skin"/></node>"##,
+    );
+    let skin = skin.replace(
+        "<library_nodes>",
+        r##"<library_controllers><controller id="skin"><skin source="#tet"><bind_shape_matrix>
+        2 0 0 1 0 1 0 0 0 0 1 0 0 0 0 1</bind_shape_matrix></skin></controller></library_controllers><library_nodes>"##,
+    );
+    let skin = read("skin.dae", skin.as_bytes()).unwrap();
+    assert_box(&skin, 1.0, [3.0, 0.0, 0.0], [9.0, 1.0, 1.0]);
+    // The node at (5, 0, 0) looks along −x, so that its axes x, y and z are y, z and x of its parent.
+    let view =
+        r##"<node><lookat>5 0 0 4 0 0 0 0 1</lookat><instance_geometry url="#tet"/></node>"##;
+    let view = read("view.dae", dae(Z_UP, FACES, view).as_bytes()).unwrap();
+    assert_box(&view, 1.0 / 6.0, [5.0, 0.0, 0.0], [6.0, 1.0, 1.0]);
+    let skew = r##"<node><skew>45 1 0 0 0 1 0</skew><instance_geometry url="#tet"/></node>"##;
+    let refused = refusal("skew.dae", dae(Z_UP, FACES, skew).as_bytes());
+    assert!(refused.contains("<skew>"), "{refused}");
 }
 
 #[test]

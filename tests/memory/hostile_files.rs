@@ -197,6 +197,10 @@ const REFUSED: &[(&str, &str)] = &[
     ),
     ("nan_vertex.obj", r#"line 3, "v 0 nan 0""#),
     ("nan_vertex.stl", "vertex 11 has the coordinate NaN"),
+    (
+        "zlib_bomb.vtu",
+        "there are 1048576 numbers, but 12 are needed",
+    ),
     ("three_faces.obj", "at least 4 triangles, but 3"),
     (
         "cut_in_data.glb",

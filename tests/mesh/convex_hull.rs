@@ -187,3 +187,17 @@ fn many_points_have_a_hull_quickly() {
     println!("{} triangles: {elapsed:.2?}", hull.triangles().len());
     assert!(elapsed < TIME, "{elapsed:?}");
 }
+
+#[test]
+fn hulls_far_from_the_origin_keep_their_vertices() {
+    let far = Vector3::repeat(1e6);
+    let points: Vec<_> = points_on_sphere(0.01, 200)
+        .iter()
+        .map(|p| p + far)
+        .collect();
+    let near: Vec<_> = points.iter().map(|point| point - far).collect();
+    let [far, near] = [points, near].map(|points| hull(&points).unwrap());
+    assert_eq!(far.vertices().len(), 200);
+    assert_eq!(far.triangles().len(), near.triangles().len());
+    assert!((far.volume() / near.volume() - 1.0).abs() < 1e-10);
+}

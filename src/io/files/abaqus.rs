@@ -12,14 +12,26 @@ use std::str::FromStr;
 enum Block {
     Nodes,
     Elements(Cell, usize),
+    /// Displacement of an instance of a part.
+    Instance,
     Other,
 }
+
+/// Keywords that make or move nodes and elements.
+const UNREADABLE: [&str; 8] = [
+    "*SYSTEM", "*NGEN", "*ELGEN", "*NCOPY", "*ELCOPY", "*NFILL", "*NMAP", "*INCLUDE",
+];
+
+/// Remedy in messages.
+const REMEDY: &str =
+    "write all nodes and elements in one file, for example by exporting an orphan mesh";
 
 /// Reads an Abaqus file. Keywords other than `*NODE` and `*ELEMENT` are skipped.
 pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<FileContents, FileError> {
     let mut cursor = Cursor::new(path, "Abaqus", bytes);
     let mut contents = FileContents::default();
     let mut block = Block::Other;
+    let (mut instance_count, mut is_moved) = (0, false);
     // Numbers of an element, which may continue on the next line.
     let mut element: Vec<i64> = Vec::new();
     while !cursor.rest().trim_ascii().is_empty() {
@@ -33,20 +45,17 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<FileContents, FileError>
             if !element.is_empty() {
                 return Err(start.error("the previous element is incomplete"));
             }
-            block = block_of(line);
+            block = block_of(line).map_err(|cause| start.error(cause))?;
+            if let Block::Instance = block {
+                instance_count += 1;
+                check_instances(instance_count, is_moved).map_err(|cause| start.error(cause))?;
+            }
             continue;
         }
         match block {
             Block::Nodes => {
-                let mut words = line.split(',').map(str::trim);
-                let tag = words.next().and_then(|word| word.parse().ok());
-                let mut position = Vector3::zeros();
-                for coordinate in &mut position {
-                    *coordinate = number(words.next(), &start)?;
-                }
-                contents
-                    .tags
-                    .push(tag.ok_or_else(|| start.error("expected a node label"))?);
+                let (tag, position) = node(line, &start)?;
+                contents.tags.push(tag);
                 contents.vertices.push(position);
             }
             Block::Elements(cell, count) => {
@@ -65,6 +74,10 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<FileContents, FileError>
                     element.clear();
                 }
             }
+            Block::Instance => {
+                is_moved = true;
+                check_instances(instance_count, is_moved).map_err(|cause| start.error(cause))?;
+            }
             Block::Other => {}
         }
     }
@@ -74,30 +87,69 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<FileContents, FileError>
     Err(cursor.error("the last element is incomplete"))
 }
 
+/// Label and position of a node.
+fn node(line: &str, start: &Cursor) -> Result<(i64, Vector3<f64>), FileError> {
+    let mut words = line.split(',').map(str::trim);
+    let tag = words.next().and_then(|word| word.parse().ok());
+    let mut position = Vector3::zeros();
+    for coordinate in &mut position {
+        *coordinate = number(words.next(), start)?;
+    }
+    let tag = tag.ok_or_else(|| start.error("expected a node label"))?;
+    Ok((tag, position))
+}
+
 fn number<T: FromStr>(word: Option<&str>, line: &Cursor) -> Result<T, FileError> {
     let number = word.and_then(|word| word.parse().ok());
     number.ok_or_else(|| line.error("expected numbers separated by commas"))
 }
 
+/// Checks that instances keep their parts where they are, unless there is only one instance.
+fn check_instances(count: usize, is_moved: bool) -> Result<(), String> {
+    if count < 2 || !is_moved {
+        return Ok(());
+    }
+    Err(format!(
+        "more than one *INSTANCE, with a displacement, cannot be read: {REMEDY}"
+    ))
+}
+
 /// Block that a line with a keyword begins.
-fn block_of(line: &str) -> Block {
-    let line = line.to_ascii_uppercase().replace(' ', "");
+fn block_of(line: &str) -> Result<Block, String> {
+    let line = line.to_ascii_uppercase().replace([' ', '\t'], "");
     let mut words = line.split(',');
-    match words.next() {
-        Some("*NODE") => Block::Nodes,
-        Some("*ELEMENT") => {
+    let keyword = words.next().unwrap_or_default();
+    let is_read = ["*NODE", "*ELEMENT"].contains(&keyword);
+    let is_elsewhere = |word: &&str| {
+        is_read
+            && (word.starts_with("INPUT=") || word.starts_with("SYSTEM="))
+            && *word != "SYSTEM=R"
+    };
+    let unreadable = UNREADABLE.contains(&keyword).then_some(keyword);
+    if let Some(found) = unreadable.or_else(|| words.clone().find(is_elsewhere)) {
+        return Err(format!("{found} cannot be read: {REMEDY}"));
+    }
+    Ok(match keyword {
+        "*NODE" => Block::Nodes,
+        "*INSTANCE" => Block::Instance,
+        "*ELEMENT" => {
             let kind = words.find_map(|word| word.strip_prefix("TYPE="));
-            match kind.unwrap_or_default() {
-                kind if kind.starts_with("C3D4") => Block::Elements(Cell::Tet, 4),
-                kind if kind.starts_with("C3D10") => Block::Elements(Cell::HigherTet, 10),
-                kind if kind.starts_with("C3D20") => Block::Elements(Cell::Solid("hexahedron"), 20),
-                kind if kind.starts_with("C3D8") => Block::Elements(Cell::Solid("hexahedron"), 8),
-                kind if kind.starts_with("C3D") => {
-                    Block::Elements(Cell::Solid("solid of another type"), 0)
-                }
-                _ => Block::Elements(Cell::Flat, 0),
-            }
+            let (cell, count) = element(kind.unwrap_or_default());
+            Block::Elements(cell, count)
         }
         _ => Block::Other,
+    })
+}
+
+/// Cell of a type of element, and its number of nodes, or 0 if it is unknown.
+fn element(kind: &str) -> (Cell, usize) {
+    match kind {
+        _ if kind.starts_with("C3D4") => (Cell::Tet, 4),
+        _ if kind.starts_with("C3D10") => (Cell::HigherTet, 10),
+        _ if kind.starts_with("C3D20") => (Cell::Solid("hexahedron"), 20),
+        _ if kind.starts_with("C3D8") => (Cell::Solid("hexahedron"), 8),
+        _ if kind.starts_with("C3D") => (Cell::Solid("solid of another type"), 0),
+        _ if kind.starts_with(['T', 'B']) => (Cell::Line, 0),
+        _ => (Cell::Face, 0),
     }
 }

@@ -5,9 +5,13 @@ use super::FileError;
 use super::polygons::add_polygon;
 use super::scene::{MAX_DEPTH, Scene, fan, strip};
 use crate::mesh::TriangleSoup;
-use nalgebra::{Matrix3, Matrix4, Rotation3, Translation3, Unit, Vector3, Vector4};
-use roxmltree::{Document, Node};
+use nalgebra::{
+    Isometry3, Matrix3, Matrix4, Point3, Rotation3, Translation3, Unit, Vector3, Vector4,
+};
+use roxmltree::{Document, Node, NodeId};
 use std::collections::HashMap;
+use std::collections::hash_map::Entry;
+use std::ops::Range;
 use std::path::Path;
 
 type Cause = Box<dyn std::error::Error + Send + Sync>;
@@ -28,7 +32,7 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<(TriangleSoup, Matrix3<f
 
 fn parse(bytes: &[u8]) -> Result<(TriangleSoup, Matrix3<f64>), Cause> {
     let text = std::str::from_utf8(bytes)?;
-    let document = Document::parse(text.trim_start_matches('\u{feff}'))?;
+    let document = Document::parse(text)?;
     let root = document.root_element();
     if root.tag_name().name() != "COLLADA" {
         return Err("the root element is not <COLLADA>".into());
@@ -105,7 +109,9 @@ impl<'a> Reader<'a> {
                         let controller = self.target(element, "url")?;
                         if let Some(skin) = child(controller, "skin") {
                             let geometry = self.target(skin, "source")?;
-                            self.add(geometry, &transform)?;
+                            let bind_shape = child(skin, "bind_shape_matrix").map(matrix);
+                            let bind_shape = bind_shape.unwrap_or(Ok(Matrix4::identity()))?;
+                            self.add(geometry, &(transform * bind_shape))?;
                         }
                     }
                     _ => {}
@@ -120,10 +126,11 @@ impl<'a> Reader<'a> {
         let id = geometry.attribute("id").unwrap_or_default();
         if id.is_empty() || !self.parts.contains_key(id) {
             let mut part = TriangleSoup::default();
+            let mut sources = HashMap::new();
             for list in child(geometry, "mesh").iter().flat_map(Node::children) {
                 let kind = list.tag_name().name();
                 if ["triangles", "polylist", "polygons", "tristrips", "trifans"].contains(&kind) {
-                    self.read_list(list, &mut part)?;
+                    self.read_list(list, &mut part, &mut sources)?;
                 }
             }
             self.parts.insert(id, part);
@@ -134,8 +141,13 @@ impl<'a> Reader<'a> {
             .map_or(Ok(()), |part| self.scene.add(part, transform))?)
     }
 
-    /// Adds the triangles or polygons of a list.
-    fn read_list(&self, list: Node<'a, 'a>, part: &mut TriangleSoup) -> Result<(), Cause> {
+    /// Adds the triangles or polygons of a list. `sources` has the vertices of the `<vertices>` that were read before.
+    fn read_list(
+        &mut self,
+        list: Node<'a, 'a>,
+        part: &mut TriangleSoup,
+        sources: &mut HashMap<NodeId, Range<usize>>,
+    ) -> Result<(), Cause> {
         let inputs: Vec<Node<'a, 'a>> = children(list, "input").collect();
         let offset =
             |input: &Node<'a, 'a>| input.attribute("offset").map_or(Ok(0), str::parse::<usize>);
@@ -153,9 +165,15 @@ impl<'a> Reader<'a> {
         let Some(vertex) = vertex else {
             return Ok(());
         };
-        let start = part.vertices.len();
-        part.vertices.extend(self.positions(inputs[vertex])?);
-        let count = part.vertices.len() - start;
+        let vertices = self.target(inputs[vertex], "source")?;
+        if let Entry::Vacant(entry) = sources.entry(vertices.id()) {
+            let start = part.vertices.len();
+            part.vertices.extend(self.positions(vertices)?);
+            self.scene.charge(part.vertices.len() - start)?;
+            entry.insert(start..part.vertices.len());
+        }
+        let Range { start, end } = sources.get(&vertices.id()).cloned().unwrap_or_default();
+        let count = end - start;
         let paths = list.descendants().filter(|node| node.has_local_name("p"));
         for path in paths {
             let indices: Vec<usize> = numbers(path)?;
@@ -181,9 +199,8 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// Positions of the `<vertices>` of an input.
-    fn positions(&self, input: Node<'a, 'a>) -> Result<Vec<Vector3<f64>>, Cause> {
-        let vertices = self.target(input, "source")?;
+    /// Positions of an element `<vertices>`.
+    fn positions(&self, vertices: Node<'a, 'a>) -> Result<Vec<Vector3<f64>>, Cause> {
         let position = children(vertices, "input")
             .find(|input| input.attribute("semantic") == Some("POSITION"));
         let source = self.target(position.ok_or("vertices have no positions")?, "source")?;
@@ -191,13 +208,17 @@ impl<'a> Reader<'a> {
         let accessor = source
             .descendants()
             .find(|node| node.has_local_name("accessor"));
-        let stride = accessor.and_then(|accessor| accessor.attribute("stride"));
-        let stride = stride.map_or(Ok(3), str::parse::<usize>)?;
+        let attribute = |name: &str, default: usize| {
+            let text = accessor.and_then(|accessor| accessor.attribute(name));
+            text.map_or(Ok(default), str::parse::<usize>)
+        };
+        let (stride, offset) = (attribute("stride", 3)?, attribute("offset", 0)?);
         if stride < 3 {
             return Err("positions must have three coordinates".into());
         }
-        let points = numbers.chunks_exact(stride);
+        let points = numbers.get(offset..).unwrap_or_default().chunks(stride);
         Ok(points
+            .filter(|point| point.len() >= 3)
             .map(|point| Vector3::new(point[0], point[1], point[2]))
             .collect())
     }
@@ -231,17 +252,36 @@ fn add_polygons(
     Ok(())
 }
 
+/// Matrix of an element with 16 numbers.
+fn matrix(element: Node) -> Result<Matrix4<f64>, Cause> {
+    let values: Vec<f64> = numbers(element)?;
+    if values.len() == 16 {
+        return Ok(Matrix4::from_row_slice(&values));
+    }
+    let tag = element.tag_name().name();
+    Err(format!("<{tag}> has {} numbers", values.len()).into())
+}
+
 /// Transform of a node into its parent: the product of its transform elements.
 fn transform(node: Node) -> Result<Matrix4<f64>, Cause> {
     let mut product = Matrix4::identity();
     for element in node.children().filter(Node::is_element) {
         let tag = element.tag_name().name();
-        if !["matrix", "translate", "rotate", "scale"].contains(&tag) {
+        if tag == "skew" {
+            return Err("a node has the transform <skew>: replace it by a <matrix>".into());
+        }
+        if !["matrix", "translate", "rotate", "scale", "lookat"].contains(&tag) {
             continue;
         }
         let values: Vec<f64> = numbers(element)?;
         product *= match (tag, &values[..]) {
-            ("matrix", values) if values.len() == 16 => Matrix4::from_row_slice(values),
+            ("matrix", _) => matrix(element)?,
+            ("lookat", values) if values.len() == 9 => {
+                let [eye, target] = [0, 3].map(|k| Point3::from_slice(&values[k..k + 3]));
+                let up = Vector3::from_column_slice(&values[6..]);
+                let view = Isometry3::look_at_rh(&eye, &target, &up);
+                view.inverse().to_homogeneous()
+            }
             ("translate", &[x, y, z]) => Translation3::new(x, y, z).to_homogeneous(),
             ("scale", &[x, y, z]) => Matrix4::from_diagonal(&Vector4::new(x, y, z, 1.0)),
             ("rotate", &[x, y, z, degrees]) => {
@@ -256,7 +296,11 @@ fn transform(node: Node) -> Result<Matrix4<f64>, Cause> {
 
 /// Whitespace-separated numbers of an element.
 fn numbers<T: std::str::FromStr>(element: Node) -> Result<Vec<T>, Cause> {
-    let words = element.text().unwrap_or_default().split_ascii_whitespace();
+    // Comments divide the text.
+    let texts = element.children().filter(Node::is_text);
+    let words = texts
+        .filter_map(|node| node.text())
+        .flat_map(str::split_ascii_whitespace);
     let tag = element.tag_name().name();
     let number = |word: &str| {
         word.parse().map_err(|_| {

@@ -44,7 +44,7 @@ pub enum FileError {
         expected: &'static [&'static str],
     },
     /// The content of the file is not valid in the format of its extension.
-    #[error("{} is not a {format} file, or is damaged: {source}", path.display())]
+    #[error("{} is not {} {format} file, or is damaged: {source}", path.display(), article(format))]
     Syntax {
         /// The file.
         path: PathBuf,
@@ -188,4 +188,13 @@ pub enum FileError {
         /// Cause.
         source: SurfaceError,
     },
+}
+
+/// Indefinite article before the name of a format.
+fn article(format: &str) -> &'static str {
+    if format.starts_with(['A', 'O']) {
+        "an"
+    } else {
+        "a"
+    }
 }

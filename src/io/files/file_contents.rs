@@ -15,8 +15,10 @@ pub(super) enum Cell {
     Tet,
     /// A tetrahedron of more vertices. The first 4 are its corners.
     HigherTet,
-    /// A point, a line or a face.
-    Flat,
+    /// A face.
+    Face,
+    /// A point or a line.
+    Line,
     /// Another solid, by name.
     Solid(&'static str),
 }
@@ -49,8 +51,8 @@ impl FileContents {
                 *self.higher_orders.entry(vertices.len()).or_default() += 1;
             }
             (Cell::Tet | Cell::HigherTet, _) => return false,
-            (Cell::Flat, &[a, b, c, ..]) => self.faces.push([a, b, c]),
-            (Cell::Flat, _) => {}
+            (Cell::Face, &[a, b, c, ..]) => self.faces.push([a, b, c]),
+            (Cell::Face | Cell::Line, _) => {}
             (Cell::Solid(name), _) => *self.solids.entry(name).or_default() += 1,
         }
         true

@@ -99,12 +99,13 @@ fn chunk_of<'a>(kind: &[u8], bytes: &'a [u8]) -> Result<(&'a [u8], &'a [u8]), Ca
 
 impl Document<'_> {
     fn soup(&self, size: usize) -> Result<TriangleSoup, Cause> {
+        let mut scene = Scene::of_file(size);
         let parts = self.root.meshes.iter().map(|mesh| {
-            let primitives = mesh.primitives.iter().map(|primitive| self.part(primitive));
-            primitives.collect::<Result<Vec<TriangleSoup>, Cause>>()
+            let primitives = mesh.primitives.iter();
+            let parts = primitives.map(|primitive| self.part(primitive, &mut scene));
+            parts.collect::<Result<Vec<TriangleSoup>, Cause>>()
         });
         let parts: Vec<Vec<TriangleSoup>> = parts.collect::<Result<_, Cause>>()?;
-        let mut scene = Scene::of_file(size);
         let index = self.root.scene.map_or(0, |scene| scene.value());
         let Some(nodes) = self.root.scenes.get(index).map(|scene| &scene.nodes) else {
             // A file without a scene is a library of meshes.
@@ -138,31 +139,44 @@ impl Document<'_> {
         Ok(scene.soup)
     }
 
-    fn part(&self, primitive: &Primitive) -> Result<TriangleSoup, Cause> {
+    /// Reads the triangles of a primitive and the vertices that they use. Many primitives may refer to the same vertices.
+    fn part(&self, primitive: &Primitive, scene: &mut Scene) -> Result<TriangleSoup, Cause> {
         let Some(&positions) = primitive
             .attributes
             .get(&Checked::Valid(Semantic::Positions))
         else {
             return Ok(TriangleSoup::default());
         };
-        let numbers = self.numbers(positions, &[F32], Type::Vec3)?;
-        let (points, _) = numbers.as_chunks::<3>();
-        let vertices: Vec<Vector3<f64>> = points.iter().map(|&point| point.into()).collect();
-        let corners: Vec<usize> = match primitive.indices {
-            None => (0..vertices.len()).collect(),
-            Some(indices) => {
-                let indices = self.numbers(indices, &[U8, U16, U32], Type::Scalar)?;
-                #[expect(
-                    clippy::cast_possible_truncation,
-                    clippy::cast_sign_loss,
-                    reason = "the numbers are unsigned and have at most 32 bits"
-                )]
-                indices.into_iter().map(|index| index as usize).collect()
-            }
+        let positions = self.items(positions, &[F32], Type::Vec3)?;
+        let indices = primitive.indices.map(|indices| {
+            let types = [U8, U16, U32];
+            self.items(indices, &types, Type::Scalar)
+        });
+        let indices = indices.transpose()?;
+        let count = indices
+            .as_ref()
+            .map_or(positions.count, |items| items.count);
+        scene.charge(count)?;
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "the numbers are unsigned and have at most 32 bits"
+        )]
+        let corner = |corner: usize| match &indices {
+            Some(indices) => indices.number(corner, 0) as usize,
+            None => corner,
         };
-        if corners.iter().any(|&corner| corner >= vertices.len()) {
+        let corners: Vec<usize> = (0..count).map(corner).collect();
+        let mut used = corners.clone();
+        used.sort_unstable();
+        used.dedup();
+        if used.last().is_some_and(|&last| last >= positions.count) {
             return Err("a triangle refers to a vertex that does not exist".into());
         }
+        let position = |&vertex: &usize| Vector3::from_fn(|axis, _| positions.number(vertex, axis));
+        let vertices = used.iter().map(position).collect();
+        let new_index = |corner: &usize| used.binary_search(corner).unwrap_or_default();
+        let corners: Vec<usize> = corners.iter().map(new_index).collect();
         let triangles = match primitive.mode {
             Checked::Valid(Mode::Triangles) => corners.as_chunks::<3>().0.to_vec(),
             Checked::Valid(Mode::TriangleStrip) => strip(&corners).collect(),
@@ -175,13 +189,13 @@ impl Document<'_> {
         })
     }
 
-    /// Numbers of an accessor, which must have one of the types and this dimension.
-    fn numbers(
+    /// Items of an accessor, which must have one of the types and this dimension.
+    fn items(
         &self,
         accessor: Index<gltf_json::Accessor>,
         types: &[ComponentType],
         dimension: Type,
-    ) -> Result<Vec<f64>, Cause> {
+    ) -> Result<Items<'_>, Cause> {
         let accessor = self.root.accessors.get(accessor.value());
         let accessor = accessor.ok_or("an accessor does not exist")?;
         let Checked::Valid(component) = accessor.component_type else {
@@ -194,28 +208,25 @@ impl Document<'_> {
                     .into(),
             );
         }
-        let Some(view) = accessor.buffer_view else {
-            return Err("sparse accessors cannot be read".into());
+        let (Some(view), None) = (accessor.buffer_view, &accessor.sparse) else {
+            return Err("sparse accessors cannot be read: export without them".into());
         };
         let width = if dimension == Type::Vec3 { 3 } else { 1 };
         let scalar = scalar(component);
-        let size = scalar.size;
         let count = usize::try_from(accessor.count.0)?;
         let offset = usize::try_from(accessor.byte_offset.map_or(0, |offset| offset.0))?;
-        let (bytes, stride) = self.view(view.value(), width * size)?;
-        let mut numbers = Vec::new();
-        for item in 0..count {
-            let start = item
-                .checked_mul(stride)
-                .and_then(|start| start.checked_add(offset));
-            let item = start.and_then(|start| bytes.get(start..)?.get(..width * size));
-            let item = item.ok_or("an accessor is longer than its buffer")?;
-            numbers.extend(
-                item.chunks_exact(size)
-                    .map(|bytes| scalar.real(bytes, ByteOrder::Little)),
-            );
+        let (bytes, stride) = self.view(view.value(), width * scalar.size)?;
+        let bytes = bytes.get(offset..).unwrap_or_default();
+        let last = count.saturating_sub(1).saturating_mul(stride);
+        if count > 0 && last.saturating_add(width * scalar.size) > bytes.len() {
+            return Err("an accessor is longer than its buffer".into());
         }
-        Ok(numbers)
+        Ok(Items {
+            bytes,
+            stride,
+            count,
+            scalar,
+        })
     }
 
     /// Bytes of a view, and the stride of its items (bytes).
@@ -233,6 +244,24 @@ impl Document<'_> {
         let bytes = bytes.ok_or("a view is longer than its buffer")?;
         let stride = view.byte_stride.map_or(item_size, |stride| stride.0);
         Ok((bytes, stride.max(1)))
+    }
+}
+
+/// Items of an accessor: vectors or numbers.
+struct Items<'a> {
+    bytes: &'a [u8],
+    /// Distance (bytes) between the starts of two items.
+    stride: usize,
+    count: usize,
+    scalar: Scalar,
+}
+
+impl Items<'_> {
+    /// Returns a component of an item. Both must exist.
+    fn number(&self, item: usize, component: usize) -> f64 {
+        let start = item * self.stride + component * self.scalar.size;
+        let bytes = self.bytes.get(start..).unwrap_or_default();
+        self.scalar.real(bytes, ByteOrder::Little)
     }
 }
 

@@ -293,7 +293,8 @@ fn element(kind: i64) -> Option<(Cell, usize)> {
         5 | 12 | 17 | 92 | 93 => Cell::Solid("hexahedron"),
         6 | 13 | 18 => Cell::Solid("prism"),
         7 | 14 | 19 => Cell::Solid("pyramid"),
-        _ => Cell::Flat,
+        1 | 8 | 15 | 26..=28 => Cell::Line,
+        _ => Cell::Face,
     };
     let count = match kind {
         71 => 84,

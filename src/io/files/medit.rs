@@ -10,8 +10,8 @@ use std::path::Path;
 const CELLS: [(&str, Cell, usize); 7] = [
     ("Tetrahedra", Cell::Tet, 4),
     ("TetrahedraP2", Cell::HigherTet, 10),
-    ("Triangles", Cell::Flat, 3),
-    ("Quadrilaterals", Cell::Flat, 4),
+    ("Triangles", Cell::Face, 3),
+    ("Quadrilaterals", Cell::Face, 4),
     ("Hexahedra", Cell::Solid("hexahedron"), 8),
     ("Prisms", Cell::Solid("prism"), 6),
     ("Pyramids", Cell::Solid("pyramid"), 5),
@@ -24,9 +24,15 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<FileContents, FileError>
     if !cursor.is_at_end() && !cursor.rest().starts_with(b"MeshVersionFormatted") {
         return Err(cursor.error("expected MeshVersionFormatted, which begins an ASCII file"));
     }
+    let mut is_known = false;
     while !cursor.is_at_end() {
         let start = cursor;
         let name = cursor.word()?;
+        let is_number = name.parse::<f64>().is_ok();
+        if is_number && is_known {
+            return Err(start.error("expected a keyword, because all stated entries were read"));
+        }
+        is_known = !is_number;
         if name.eq_ignore_ascii_case("End") {
             break;
         } else if name.eq_ignore_ascii_case("Dimension") {
@@ -45,8 +51,10 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<FileContents, FileError>
                 cursor.parsed::<f64>()?;
                 contents.add(cells.1, &vertices);
             }
+        } else {
+            // Other keywords and their numbers are skipped.
+            is_known = false;
         }
-        // Other keywords and their numbers are skipped.
     }
     Ok(contents)
 }

@@ -37,12 +37,24 @@ pub struct MeshOptions {
     pub weld_tolerance: f64,
 }
 
-/// Reads the bytes of a file.
+/// Byte-order mark of text in UTF-8.
+const MARK: &[u8] = b"\xef\xbb\xbf";
+
+/// Reads the bytes of a file, without a byte-order mark.
 pub(super) fn file_bytes(path: &Path) -> Result<Vec<u8>, FileError> {
-    std::fs::read(path).map_err(|source| FileError::Read {
+    let bytes = std::fs::read(path);
+    let mut bytes = bytes.map_err(|source| FileError::Read {
         path: path.into(),
         source,
-    })
+    })?;
+    let is_stl = path
+        .extension()
+        .is_some_and(|extension| extension.eq_ignore_ascii_case("stl"));
+    // The header of a binary STL file has no meaning.
+    if bytes.starts_with(MARK) && !(is_stl && bytes.contains(&0)) {
+        bytes.drain(..MARK.len());
+    }
+    Ok(bytes)
 }
 
 impl MeshFile {

@@ -28,11 +28,16 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<TriangleSoup, FileError>
             .ok_or_else(|| file.syntax_error(end, format!("expected {expected}")))
     };
     let mut line = next("the word OFF")?;
-    let mut first = words(line).peekable();
-    if first.next_if(|word| HEADERS.contains(word)).is_none() {
+    // The counts follow in the same word, on the same line or on the next one.
+    let after_header = |header: &&[u8]| {
+        let rest = line.trim_ascii_start().strip_prefix(*header)?;
+        let is_end = |byte: &u8| byte.is_ascii_whitespace() || byte.is_ascii_digit();
+        rest.first().is_none_or(is_end).then_some(rest)
+    };
+    let Some(rest) = HEADERS.iter().find_map(after_header) else {
         return Err(file.syntax_error(line, "expected the word OFF"));
-    }
-    // The counts follow on the same line or on the next one.
+    };
+    let mut first = words(rest).peekable();
     let counts: Vec<&[u8]> = if first.peek().is_some() {
         first.collect()
     } else {

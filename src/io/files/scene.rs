@@ -10,7 +10,7 @@ pub(super) const MAX_DEPTH: usize = 64;
 /// Triangles of a file whose parts have transforms.
 pub(super) struct Scene {
     pub soup: TriangleSoup,
-    /// Number of triangles that may still be added.
+    /// Number of triangles or vertices that may still be read or added.
     remaining: usize,
 }
 
@@ -23,6 +23,16 @@ impl Scene {
         }
     }
 
+    /// Reduces the number of triangles or vertices that may still be read or added.
+    ///
+    /// # Errors
+    /// Returns the cause if the scene becomes too large.
+    pub fn charge(&mut self, count: usize) -> Result<(), &'static str> {
+        let remaining = self.remaining.checked_sub(count);
+        self.remaining = remaining.ok_or("repeated parts make more than a million triangles")?;
+        Ok(())
+    }
+
     /// Adds a part. A mirrored part has its triangles reversed.
     ///
     /// # Errors
@@ -32,9 +42,7 @@ impl Scene {
         part: &TriangleSoup,
         transform: &Matrix4<f64>,
     ) -> Result<(), &'static str> {
-        let count = part.triangles.len().max(part.vertices.len()) + 1;
-        let remaining = self.remaining.checked_sub(count);
-        self.remaining = remaining.ok_or("repeated parts make more than a million triangles")?;
+        self.charge(part.triangles.len().max(part.vertices.len()) + 1)?;
         let start = self.soup.vertices.len();
         let position = |point: &Vector3<f64>| (transform * point.push(1.0)).xyz();
         self.soup

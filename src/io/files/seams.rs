@@ -3,9 +3,8 @@
 //! A seam belongs to the surface of the mesh, so the pressure is zero on it although it lies inside the body.
 
 use super::{FileWarning, MeshFile};
-use crate::mesh::TetMesh;
-use nalgebra::Vector3;
-use rustc_hash::{FxHashMap, FxHashSet};
+use crate::mesh::{TetMesh, first_in_chain};
+use rustc_hash::FxHashSet;
 
 /// Distance between vertices up to which a seam is reported, divided by the size of the mesh. Files in single precision have
 /// duplicated vertices that differ by less.
@@ -46,54 +45,12 @@ pub(super) fn join(file: &mut MeshFile, tolerance: f64) {
     });
 }
 
-/// Returns the first vertex within a tolerance (m) of each vertex of the surface. Inner vertices are returned unchanged.
+/// Returns the first vertex of the chain of each vertex of the surface: neighbors in a chain are at most a tolerance (m) apart. Inner
+/// vertices are returned unchanged.
 fn first_nearby(mesh: &TetMesh, tolerance: f64) -> Vec<usize> {
-    let vertices = mesh.vertices();
-    let mut cells: FxHashMap<[u64; 3], Vec<usize>> = FxHashMap::default();
-    let first = |(vertex, position): (usize, &Vector3<f64>)| {
-        if !mesh.is_on_surface(vertex) {
-            return vertex;
-        }
-        let nearby = cells_around(position, tolerance);
-        let mut candidates = nearby.iter().filter_map(|cell| cells.get(cell)).flatten();
-        let near = candidates.find(|&&other| (vertices[other] - position).norm() <= tolerance);
-        if let Some(&near) = near {
-            return near;
-        }
-        cells
-            .entry(cell(position, tolerance))
-            .or_default()
-            .push(vertex);
-        vertex
-    };
-    vertices.iter().enumerate().map(first).collect()
-}
-
-/// Cell of a grid whose cells are wider than twice the tolerance (m). With a tolerance of zero, each position is a cell.
-fn cell(position: &Vector3<f64>, tolerance: f64) -> [u64; 3] {
-    let width = 4.0 * tolerance;
-    let coordinate = |x: f64| if width > 0.0 { (x / width).floor() } else { x };
-    // Adding zero maps −0 to +0.
-    std::array::from_fn(|axis| (coordinate(position[axis]) + 0.0).to_bits())
-}
-
-/// Cells that are within a tolerance (m) of a position.
-fn cells_around(position: &Vector3<f64>, tolerance: f64) -> Vec<[u64; 3]> {
-    let corner = |k: u8| {
-        Vector3::from_fn(|axis, _| {
-            if k >> axis & 1 == 1 {
-                tolerance
-            } else {
-                -tolerance
-            }
-        })
-    };
-    let mut cells: Vec<_> = (0..8)
-        .map(|k| cell(&(position + corner(k)), tolerance))
-        .collect();
-    cells.sort_unstable();
-    cells.dedup();
-    cells
+    let on_surface = (0..mesh.vertex_count()).filter(|&vertex| mesh.is_on_surface(vertex));
+    let on_surface: Vec<usize> = on_surface.collect();
+    first_in_chain(mesh.vertices(), &on_surface, tolerance)
 }
 
 /// Surface triangles that coincide with a previous one if each vertex is replaced by the first nearby vertex.

@@ -40,7 +40,7 @@ fn read_nodes(mut cursor: Cursor, contents: &mut FileContents) -> Result<(), Fil
         contents.vertices.push(cursor.position()?);
         cursor.reals(Scalar::F64, extra_count)?;
     }
-    Ok(())
+    check_end(cursor, count)
 }
 
 /// Reads lines of an index, 4 or 10 vertices, and attributes.
@@ -60,7 +60,17 @@ fn read_tets(mut cursor: Cursor, contents: &mut FileContents) -> Result<(), File
         contents.add(cell, &cursor.integers(Scalar::I32, vertex_count)?);
         cursor.reals(Scalar::F64, attribute_count.unwrap_or(0))?;
     }
-    Ok(())
+    check_end(cursor, count)
+}
+
+/// Checks that nothing follows the stated number of entries.
+fn check_end(mut cursor: Cursor, count: usize) -> Result<(), FileError> {
+    if cursor.is_at_end() {
+        return Ok(());
+    }
+    Err(cursor.error(format!(
+        "expected the end of the file after {count} entries"
+    )))
 }
 
 /// First words of a line as numbers. Missing and invalid numbers are `None`.

@@ -149,7 +149,8 @@ fn cell(kind: i64) -> Option<Cell> {
     Some(match kind {
         10 => Cell::Tet,
         24 | 55 | 64 | 71 | 78 => Cell::HigherTet,
-        0..=9 | 21..=23 | 28 | 30 | 34..=36 | 51..=54 | 60..=63 | 68..=70 | 75..=77 => Cell::Flat,
+        0..=4 | 21 | 35 | 51 | 60 | 68 | 75 => Cell::Line,
+        5..=9 | 22 | 23 | 28 | 30 | 34 | 36 | 52..=54 | 61..=63 | 69 | 70 | 76 | 77 => Cell::Face,
         11 | 12 | 25 | 29 | 33 | 56 | 67 | 72 | 79 => Cell::Solid("hexahedron"),
         13 | 26 | 31 | 32 | 65 | 73 | 80 => Cell::Solid("prism"),
         14 | 27 | 37 | 66 | 74 | 81 => Cell::Solid("pyramid"),

@@ -54,14 +54,19 @@ impl<'a> Stream<'a> {
 }
 
 impl Encoding {
-    /// Decodes the bytes of an array.
-    pub fn decoded<'a>(&self, stream: Stream<'a>) -> Result<Cow<'a, [u8]>, String> {
+    /// Decodes the bytes of an array. The check is called with their number before they are decoded.
+    pub fn decoded<'a>(
+        &self,
+        stream: Stream<'a>,
+        check: impl FnOnce(usize) -> Result<(), String>,
+    ) -> Result<Cow<'a, [u8]>, String> {
         if self.is_compressed {
-            return self.inflated(stream).map(Cow::from);
+            return self.inflated(stream, check).map(Cow::from);
         }
         let size = self.header.size;
         let (length, rest) = stream.split(size)?;
         let length = self.length(&length)?;
+        check(length)?;
         let code = &stream.bytes[..stream.bytes.len() - rest.bytes.len()];
         // Most programs encode the length and the data together. Padding shows that they are encoded separately.
         if !stream.is_base64 || code.ends_with(b"=") {
@@ -74,7 +79,11 @@ impl Encoding {
 
     /// Decompresses blocks. The number of blocks, the length of a block, the length of a shorter last block and the compressed lengths
     /// precede them.
-    fn inflated(&self, stream: Stream) -> Result<Vec<u8>, String> {
+    fn inflated(
+        &self,
+        stream: Stream,
+        check: impl FnOnce(usize) -> Result<(), String>,
+    ) -> Result<Vec<u8>, String> {
         let size = self.header.size;
         let count = self.length(&stream.split(size)?.0)?;
         if count == 0 {
@@ -84,14 +93,15 @@ impl Encoding {
         let lengths = header.chunks_exact(size).map(|bytes| self.length(bytes));
         let lengths = lengths.collect::<Result<Vec<_>, _>>()?;
         let (block, last, compressed) = (lengths[1], lengths[2], &lengths[3..]);
+        let short = if last > 0 { last } else { block };
+        check((count - 1).saturating_mul(block).saturating_add(short))?;
         let total = compressed
             .iter()
             .fold(0, |sum: usize, &length| sum.saturating_add(length));
         let (data, _) = rest.split(total)?;
         let (mut inflated, mut next) = (Vec::new(), 0);
         for (index, length) in compressed.iter().enumerate() {
-            let is_short = index + 1 == count && last > 0;
-            let expected = if is_short { last } else { block };
+            let expected = if index + 1 == count { short } else { block };
             let code = &data[next..next + length];
             let bytes = decompress_to_vec_zlib_with_limit(code, expected);
             let bytes = bytes.map_err(|error| error.to_string())?;

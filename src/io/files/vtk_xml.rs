@@ -7,9 +7,15 @@ use super::vtk_data_set::{DataSet, Lists};
 use super::vtk_encoding::{Encoding, Stream};
 use roxmltree::{Document, Node};
 use std::borrow::Cow;
+use std::cell::Cell;
 use std::error::Error;
 use std::path::Path;
 use std::str::FromStr;
+
+/// Number of numbers that the arrays of a file may have for each byte of the file, and for the smallest file. Arrays can share data, and
+/// data can be compressed, so that a small file can have many numbers.
+const NUMBERS_PER_BYTE: usize = 16;
+const EXTRA_COUNT: usize = 1 << 22;
 
 /// Reads an XML file.
 pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<DataSet, FileError> {
@@ -22,12 +28,13 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<DataSet, FileError> {
     let text = std::str::from_utf8(&text).map_err(|error| syntax_error(error.into()))?;
     let document = Document::parse(text).map_err(|error| syntax_error(error.into()))?;
     let root = document.root_element();
-    let reader =
-        Reader::new(root, appended).map_err(|(found, expected)| FileError::Unsupported {
+    let reader = Reader::new(root, appended, bytes.len()).map_err(|(found, expected)| {
+        FileError::Unsupported {
             path: path.into(),
             found,
             expected,
-        })?;
+        }
+    })?;
     reader
         .data_set(root)
         .map_err(|cause| syntax_error(cause.into()))
@@ -52,14 +59,16 @@ fn split_appended(bytes: &[u8]) -> (Cow<'_, [u8]>, &[u8]) {
 struct Reader<'a> {
     encoding: Encoding,
     appended: Stream<'a>,
+    /// Number of numbers that may still be decoded.
+    remaining: Cell<usize>,
 }
 
 impl<'a> Reader<'a> {
-    /// Reads the attributes of a file.
+    /// Reads the attributes of a file of this size (bytes).
     ///
     /// # Errors
     /// Returns the unsupported variant and the supported ones.
-    fn new(root: Node, appended: &'a [u8]) -> Result<Self, (String, &'static str)> {
+    fn new(root: Node, appended: &'a [u8], size: usize) -> Result<Self, (String, &'static str)> {
         let is_second = |name, [first, second]: [&str; 2], expected| match root.attribute(name) {
             None => Ok(false),
             Some(found) if found == first => Ok(false),
@@ -90,6 +99,10 @@ impl<'a> Reader<'a> {
                 bytes: appended,
                 is_base64: data.and_then(|node| node.attribute("encoding")) != Some("raw"),
             },
+            remaining: Cell::new(
+                size.saturating_mul(NUMBERS_PER_BYTE)
+                    .saturating_add(EXTRA_COUNT),
+            ),
         })
     }
 
@@ -104,8 +117,9 @@ impl<'a> Reader<'a> {
         for piece in set.children().filter(|node| node.has_tag_name("Piece")) {
             let first_vertex = i64::try_from(data.points.len() / 3).unwrap_or(i64::MAX);
             let points = child(child(piece, "Points")?, "DataArray")?;
-            let points = self.reals(points)?;
-            let expected = count(piece, "NumberOfPoints")?.saturating_mul(3);
+            let point_count = count(piece, "NumberOfPoints")?;
+            let expected = point_count.saturating_mul(3);
+            let points = self.reals(points, expected)?;
             check_count("coordinates of points", points.len(), expected)?;
             data.points.extend(points);
             if data.is_poly_data {
@@ -115,7 +129,7 @@ impl<'a> Reader<'a> {
                 data.strips.append(&strips, first_vertex);
             } else {
                 let cells = self.lists(piece, "Cells", "NumberOfCells")?;
-                let types = self.integers(named(child(piece, "Cells")?, "types")?)?;
+                let types = self.integers(named(child(piece, "Cells")?, "types")?, cells.len())?;
                 check_count("types of cells", types.len(), cells.len())?;
                 data.cells.append(&cells, first_vertex);
                 data.types.extend(types);
@@ -130,7 +144,7 @@ impl<'a> Reader<'a> {
                     && array.attribute("type") != Some("String")
                 {
                     let values = data.point_data.entry(name.into()).or_default();
-                    values.extend(self.reals(array)?);
+                    values.extend(self.reals(array, point_count)?);
                 }
             }
         }
@@ -147,44 +161,61 @@ impl<'a> Reader<'a> {
             return Ok(Lists::default());
         }
         let lists = child(piece, tag)?;
-        let ends = self.integers(named(lists, "offsets")?)?;
+        let ends = self.integers(named(lists, "offsets")?, expected)?;
         check_count("offsets", ends.len(), expected)?;
-        Lists::from_ends(self.integers(named(lists, "connectivity")?)?, &ends)
+        let count = ends
+            .last()
+            .map_or(0, |&end| usize::try_from(end).unwrap_or(0));
+        Lists::from_ends(self.integers(named(lists, "connectivity")?, count)?, &ends)
     }
 
-    fn reals(&self, array: Node) -> Result<Vec<f64>, String> {
+    fn reals(&self, array: Node, limit: usize) -> Result<Vec<f64>, String> {
         let order = self.encoding.order;
-        let numbers = self.numbers(array, |scalar, bytes| Some(scalar.real(bytes, order)));
+        let number = |scalar: Scalar, bytes: &[u8]| Some(scalar.real(bytes, order));
+        let numbers = self.numbers(array, limit, number);
         numbers.map_err(|cause| in_array(array, &cause))
     }
 
-    fn integers(&self, array: Node) -> Result<Vec<i64>, String> {
+    fn integers(&self, array: Node, limit: usize) -> Result<Vec<i64>, String> {
         let order = self.encoding.order;
-        let numbers = self.numbers(array, |scalar, bytes| scalar.integer(bytes, order));
+        let number = |scalar: Scalar, bytes: &[u8]| scalar.integer(bytes, order);
+        let numbers = self.numbers(array, limit, number);
         numbers.map_err(|cause| in_array(array, &cause))
     }
 
-    /// Reads the numbers of an array.
+    /// Checks the number of numbers of an encoded array, before memory is allocated for them.
+    fn check_encoded(&self, count: usize, limit: usize) -> Result<(), String> {
+        if count > limit {
+            return Err(format!("there are {count} numbers, but {limit} are needed"));
+        }
+        let remaining = self.remaining.get().checked_sub(count);
+        let cause = "the arrays of the file share or compress more numbers than can be read";
+        self.remaining.set(remaining.ok_or(cause)?);
+        Ok(())
+    }
+
+    /// Reads the numbers of an array. An encoded array may have up to `limit` numbers.
     fn numbers<T: FromStr>(
         &self,
         array: Node,
+        limit: usize,
         number: impl Fn(Scalar, &[u8]) -> Option<T>,
     ) -> Result<Vec<T>, String> {
-        let mut texts = array.children().filter_map(|node| node.text());
-        let text = texts
-            .find(|text| !text.trim_ascii().is_empty())
-            .unwrap_or_default();
+        // Comments divide the text.
+        let texts = array.children().filter(Node::is_text);
+        let words = texts
+            .filter_map(|node| node.text())
+            .flat_map(str::split_ascii_whitespace);
         let inline: String;
         let stream = match array.attribute("format").unwrap_or("ascii") {
             "ascii" => {
                 let invalid = |word| format!("{word:?} is not a valid number");
-                let words = text.split_ascii_whitespace();
                 return words
                     .map(|word| word.parse().map_err(|_| invalid(word)))
                     .collect();
             }
             "binary" => {
-                inline = text.split_ascii_whitespace().collect();
+                inline = words.collect();
                 let (bytes, is_base64) = (inline.as_bytes(), true);
                 Stream { bytes, is_base64 }
             }
@@ -200,7 +231,8 @@ impl<'a> Reader<'a> {
         };
         let kind = array.attribute("type").unwrap_or_default();
         let scalar = Scalar::of_vtk(kind).ok_or_else(|| format!("the type {kind:?} is unknown"))?;
-        let bytes = self.encoding.decoded(stream)?;
+        let check = |length: usize| self.check_encoded(length / scalar.size, limit);
+        let bytes = self.encoding.decoded(stream, check)?;
         check_count("bytes after the last number", bytes.len() % scalar.size, 0)?;
         let numbers = bytes
             .chunks_exact(scalar.size)

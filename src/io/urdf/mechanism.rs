@@ -1,6 +1,8 @@
 //! Conversion of a robot to bodies connected by joints.
 
-use super::{Collision, Joint, JointKind, JointOptions, Link, Robot, ShapeOptions, UrdfError};
+use super::{
+    Collision, Joint, JointKind, JointOptions, Link, Robot, ShapeOptions, UrdfError, UrdfWarning,
+};
 use crate::dynamics::{self, Body, BodyShape, Mass, Material, Mechanism};
 use crate::spatial::{MassProperties, Pose};
 use std::collections::BTreeMap;
@@ -59,6 +61,8 @@ impl Robot {
     /// welded to the body of the link. The names of massless bodies are the name of the link followed by `/2`, `/3` and so on. A link
     /// without collision geometries becomes a body without a shape.
     ///
+    /// [`Mechanism::warnings`] reports changes and properties of the surfaces of meshes that may be mistakes, with their places in the file.
+    ///
     /// If a link has rotational inertia but no mass, the inertia is added to the link to which it is welded.
     ///
     /// # Errors
@@ -68,7 +72,7 @@ impl Robot {
     pub fn mechanism(&self, options: &RobotOptions) -> Result<Mechanism, UrdfError> {
         self.check_materials(options)?;
         let poses = self.fixed_poses(&options.base);
-        let mut bodies = Vec::new();
+        let (mut bodies, mut warnings) = (Vec::new(), Vec::new());
         for (index, (link, inertia)) in self.links().iter().zip(self.inertias()).enumerate() {
             let converter = LinkBodies {
                 link,
@@ -77,12 +81,13 @@ impl Robot {
                 options,
             };
             let joint = self.joint_of(index, options)?;
-            bodies.push(converter.first(inertia, joint)?);
+            bodies.push(converter.first(inertia, joint, &mut warnings)?);
             for number in 1..link.collisions.len() {
-                bodies.extend(converter.further(number)?);
+                bodies.extend(converter.further(number, &mut warnings)?);
             }
         }
-        let mechanism = Mechanism::new(bodies);
+        let warnings = warnings.iter().map(ToString::to_string).collect();
+        let mechanism = Mechanism::new(bodies).with_warnings(warnings);
         Ok(if options.self_contact {
             mechanism.without_rigid_self_contact()
         } else {
@@ -188,18 +193,23 @@ impl LinkBodies<'_> {
         &self,
         inertia: MassProperties,
         joint: Option<dynamics::Joint>,
+        warnings: &mut Vec<UrdfWarning>,
     ) -> Result<Body, UrdfError> {
         let (shape, material) = match self.link.collisions.first() {
-            Some(collision) => shape_of(self.link, collision, self.options)?,
+            Some(collision) => shape_of(self.link, collision, self.options, warnings)?,
             None => (BodyShape::None, Material::rigid()),
         };
         self.body((&self.name, shape, material), inertia, joint)
     }
 
     /// Body of a further geometry, or `None` if the geometry has no shape.
-    fn further(&self, number: usize) -> Result<Option<Body>, UrdfError> {
+    fn further(
+        &self,
+        number: usize,
+        warnings: &mut Vec<UrdfWarning>,
+    ) -> Result<Option<Body>, UrdfError> {
         let collision = &self.link.collisions[number];
-        let (shape, material) = shape_of(self.link, collision, self.options)?;
+        let (shape, material) = shape_of(self.link, collision, self.options, warnings)?;
         if let BodyShape::None = shape {
             return Ok(None);
         }
@@ -239,8 +249,10 @@ fn shape_of(
     link: &Link,
     collision: &Collision,
     options: &RobotOptions,
+    warnings: &mut Vec<UrdfWarning>,
 ) -> Result<(BodyShape, Material), UrdfError> {
-    let shape = collision.shape(&options.shapes)?;
+    let (shape, found) = collision.shape(&options.shapes)?;
+    warnings.extend(found);
     let material = options.materials.get(&link.name);
     let material = *material.unwrap_or(&options.material);
     let modulus = material.modulus.filter(|_| !shape.is_rigid());

@@ -1,7 +1,7 @@
 //! Shapes of bodies from collision geometries.
 
-use super::UrdfError;
 use super::collision::{Collision, Geometry};
+use super::{UrdfError, UrdfWarning};
 use crate::contact::{RigidShape, Shape};
 use crate::dynamics::BodyShape;
 use crate::io::Placement;
@@ -30,8 +30,8 @@ pub struct ShapeOptions {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum MeshShape {
-    /// Rigid shape of the surface. A surface that is turned inwards is flipped. If [`TriangleSoup::closed`] still returns an error, the
-    /// shape is the convex hull.
+    /// Rigid shape of the surface. A surface that is turned inwards is flipped, or else its components that are turned inwards. If
+    /// [`TriangleSoup::closed`] still returns an error, the shape is the convex hull. Both are reported.
     Rigid,
     /// Rigid shape of the convex hull.
     Hull,
@@ -55,7 +55,8 @@ impl Default for ShapeOptions {
 }
 
 impl Collision {
-    /// Shape of the geometry, in the frame of the link. Boxes, spheres, cylinders and capsules become compliant shapes.
+    /// Shape of the geometry, in the frame of the link. Boxes, spheres, cylinders and capsules become compliant shapes. Also returns
+    /// changes and properties of the surface of a mesh that may be mistakes.
     ///
     /// The up axis that a COLLADA or glTF file states is ignored, as by other readers of URDF.
     ///
@@ -63,7 +64,10 @@ impl Collision {
     /// - If [`read_triangles`](crate::io::read_triangles) cannot read the file of a mesh.
     /// - If `options.meshes` needs a closed surface or a convex hull that the mesh does not have.
     /// - If a compliant shape cannot be made of the geometry.
-    pub fn shape(&self, options: &ShapeOptions) -> Result<BodyShape, UrdfError> {
+    pub fn shape(
+        &self,
+        options: &ShapeOptions,
+    ) -> Result<(BodyShape, Vec<UrdfWarning>), UrdfError> {
         let field = match &self.geometry {
             Geometry::Box { lengths } => shapes::cuboid(*lengths),
             Geometry::Sphere { radius } => shapes::icosphere(*radius, options.subdivisions),
@@ -74,7 +78,7 @@ impl Collision {
                 shapes::capsule(*radius, *length, options.segments)
             }
             Geometry::Mesh { .. } if options.meshes == MeshShape::None => {
-                return Ok(BodyShape::None);
+                return Ok((BodyShape::None, Vec::new()));
             }
             Geometry::Mesh { scale, .. } => {
                 let path = self.mesh_path(&options.packages)?.unwrap_or_default();
@@ -82,25 +86,61 @@ impl Collision {
                 return self.mesh_shape(soup, options.meshes);
             }
         };
-        self.compliant(field)
+        Ok((self.compliant(field)?, Vec::new()))
     }
 
-    /// Shape of a mesh in the link frame.
-    fn mesh_shape(&self, soup: TriangleSoup, kind: MeshShape) -> Result<BodyShape, UrdfError> {
+    /// Shape of a mesh in the link frame, and changes and properties of its surface that may be mistakes.
+    fn mesh_shape(
+        &self,
+        soup: TriangleSoup,
+        kind: MeshShape,
+    ) -> Result<(BodyShape, Vec<UrdfWarning>), UrdfError> {
         let surface = match kind {
-            MeshShape::Rigid => closed_or_hull(&soup),
-            MeshShape::Hull | MeshShape::CompliantHull => hull(&soup),
-            MeshShape::StarShaped | MeshShape::None => soup.closed(),
+            MeshShape::Rigid => self.closed_or_hull(&soup),
+            MeshShape::Hull | MeshShape::CompliantHull => hull(&soup).map(|hull| (hull, None)),
+            MeshShape::StarShaped | MeshShape::None => soup.closed().map(|surface| (surface, None)),
         };
-        let surface = surface.map_err(|source| UrdfError::Surface {
+        let (surface, change) = surface.map_err(|source| UrdfError::Surface {
             at: self.at.clone(),
             source,
         })?;
+        let properties = surface.warnings().into_iter();
+        let properties = properties.map(|warning| UrdfWarning::Surface {
+            at: self.at.clone(),
+            warning,
+        });
+        let warnings = change.into_iter().chain(properties).collect();
         if matches!(kind, MeshShape::Rigid | MeshShape::Hull) {
-            return Ok(RigidShape::new(surface).into());
+            return Ok((RigidShape::new(surface).into(), warnings));
         }
         let field = shapes::star_shaped(&surface).map_err(|source| self.field_error(source))?;
-        Ok(Shape::new(field).into())
+        Ok((Shape::new(field).into(), warnings))
+    }
+
+    /// Closed surface of the triangles, with components reversed that are turned inwards. If they are not closed, the surface of their
+    /// convex hull. Also returns a report of the change.
+    fn closed_or_hull(
+        &self,
+        soup: &TriangleSoup,
+    ) -> Result<(TriangleSurface, Option<UrdfWarning>), SurfaceError> {
+        let error = match soup.clone().closed() {
+            Ok(surface) => return Ok((surface, None)),
+            Err(error) => error,
+        };
+        let at = self.at.clone();
+        if let SurfaceError::Inward { .. } | SurfaceError::SticksOut { .. } = error
+            && let Some((surface, component_count)) = outwards(soup)
+        {
+            let change = UrdfWarning::Reversed {
+                at,
+                component_count,
+            };
+            return Ok((surface, Some(change)));
+        }
+        match hull(soup) {
+            Ok(surface) => Ok((surface, Some(UrdfWarning::Hull { at, source: error }))),
+            Err(_) => Err(error),
+        }
     }
 
     fn field_error(&self, source: MeshError) -> UrdfError {
@@ -142,15 +182,14 @@ impl Collision {
     }
 }
 
-/// Closed surface of the triangles, flipped if it is turned inwards. If they are not closed, the surface of their convex hull.
-fn closed_or_hull(soup: &TriangleSoup) -> Result<TriangleSurface, SurfaceError> {
-    soup.clone().closed().or_else(|error| {
-        let reversed = match error {
-            SurfaceError::Inward { .. } => soup.clone().flipped().closed(),
-            _ => Err(error.clone()),
-        };
-        reversed.or_else(|_| hull(soup)).map_err(|_| error)
-    })
+/// Surface with all components reversed, or else with those reversed that are turned inwards, and the number of reversed components.
+fn outwards(soup: &TriangleSoup) -> Option<(TriangleSurface, usize)> {
+    if let Ok(surface) = soup.clone().flipped().closed() {
+        let component_count = surface.component_count();
+        return Some((surface, component_count));
+    }
+    let (soup, component_count) = soup.with_outward_components().ok()?;
+    Some((soup.closed().ok()?, component_count))
 }
 
 fn hull(soup: &TriangleSoup) -> Result<TriangleSurface, SurfaceError> {

@@ -1,4 +1,5 @@
 use super::Location;
+use crate::mesh::{SurfaceError, SurfaceWarning};
 
 /// Defect of a robot that the reader accepts, because published files have it.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -24,5 +25,31 @@ pub enum UrdfWarning {
         at: Location,
         /// Name of the missing joint.
         name: String,
+    },
+    /// Components of the surface of a mesh were turned inwards and are reversed.
+    #[error(
+        "{at} has a surface with {component_count} components turned inwards, which are reversed"
+    )]
+    Reversed {
+        /// The geometry.
+        at: Location,
+        /// Number of components that were reversed.
+        component_count: usize,
+    },
+    /// The surface of a mesh is replaced by its convex hull.
+    #[error("{at} has a surface that is replaced by its convex hull: {source}")]
+    Hull {
+        /// The geometry.
+        at: Location,
+        /// Reason why the triangles do not make a surface.
+        source: SurfaceError,
+    },
+    /// Property of the surface of a mesh that may be a mistake.
+    #[error("{at}: {warning}")]
+    Surface {
+        /// The geometry.
+        at: Location,
+        /// Property of the surface.
+        warning: SurfaceWarning,
     },
 }

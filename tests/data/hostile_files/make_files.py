@@ -3,6 +3,7 @@
 import base64
 import json
 import struct
+import zlib
 from pathlib import Path
 
 HERE = Path(__file__).parent
@@ -211,6 +212,9 @@ def write_vtu():
     write("most_blocks_zlib.vtu", VTU, compressed, (POINTS, f"{binary}{blocks}<"))
     no_zlib = base64_of("<4Q", 1, 96, 96, 12) + base64_of("<12B", *range(12))
     write("no_zlib_stream.vtu", VTU, compressed, (POINTS, f"{binary}{no_zlib}<"))
+    zeros = zlib.compress(bytes(1 << 23), 9)
+    bomb = base64_of("<4Q", 1, 1 << 23, 0, len(zeros)) + base64.b64encode(zeros).decode()
+    write("zlib_bomb.vtu", VTU, compressed, (POINTS, f"{binary}{bomb}<"))
     appended = (POINTS, f'format="appended" offset="{U64}"><')
     data = '</UnstructuredGrid>\n<AppendedData encoding="base64">_AAAA</AppendedData>'
     write("appended_offset_beyond_all.vtu", VTU, appended, ("</UnstructuredGrid>", data))

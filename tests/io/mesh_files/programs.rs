@@ -328,3 +328,60 @@ fn polygons_and_strips_of_vtk_are_surfaces() {
     let error = read_triangle_surface(path_of("no_seam.vtk"), &Placement::default()).unwrap_err();
     assert!(error.to_string().contains("read_mesh"), "{error}");
 }
+
+#[test]
+fn chains_of_duplicated_vertices_are_merged_in_any_order() {
+    // Three wedges around a common edge. The copies of its ends are 0.8 tolerances apart.
+    let tolerance = 1e-4;
+    let spoke = |k: u32| {
+        let angle = f64::from(k) * std::f64::consts::FRAC_PI_3;
+        [angle.cos(), angle.sin(), 0.5]
+    };
+    let wedge = |k: u32| {
+        let corners = [[0.0; 3], [0.0, 0.0, 1.0], spoke(k), spoke(k + 1)];
+        corners.map(|[x, y, z]| [x + 0.8 * tolerance * f64::from(k), y, z])
+    };
+    let options = MeshOptions {
+        weld_tolerance: tolerance,
+        ..MeshOptions::default()
+    };
+    for order in [
+        [0, 1, 2],
+        [0, 2, 1],
+        [1, 0, 2],
+        [1, 2, 0],
+        [2, 0, 1],
+        [2, 1, 0],
+    ] {
+        let vertices = order.map(wedge);
+        let vertices = vertices.as_flattened().iter();
+        let vertices: String = vertices
+            .map(|[x, y, z]| format!("{x} {y} {z} 0\n"))
+            .collect();
+        let text = format!(
+            "MeshVersionFormatted 2\nDimension 3\nVertices\n12\n{vertices}Tetrahedra\n3\n1 2 3 4 0\n5 6 7 8 0\n9 10 11 12 0\nEnd\n"
+        );
+        let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("chain.mesh");
+        std::fs::write(&path, text).unwrap();
+        let file = read_mesh(&path, &options).unwrap();
+        assert_eq!(file.mesh.vertex_count(), 6, "{order:?}");
+        assert_eq!(
+            file.warnings,
+            [FileWarning::WeldedVertices {
+                vertex_count: 6,
+                pair_count: 2
+            }]
+        );
+    }
+}
+
+#[test]
+fn lines_of_second_order_are_not_faces() {
+    let line = replaced(
+        ONE_TET,
+        "2 2 1 2\n2 1 2 1\n1 5 1 4\n",
+        "2 2 1 2\n1 1 8 1\n1 5 1 3\n",
+    );
+    let file = read_bytes("line.msh", line.as_bytes()).unwrap();
+    assert_eq!(file.warnings, []);
+}

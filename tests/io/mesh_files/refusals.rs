@@ -269,7 +269,7 @@ fn lengths_that_cannot_be_are_refused_before_anything_is_allocated() {
     assert_damaged("lengths.vtu", &huge, "the data are shorter");
     // The header claims a million bytes from one existing byte.
     let bomb = with_points("AQAAAEBCDwBAQg8AAQAAAA==AA==");
-    assert_damaged("lengths.vtu", &bomb, "Truncated input stream");
+    assert_damaged("lengths.vtu", &bomb, "125000 numbers, but 12 are needed");
     for (content, words) in [
         ("", "the data are shorter"),
         ("AAAA", "the data are shorter"),
@@ -287,4 +287,75 @@ fn lengths_that_cannot_be_are_refused_before_anything_is_allocated() {
     let end = ONE_TET_VTU.find("<Cells>").unwrap();
     let without_points = [&ONE_TET_VTU[..start], &ONE_TET_VTU[end..]].concat();
     assert_damaged("lengths.vtu", &without_points, "<Piece> has no <Points>");
+}
+
+#[test]
+fn entries_beyond_the_stated_number_are_refused() {
+    let medit = "MeshVersionFormatted 2\nDimension 3\nVertices\n4\n0 0 0 0\n1 0 0 0\n0 1 0 0\n0 0 1 0\nTetrahedra\n1\n1 2 3 4 0\nEnd\n";
+    assert!(read_bytes("exact.mesh", medit.as_bytes()).is_ok());
+    let more = [
+        replaced(medit, "0 0 1 0\n", "0 0 1 0\n5 5 5 0\n"),
+        replaced(medit, "1 2 3 4 0\n", "1 2 3 4 0\n2 1 4 3 0\n"),
+    ];
+    for text in more {
+        assert_damaged("more.mesh", &text, "expected a keyword");
+    }
+    let (nodes, tets) = (
+        "4 3 0 0\n0 0 0 0\n1 1 0 0\n2 0 1 0\n3 0 0 1\n",
+        "1 4 0\n0 0 1 2 3\n",
+    );
+    let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR"));
+    let of = |nodes: &str, tets: &str| {
+        std::fs::write(folder.join("more.ele"), tets).unwrap();
+        read_bytes("more.node", nodes.as_bytes())
+    };
+    assert!(of(nodes, &format!("{tets}# the end\n")).is_ok());
+    let more_nodes = of(&format!("{nodes}4 5 5 5\n"), tets).unwrap_err();
+    let more_tets = of(nodes, &format!("{tets}1 1 0 3 2\n")).unwrap_err();
+    for (error, count) in [(more_nodes, 4), (more_tets, 1)] {
+        let cause = error.source().unwrap().to_string();
+        let expected = format!("the end of the file after {count} entries");
+        assert!(cause.contains(&expected), "{cause}");
+    }
+}
+
+#[test]
+fn abaqus_keywords_that_make_or_move_nodes_are_refused() {
+    let nodes = "*NODE\n1, 0,0,0\n2,1,0,0\n3,0,1,0\n4,0,0,1\n";
+    let model = format!("{nodes}*ELEMENT, TYPE=C3D4\n1,1,2,3,4\n");
+    let instance = "*INSTANCE, NAME=A, PART=P\n5., 0., 0.\n*END INSTANCE\n";
+    let one = format!("{model}{instance}");
+    assert!(read_bytes("one.inp", one.as_bytes()).is_ok());
+    for (text, expected) in [
+        (format!("{one}{instance}"), "more than one *INSTANCE"),
+        (
+            format!("*SYSTEM\n10,0,0\n{model}"),
+            "*SYSTEM cannot be read",
+        ),
+        (format!("{model}*NGEN\n1,3,1\n"), "*NGEN cannot be read"),
+        (format!("{model}*Elgen\n1,3,1,1\n"), "*ELGEN cannot be read"),
+        (
+            format!("*INCLUDE, INPUT=a.inp\n{model}"),
+            "*INCLUDE cannot be read",
+        ),
+        (
+            replaced(&model, "*NODE", "*NODE, INPUT=a.inp"),
+            "INPUT=A.INP cannot be read",
+        ),
+        (
+            replaced(&model, "*NODE", "*NODE, SYSTEM=C"),
+            "SYSTEM=C cannot be read",
+        ),
+    ] {
+        assert_damaged("moved.inp", &text, expected);
+    }
+}
+
+#[test]
+fn encoded_arrays_longer_than_their_points_are_refused_before_they_are_decoded() {
+    let array = "<PointData><DataArray type=\"Float64\" Name=\"a\" format=\"binary\">QAAAAA==</DataArray></PointData>";
+    let text = replaced(ONE_TET_VTU, "<Points>", &format!("{array}<Points>"));
+    assert_damaged("long.vtu", &text, "there are 8 numbers, but 4 are needed");
+    let commented = replaced(ONE_TET_VTU, "1 0 0 0 1 0", "1 0 <!-- a comment --> 0 0 1 0");
+    assert!(read_bytes("commented.vtu", commented.as_bytes()).is_ok());
 }

@@ -2,9 +2,11 @@
 
 use super::{jointed, robot};
 use approx::assert_relative_eq;
-use hydroelastic::dynamics::{self, BodyShape, JointKind};
+use hydroelastic::dynamics::{self, BodyShape, JointKind, Material};
 use hydroelastic::io::FileError;
-use hydroelastic::io::urdf::{Collision, Joint, JointOptions, MeshShape, ShapeOptions, UrdfError};
+use hydroelastic::io::urdf::{
+    Collision, Joint, JointOptions, MeshShape, RobotOptions, ShapeOptions, UrdfError, UrdfWarning,
+};
 use nalgebra::Vector3;
 use std::f64::consts::PI;
 use std::path::Path;
@@ -19,7 +21,7 @@ fn collision(geometry: &str) -> Collision {
 }
 
 fn shape(geometry: &str, options: &ShapeOptions) -> Result<BodyShape, UrdfError> {
-    collision(geometry).shape(options)
+    collision(geometry).shape(options).map(|(shape, _)| shape)
 }
 
 fn volume(shape: &BodyShape) -> f64 {
@@ -128,6 +130,69 @@ fn meshes_that_are_not_closed_become_their_hulls() {
     assert_relative_eq!(volume(&prism), 7.0, max_relative = ROUND_OFF);
     let hull = mesh("u_prism.obj", MeshShape::Hull).unwrap();
     assert_relative_eq!(volume(&hull), 9.0, max_relative = ROUND_OFF);
+}
+
+#[test]
+fn changes_of_surfaces_are_reported() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/field_files");
+    let warnings = |path: &str| {
+        let mesh = format!("<mesh filename='file://{path}'/>");
+        let shape = collision(&mesh).shape(&ShapeOptions::default());
+        shape
+            .map(|(shape, warnings)| (volume(&shape), warnings))
+            .unwrap()
+    };
+    let (_, hull) = warnings(&format!("{folder}/open_box.obj"));
+    assert!(matches!(hull[..], [UrdfWarning::Hull { .. }]), "{hull:?}");
+    let text = hull[0].to_string();
+    assert!(
+        text.starts_with(
+            "line 2: <mesh> of link \"a\" has a surface that is replaced by its convex hull"
+        ),
+        "{text}"
+    );
+    let (_, whole) = warnings(&format!("{folder}/inwards.obj"));
+    assert!(
+        matches!(
+            whole[..],
+            [UrdfWarning::Reversed {
+                component_count: 1,
+                ..
+            }]
+        ),
+        "{whole:?}"
+    );
+    // Two corners of cubes. The second is turned inwards.
+    let parts = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 5 0 0\nv 6 0 0\nv 5 1 0\nv 5 0 1\n\
+        f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\nf 5 6 7\nf 5 8 6\nf 5 7 8\nf 6 8 7\n";
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("parts.obj");
+    std::fs::write(&path, parts).unwrap();
+    let (volume, parts) = warnings(path.to_str().unwrap());
+    assert_relative_eq!(volume, 1.0 / 3.0, max_relative = ROUND_OFF);
+    assert!(
+        matches!(
+            parts[..],
+            [UrdfWarning::Reversed {
+                component_count: 1,
+                ..
+            }]
+        ),
+        "{parts:?}"
+    );
+    let text = format!(
+        "<link name='a'><collision><geometry><mesh filename='file://{folder}/open_box.obj' scale='20 20 20'/></geometry></collision></link>"
+    );
+    let mechanism = robot(&text)
+        .unwrap()
+        .mechanism(&RobotOptions::new(Material::rigid()))
+        .unwrap();
+    let [hull, size] = mechanism.warnings() else {
+        panic!("{:?}", mechanism.warnings());
+    };
+    assert!(
+        hull.contains("convex hull") && size.contains("2.000e1 m large"),
+        "{hull} {size}"
+    );
 }
 
 #[test]

@@ -182,7 +182,7 @@ fn geometries_of_all_published_robots_become_shapes_or_named_errors() {
 /// Kind of the shape, or of the error.
 fn outcome(collision: &Collision, options: &ShapeOptions) -> String {
     let text = match collision.shape(options) {
-        Ok(shape) => format!("{shape:?}"),
+        Ok((shape, _)) => format!("{shape:?}"),
         Err(UrdfError::MeshFile { source, .. }) => match *source {
             FileError::Surface { source, .. } => format!("{source:?}"),
             FileError::UnknownExtension { found, .. } => format!("extension {found}"),

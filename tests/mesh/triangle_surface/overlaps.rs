@@ -87,8 +87,25 @@ fn large_surfaces_are_checked_quickly() {
     let plates = (0..200).map(|k| cube(f64::from(k) * 0.2, 0.0, 0.0));
     let parts = surface(together(plates.chain([torus(1.0, 0.3, [300, 150])])));
     let start = Instant::now();
-    assert_eq!(parts.warnings().len(), 1);
+    let warnings = parts.warnings();
+    let are_expected = matches!(
+        warnings[..],
+        [SurfaceWarning::Overlap { .. }, SurfaceWarning::Size { .. }]
+    );
+    assert!(are_expected, "{warnings:?}");
     let elapsed = start.elapsed();
     println!("{} triangles: {elapsed:.2?}", parts.triangles().len());
     assert!(elapsed < TIME, "{elapsed:?}");
+}
+
+#[test]
+fn pairs_that_are_not_searched_are_reported() {
+    // 92 blocks make 4,186 pairs.
+    let nested = |count: usize| {
+        let blocks = (0..count).map(|k| unit_block(Vector3::repeat(k as f64 * 0.01)));
+        surface(together(blocks)).warnings()
+    };
+    let limit = SurfaceWarning::UnsearchedPairs { pair_count: 4096 };
+    assert_eq!(nested(92).last(), Some(&limit));
+    assert_eq!(nested(3).len(), 1);
 }

@@ -204,17 +204,31 @@ fn a_surface_turned_inwards_is_refused_unless_it_is_a_cavity() {
 }
 
 #[test]
+fn a_cavity_that_sticks_out_is_refused_in_any_order() {
+    let (vertices, triangles) = reversed(block(Vector3::repeat(0.6), Vector3::repeat(0.5)));
+    for first in 0..triangles.len() {
+        let turned = [&triangles[first..], &triangles[..first]].concat();
+        let refused = refusal(together([cube(), (vertices.clone(), turned)]));
+        let SurfaceError::SticksOut { triangle: 12, at } = refused else {
+            panic!("{refused}");
+        };
+        assert!(at.amax() > 1.0 && at.amax() <= 1.1, "{at}");
+    }
+    // A cavity may share a part of the surface.
+    for low in [[0.0, 0.25, 0.25], [0.25, 0.25, 0.5], [0.5, 0.0, 0.5]] {
+        let cavity = reversed(block(low.into(), Vector3::repeat(0.5)));
+        let (vertices, triangles) = together([cube(), cavity]);
+        let solid = TriangleSurface::new(vertices, triangles).unwrap();
+        assert!((solid.volume() - 0.875).abs() < 1e-14);
+    }
+}
+
+#[test]
 fn cavities_larger_than_the_solid_are_refused() {
-    // The solid begins in the cube, extends far outside, and has 1.7 times its volume. The validation does not search for intersecting
-    // surfaces, but this solid has no positive volume.
-    let base = [
-        vector![0.25, 0.25, 0.5],
-        vector![0.75, 0.25, 0.5],
-        vector![0.25, 0.75, 0.5],
-    ];
-    let spike = reversed(pyramid(base, vector![0.3, 0.3, -40.0]));
-    let refused = refusal(together([cube(), spike]));
-    let volume = 1.0 - 0.125 * 40.5 / 3.0;
+    // The validation does not search for cavities that overlap.
+    let cavity = || reversed(block(Vector3::repeat(0.05), Vector3::repeat(0.9)));
+    let refused = refusal(together([cube(), cavity(), cavity()]));
+    let volume = 1.0 - 2.0 * 0.729;
     assert!(
         matches!(refused, SurfaceError::NoVolume { volume: stated } if (stated - volume).abs() < 1e-14),
         "{refused}"
