@@ -58,6 +58,16 @@ impl Lattice {
         })
     }
 
+    /// Returns the position of the first cell, over the spacing, modulo a number.
+    pub fn first_within(&self, modulus: u8) -> [usize; 3] {
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "from 0 up to the modulus"
+        )]
+        <[f64; 3]>::from(self.first).map(|first| first.rem_euclid(f64::from(modulus)) as usize)
+    }
+
     /// Returns the number of nodes.
     pub fn node_count(&self) -> usize {
         2 * self.counts.iter().product::<usize>()
@@ -138,56 +148,5 @@ impl Lattice {
             reason = "there are at most 1e8 cells"
         )]
         [2, 2 * x_count as Node, (2 * x_count * y_count) as Node]
-    }
-
-    /// Calls a function with the tetrahedra at the three long edges from a corner in the directions of the axes: four around each
-    /// edge. All corners of the lattice together have each tetrahedron once. The corner must not be on the border.
-    pub fn visit_tets(&self, corner: Node, mut visit: impl FnMut([Node; 4])) {
-        let steps = self.steps();
-        for axis in 0..3 {
-            let [along, u, v] = [0, 1, 2].map(|turn| steps[(axis + turn) % 3]);
-            // The centers around the edge, in order.
-            let center = corner + 1;
-            let ring = [center - u - v, center - v, center, center - u];
-            for (index, &first) in ring.iter().enumerate() {
-                visit([corner, corner + along, first, ring[(index + 1) % 4]]);
-            }
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::Lattice;
-    use crate::geometry::{Aabb, Tetrahedron};
-    use nalgebra::Vector3;
-
-    #[test]
-    fn tetrahedra_fill_the_lattice_and_have_edges_of_the_two_kinds() {
-        let bounds = Aabb {
-            lower: Vector3::zeros(),
-            upper: Vector3::new(2.0, 3.0, 1.0),
-        };
-        let lattice = Lattice::around(&bounds, 0.5).unwrap();
-        let (mut volume, mut cells) = (0.0, 0);
-        let [x, y, z] = lattice.counts;
-        for (i, j, k) in (1..x - 1)
-            .flat_map(|i| (1..y - 1).flat_map(move |j| (1..z - 1).map(move |k| (i, j, k))))
-        {
-            cells += 1;
-            lattice.visit_tets(lattice.nodes([i, j, k])[0], |tet| {
-                let corners = tet.map(|node| lattice.position(node));
-                volume += Tetrahedron { corners }.signed_volume().abs();
-                for (a, b) in [(0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)] {
-                    let length = (corners[a] - corners[b]).norm();
-                    let is_long = Lattice::is_long([tet[a], tet[b]]);
-                    let expected = if is_long { 0.5 } else { 0.5 * 0.75_f64.sqrt() };
-                    assert!((length - expected).abs() < 1e-12);
-                    assert!(lattice.neighbors(tet[0]).contains(&tet[b]));
-                    assert_eq!(is_long, (a, b) == (0, 1) || (a, b) == (2, 3));
-                }
-            });
-        }
-        assert!((volume - f64::from(cells) * 0.125).abs() < 1e-12);
     }
 }

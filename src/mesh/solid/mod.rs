@@ -3,6 +3,7 @@
 mod boundary;
 mod error;
 mod fitting;
+mod grading;
 mod lattice;
 mod region;
 mod resolution;
@@ -29,7 +30,7 @@ use stuffing::{CutVertex, Stuffing};
 /// A tetrahedral mesh that fills the inside of triangles, or the region in which a distance function is negative.
 ///
 /// The mesh is made by isosurface stuffing: a body-centered cubic lattice whose nodes near the boundary move onto it [Labelle, Shewchuk
-/// 2007]. Every tetrahedron has a vertex inside, so that a pressure field is positive in it. The time is O(n log n) for n triangles
+/// 2007]. Tetrahedra deep inside are larger. Every tetrahedron has a vertex inside, so that a pressure field is positive in it. The time is O(n log n) for n triangles
 /// and tetrahedra.
 ///
 /// Each vertex is either a node of the lattice, which is fixed, or on the boundary, at an edge of the lattice that crosses it. Vertices at

@@ -26,7 +26,7 @@ const FIRST_CELLS: f64 = 12.0;
 /// a million tetrahedra. [`Solid::warnings`] tells of the latter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Resolution {
-    /// Spacing of the lattice (m): the longest edge of the inner tetrahedra.
+    /// Spacing of the lattice (m): the longest edge of the tetrahedra next to the boundary.
     Spacing(f64),
     /// Largest error of the volume, over the volume of the surface or, if the triangles have none of their own or there are no
     /// triangles, of the volume at the spacing before.
@@ -130,9 +130,10 @@ fn distance_error(region: &impl Region, mesh: &TetMesh) -> f64 {
     let middles: Vec<_> = mesh.tets().iter().map(middle).collect();
     let (mut error, mut sum) = (0.0, 0.0);
     for (tet, exact) in region.clearances(&middles).into_iter().enumerate() {
-        if exact <= SKIN * largest {
+        let interpolated = mean(&mesh.tets()[tet]);
+        if exact.min(interpolated) <= SKIN * largest {
             let volume = mesh.tetrahedron(tet).signed_volume();
-            error += volume * (mean(&mesh.tets()[tet]) - exact).abs();
+            error += volume * (interpolated - exact).abs();
             sum += volume * exact;
         }
     }

@@ -2,6 +2,7 @@
 //! move onto it, and the tetrahedra that still cross it are cut. The smallest dihedral angle that random boundaries have shown is 9.3°,
 //! and the paper proves 10.7°, so that its rule for the diagonals of cut faces must differ from the order of [`Corner`] in rare cases.
 
+use super::grading::Cells;
 use super::lattice::{Lattice, Node};
 use super::region::{Crossing, Region};
 use nalgebra::Vector3;
@@ -39,7 +40,7 @@ pub(super) struct CutVertex {
 
 /// Side of the boundary on which a node lies.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Side {
+pub(super) enum Side {
     Inside,
     Outside,
     /// The node has moved onto the boundary, to a cut.
@@ -256,16 +257,7 @@ impl<'a> Filling<'a> {
     }
 
     fn fill(&mut self) {
-        let [x, y, z] = self.lattice.counts;
-        let (lattice, mut tets) = (self.lattice, Vec::new());
-        for k in 1..z - 1 {
-            for j in 1..y - 1 {
-                for i in 1..x - 1 {
-                    lattice.visit_tets(lattice.nodes([i, j, k])[0], |tet| tets.push(tet));
-                    tets.drain(..).for_each(|tet| self.add(tet));
-                }
-            }
-        }
+        Cells::joined(self.lattice, self.sides).visit_tets(|tet| self.add(tet));
     }
 
     /// Adds the part of a tetrahedron of the lattice inside the region.
