@@ -23,8 +23,9 @@ use std::sync::Mutex;
 
 /// Tetrahedra that fill a region, with the derivatives of their vertices.
 ///
-/// The tetrahedra are made by isosurface stuffing: those of a lattice whose nodes near the boundary move onto it. Each vertex is either a
-/// node of the lattice, which is fixed, or on the boundary, where an edge of the lattice crosses it. Edges and corners of the region are cut
+/// The tetrahedra are made by isosurface stuffing: a lattice whose nodes near the boundary move onto it. Each vertex is either a node of
+/// the lattice, which is fixed, or at the boundary, on an edge of the lattice that crosses it. Vertices at smooth, curved triangles move
+/// along their edges, so that the triangles pass through the surface of the tetrahedra in the mean. Edges and corners of the region are cut
 /// off by less than a spacing, and walls must be thicker than a spacing.
 ///
 /// The static methods take the spacing of the lattice (m), or the largest error of the volume or of the distance to the surface. For an

@@ -406,6 +406,7 @@ class Solid:
         *,
         spacing: float | None = None,
         volume_error: float | None = None,
+        distance_error: float | None = None,
     ) -> Solid: ...
     @staticmethod
     def of_triangles(
@@ -414,6 +415,7 @@ class Solid:
         *,
         spacing: float | None = None,
         volume_error: float | None = None,
+        distance_error: float | None = None,
     ) -> Solid: ...
     @staticmethod
     def of_distance(
@@ -423,6 +425,7 @@ class Solid:
         *,
         spacing: float | None = None,
         volume_error: float | None = None,
+        distance_error: float | None = None,
     ) -> Solid: ...
     @staticmethod
     def read(
@@ -433,6 +436,7 @@ class Solid:
         pose: _Rows | None = None,
         spacing: float | None = None,
         volume_error: float | None = None,
+        distance_error: float | None = None,
     ) -> Solid: ...
     @property
     def vertices(self) -> _Floats: ...
@@ -442,6 +446,8 @@ class Solid:
     def spacing(self) -> float: ...
     @property
     def volume_error(self) -> float | None: ...
+    @property
+    def distance_error(self) -> float | None: ...
     @property
     def surface_vertices(self) -> _Floats: ...
     @property
