@@ -14,8 +14,8 @@ use rustc_hash::FxHashMap;
 /// center of the bounding box.
 const RELATIVE_TOLERANCE: f64 = 1e-10;
 
-/// Points relative to the center are scaled to this size, and their coordinates are rounded to integers. Products of three then neither overflow nor underflow,
-/// so that predicates are exact.
+/// Points relative to the center are scaled to this size, and their coordinates are rounded to integers. Products of three then neither
+/// overflow nor underflow, so that predicates are exact.
 const SIZE_EXPONENT: i32 = 80;
 
 /// Tolerance for scaled points.

@@ -92,8 +92,9 @@ fn sorted_half_edges(triangles: &[[usize; 3]]) -> Vec<HalfEdge> {
 
 /// Sorts the half-edges of one edge by the angles of their triangles around the edge.
 ///
-/// At equal angles, a triangle that ends a part of the solid precedes a triangle that begins a part. The last of equal triangles that
-/// begin parts matches the last of those that end them, so that copies of a part become separate components.
+/// At equal angles, a triangle that ends a part of the solid precedes a triangle that begins a part. Copies of the triangles that begin a
+/// part are in the order of their indices, and copies of the triangles that end it are in the reverse order. Each copy of a part then
+/// becomes a component.
 fn sort_around_edge(group: &mut [HalfEdge], vertices: &[Vector3<f64>], triangles: &[[usize; 3]]) {
     let [lower, higher] = group[0].edge.map(|vertex| vertices[vertex as usize]);
     let axis = (higher - lower).normalize();

@@ -409,7 +409,7 @@ fn collada_skins_and_views_are_placed() {
     );
     let skin = read("skin.dae", skin.as_bytes()).unwrap();
     assert_box(&skin, 1.0, [3.0, 0.0, 0.0], [9.0, 1.0, 1.0]);
-    // The node at (5, 0, 0) looks along −x, so that its axes x, y and z are y, z and x of its parent.
+    // The node at (5, 0, 0) looks along −x, so that its axes x, y and z are the axes y, z and x of its parent.
     let view =
         r##"<node><lookat>5 0 0 4 0 0 0 0 1</lookat><instance_geometry url="#tet"/></node>"##;
     let view = read("view.dae", dae(Z_UP, FACES, view).as_bytes()).unwrap();

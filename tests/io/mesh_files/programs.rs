@@ -355,9 +355,8 @@ fn chains_of_duplicated_vertices_are_merged_in_any_order() {
     ] {
         let vertices = order.map(wedge);
         let vertices = vertices.as_flattened().iter();
-        let vertices: String = vertices
-            .map(|[x, y, z]| format!("{x} {y} {z} 0\n"))
-            .collect();
+        let lines = vertices.map(|[x, y, z]| format!("{x} {y} {z} 0\n"));
+        let vertices = lines.collect::<Vec<String>>().concat();
         let text = format!(
             "MeshVersionFormatted 2\nDimension 3\nVertices\n12\n{vertices}Tetrahedra\n3\n1 2 3 4 0\n5 6 7 8 0\n9 10 11 12 0\nEnd\n"
         );

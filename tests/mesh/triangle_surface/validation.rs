@@ -3,6 +3,7 @@
 use super::sample_surfaces::{Triangulation, block, reversed, soup, together, unit_block};
 use crate::tet_mesh::sample_meshes::grid;
 use hydroelastic::mesh::{SurfaceError, SurfaceFaults, TriangleSoup, TriangleSurface};
+use hydroelastic::spatial::Pose;
 use nalgebra::{Vector3, vector};
 
 fn cube() -> Triangulation {
@@ -203,23 +204,41 @@ fn a_surface_turned_inwards_is_refused_unless_it_is_a_cavity() {
     );
 }
 
-#[test]
-fn a_cavity_that_sticks_out_is_refused_in_any_order() {
-    let (vertices, triangles) = reversed(block(Vector3::repeat(0.6), Vector3::repeat(0.5)));
-    for first in 0..triangles.len() {
-        let turned = [&triangles[first..], &triangles[..first]].concat();
-        let refused = refusal(together([cube(), (vertices.clone(), turned)]));
-        let SurfaceError::SticksOut { triangle: 12, at } = refused else {
-            panic!("{refused}");
-        };
-        assert!(at.amax() > 1.0 && at.amax() <= 1.1, "{at}");
+/// Returns a cube with a cavity, turned and moved, with the triangles of the cavity in another order.
+fn cube_with_cavity(cavity: Triangulation, k: usize) -> Triangulation {
+    let (vertices, triangles) = reversed(cavity);
+    let first = 5 * k % triangles.len();
+    let triangles = [&triangles[first..], &triangles[..first]].concat();
+    let (mut vertices, triangles) = together([cube(), (vertices, triangles)]);
+    let angle = k as f64;
+    let pose = Pose::from_rotation_vector(
+        &vector![angle, 0.3 * angle, -0.7 * angle],
+        vector![angle, 0.1, -3.0],
+    );
+    for vertex in &mut vertices {
+        *vertex = pose.transformed_point(vertex);
     }
-    // A cavity may share a part of the surface.
-    for low in [[0.0, 0.25, 0.25], [0.25, 0.25, 0.5], [0.5, 0.0, 0.5]] {
-        let cavity = reversed(block(low.into(), Vector3::repeat(0.5)));
-        let (vertices, triangles) = together([cube(), cavity]);
-        let solid = TriangleSurface::new(vertices, triangles).unwrap();
-        assert!((solid.volume() - 0.875).abs() < 1e-14);
+    (vertices, triangles)
+}
+
+#[test]
+fn a_cavity_that_sticks_out_is_refused_in_any_order_and_pose() {
+    for k in 0..24 {
+        for low in [[0.6, 0.6, 0.6], [0.25, 0.25, 0.75]] {
+            let cavity = block(low.into(), Vector3::repeat(0.5));
+            let refused = refusal(cube_with_cavity(cavity, k));
+            assert!(
+                matches!(refused, SurfaceError::SticksOut { triangle: 12, .. }),
+                "{refused}"
+            );
+        }
+        // A cavity may share a part of the surface.
+        for low in [[0.0, 0.25, 0.25], [0.25, 0.25, 0.5], [0.5, 0.0, 0.5]] {
+            let cavity = block(low.into(), Vector3::repeat(0.5));
+            let (vertices, triangles) = cube_with_cavity(cavity, k);
+            let solid = TriangleSurface::new(vertices, triangles).unwrap();
+            assert!((solid.volume() - 0.875).abs() < 1e-13);
+        }
     }
 }
 
