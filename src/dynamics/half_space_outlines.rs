@@ -98,7 +98,7 @@ fn scene_in_frame_of(half_space: usize, bodies: &[Body], states: &[&State]) -> A
             let included = bodies.iter().zip(&state.bodies);
             let included = included.filter(move |(body, _)| {
                 let is_fixed = matches!(body.motion, Motion::Fixed);
-                !is_half_space(body) && !(only_moving && is_fixed)
+                !(is_half_space(body) || only_moving && is_fixed)
             });
             included.map(move |(body, state)| body.shape.bounds_at(&(to_half_space * state.pose)))
         });

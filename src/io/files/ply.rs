@@ -52,9 +52,8 @@ fn header<'a>(cursor: &mut Cursor<'a>) -> Result<Vec<Element<'a>>, FileError> {
         let is_known = match *cursor.line_words() {
             ["end_header"] if has_format => return Ok(elements),
             ["format", name, ..] => {
-                let binary = encoding_of(name);
-                cursor.binary = binary.flatten();
-                has_format = binary.is_some();
+                cursor.binary = byte_order(name);
+                has_format = name == "ascii" || cursor.binary.is_some();
                 has_format
             }
             ["element", name, count] => count.parse().is_ok_and(|count| {
@@ -83,11 +82,11 @@ fn header<'a>(cursor: &mut Cursor<'a>) -> Result<Vec<Element<'a>>, FileError> {
     Err(cursor.error("expected the word end_header"))
 }
 
-fn encoding_of(name: &str) -> Option<Option<ByteOrder>> {
-    match name {
-        "ascii" => Some(None),
-        "binary_little_endian" => Some(Some(ByteOrder::Little)),
-        "binary_big_endian" => Some(Some(ByteOrder::Big)),
+/// Returns the order of the bytes in a binary format.
+fn byte_order(format: &str) -> Option<ByteOrder> {
+    match format {
+        "binary_little_endian" => Some(ByteOrder::Little),
+        "binary_big_endian" => Some(ByteOrder::Big),
         _ => None,
     }
 }

@@ -166,16 +166,15 @@ impl<'a> Cells<'a> {
         });
         if other_level > level {
             // Both pyramids are halved at the diagonal from the middle of the larger face.
-            let is_middle = |corner: &[usize; 3]| {
-                [u, v]
-                    .iter()
-                    .all(|&axis| (self.first[axis] + corner[axis]) % (2 * edge) != 0)
+            let is_between = |corner: &[usize; 3], axis: usize| {
+                !(self.first[axis] + corner[axis]).is_multiple_of(2 * edge)
             };
+            let is_middle = |corner: &[usize; 3]| is_between(corner, u) && is_between(corner, v);
             let middle = square.iter().position(is_middle).unwrap_or(0);
-            let [a, b, c, d] = [0, 1, 2, 3].map(|turn| self.corner(square[(middle + turn) % 4]));
+            let corners = [0, 1, 2, 3].map(|turn| self.corner(square[(middle + turn) % 4]));
             for center in centers {
-                visit([center, a, b, c]);
-                visit([center, a, c, d]);
+                visit([center, corners[0], corners[1], corners[2]]);
+                visit([center, corners[0], corners[2], corners[3]]);
             }
             return;
         }
@@ -194,14 +193,14 @@ impl<'a> Cells<'a> {
                 self.level(part) < level
             };
             let [first, second] = centers;
-            let [a, b] = [from, to].map(|corner| self.corner(corner));
+            let ends = [from, to].map(|corner| self.corner(corner));
             if level > 0 && (is_smaller(cell) || is_smaller(beside)) {
                 let middle = [0, 1, 2].map(|axis| usize::midpoint(from[axis], to[axis]));
                 let middle = self.corner(middle);
-                visit([first, second, a, middle]);
-                visit([first, second, middle, b]);
+                visit([first, second, ends[0], middle]);
+                visit([first, second, middle, ends[1]]);
             } else {
-                visit([first, second, a, b]);
+                visit([first, second, ends[0], ends[1]]);
             }
         }
     }
