@@ -241,6 +241,7 @@ impl Robot {
         };
         self.check_links(options.materials.keys())?;
         let mechanism = self.0.mechanism(&options).map_err(urdf_error)?;
+        warn(py, &mechanism)?;
         Ok(converted(&mechanism))
     }
 
@@ -251,6 +252,14 @@ impl Robot {
             self.joint_names()
         )
     }
+}
+
+/// Emits what may be mistakes in the meshes of a mechanism.
+fn warn(py: Python<'_>, mechanism: &hydroelastic::dynamics::Mechanism) -> PyResult<()> {
+    for warning in mechanism.warnings() {
+        py.import("warnings")?.call_method1("warn", (warning,))?;
+    }
+    Ok(())
 }
 
 impl Robot {
@@ -332,7 +341,9 @@ impl World {
             ..RobotOptions::new(material.inner())
         };
         let robot = Robot::read(path)?.0;
-        let mut mechanism = converted(&robot.mechanism(&options).map_err(urdf_error)?);
+        let mechanism = robot.mechanism(&options).map_err(urdf_error)?;
+        warn(py, &mechanism)?;
+        let mut mechanism = converted(&mechanism);
         for (joint, servo) in servos.into_iter().flatten() {
             let name = format!("the servo of joint {joint:?}");
             let [stiffness, damping] = parts(&servo, &name, "a stiffness and a damping")?;

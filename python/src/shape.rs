@@ -124,7 +124,7 @@ impl Shape {
     ///     Name of a point-data array of a VTK file with the extents. Default: the extents are distances to the surface.
     /// unit : float, optional
     ///     Unit of the file in meters, such as 0.001 for millimeters. None, the default, means 1, with a warning if the mesh is larger
-    ///     than 100 m or smaller than 0.1 mm.
+    ///     than 10 m or smaller than 0.1 mm.
     /// scale : (3,) array_like, optional
     ///     Factor for each axis of the file. A negative factor mirrors the body. Default: 1.
     /// pose : (4, 4) array_like, optional

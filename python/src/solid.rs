@@ -295,7 +295,7 @@ impl Solid {
     ///     File.
     /// unit : float, optional
     ///     Unit of the file in meters, such as 0.001 for the millimeters of most CAD programs. None, the default, means 1, with a
-    ///     warning if the triangles are larger than 100 m or smaller than 0.1 mm. glTF and COLLADA files are in meters already.
+    ///     warning if the triangles are larger than 10 m or smaller than 0.1 mm. glTF and COLLADA files are in meters already.
     /// scale : (3,) array_like, optional
     ///     Factor for each axis of the file. A negative factor mirrors the body. Default: 1.
     /// pose : (4, 4) array_like, optional

@@ -238,6 +238,7 @@ fn are_near(a: &mut [Vector3<f64>], b: &mut [Vector3<f64>], distance: f64) -> bo
 
 /// Returns the first vertex of the chain of each vertex, as [`TriangleSoup::welded`](super::TriangleSoup::welded) merges them within a
 /// tolerance (m). Vertices that are not listed are returned unchanged. All positions must be finite.
+#[cfg(feature = "files")]
 pub(crate) fn first_in_chain(
     positions: &[Vector3<f64>],
     vertices: &[usize],

@@ -1,6 +1,6 @@
 //! The boundary of a solid and its derivatives.
 
-use super::Solid;
+use super::stuffing::CutVertex;
 use crate::mesh::MeshError;
 use crate::mesh::shape_rates::{check_rates, check_velocities};
 use nalgebra::Vector3;
@@ -57,22 +57,85 @@ fn weighted(corners: [usize; 3], shares: [f64; 3], vectors: &[Vector3<f64>]) -> 
     terms.map(|(&corner, share)| vectors[corner] * share).sum()
 }
 
-impl Solid {
-    /// Returns the vertices of the mesh, in ascending order, at which a small change of the boundary changes the tetrahedra or at which
-    /// the boundary has no triangle to follow, as in a hole or where an edge of the lattice grazes it. Derivatives of other vertices
-    /// are exact up to rounding error while no vertex comes to be listed.
-    #[must_use]
-    pub fn ambiguous(&self) -> &[usize] {
-        &self.ambiguous
+/// The gap between a triangle on the boundary of the mesh and the surface: the height of the surface above the middle of the triangle.
+#[derive(Debug, Clone)]
+pub(super) struct Gap {
+    /// Vertices of the triangle.
+    pub vertices: [usize; 3],
+    /// Vertices of the closest triangle of the surface.
+    pub corners: [usize; 3],
+    /// Barycentric coordinates of the closest point.
+    pub shares: [f64; 3],
+    /// Unit vector from the middle to the closest point, or its opposite if the surface is below the triangle.
+    pub direction: Vector3<f64>,
+    /// Height of the surface (m).
+    pub length: f64,
+    pub is_at_tie: bool,
+}
+
+impl Gap {
+    /// Returns the rate of the length, from the velocities of the vertices of the mesh and of the surface.
+    pub fn rate(&self, of_mesh: &[Vector3<f64>], of_surface: &[Vector3<f64>]) -> f64 {
+        let middle: Vector3<f64> = self.vertices.iter().map(|&vertex| of_mesh[vertex]).sum();
+        let corners = self.corners.iter().zip(self.shares);
+        let foot: Vector3<f64> = corners
+            .map(|(&corner, share)| of_surface[corner] * share)
+            .sum();
+        self.direction.dot(&(foot - middle / 3.0))
     }
 
-    /// Returns the velocity of each vertex of the mesh (m per unit of a parameter) from the velocities of the vertices of the triangles.
-    ///
-    /// # Errors
-    /// Returns an error if the number of velocities is not that of the triangles' vertices, or if one is not finite.
-    pub fn rates(&self, velocities: &[Vector3<f64>]) -> Result<Vec<Vector3<f64>>, MeshError> {
+    /// Adds the derivatives of a scalar with respect to the vertices of the mesh and of the surface, from that with respect to the
+    /// length.
+    pub fn pull_back(
+        &self,
+        by_length: f64,
+        by_mesh: &mut [Vector3<f64>],
+        by_surface: &mut [Vector3<f64>],
+    ) {
+        for (&corner, share) in self.corners.iter().zip(self.shares) {
+            by_surface[corner] += self.direction * (share * by_length);
+        }
+        for vertex in self.vertices {
+            by_mesh[vertex] -= self.direction * (by_length / 3.0);
+        }
+    }
+}
+
+/// The boundary of a mesh, and how it follows triangles.
+#[derive(Debug, Clone)]
+pub(super) struct Boundary {
+    pub vertices: Vec<BoundaryVertex>,
+    pub gaps: Vec<Gap>,
+    /// Number of vertices of the triangles, or 0 if there are none.
+    pub input_count: usize,
+    /// The vertices of the mesh at which a derivative is not exact, in ascending order.
+    pub ambiguous: Vec<usize>,
+}
+
+impl Boundary {
+    /// Creates the boundary of stuffed tetrahedra that follow no triangles.
+    pub fn of(cuts: &[CutVertex]) -> Self {
+        let vertex = |cut: &CutVertex| BoundaryVertex {
+            vertex: cut.vertex,
+            edge: cut.edge,
+            follows: None,
+        };
+        let ambiguous = cuts.iter().filter(|cut| cut.is_at_tie);
+        Self {
+            vertices: cuts.iter().map(vertex).collect(),
+            gaps: Vec::new(),
+            input_count: 0,
+            ambiguous: ambiguous.map(|cut| cut.vertex).collect(),
+        }
+    }
+
+    /// Returns the velocities of the vertices of a mesh, of which there are `count`, from those of the triangles' vertices.
+    pub fn rates(
+        &self,
+        count: usize,
+        velocities: &[Vector3<f64>],
+    ) -> Result<Vec<Vector3<f64>>, MeshError> {
         check_velocities(velocities, self.input_count)?;
-        let count = self.mesh.vertex_count();
         let mut rates = vec![Vector3::zeros(); count];
         for (vertex, follows) in self.following() {
             rates[vertex.vertex] = vertex.edge * follows.rate(follows.crossing, velocities);
@@ -91,14 +154,9 @@ impl Solid {
         Ok(rates)
     }
 
-    /// Returns the derivatives of a scalar with respect to the vertices of the triangles (unit of the scalar per m) from those with
-    /// respect to the vertices of the mesh.
-    ///
-    /// # Errors
-    /// Returns an error if the number of derivatives is not that of the mesh's vertices, or if one is not finite.
-    pub fn pullback(&self, by_vertices: &[Vector3<f64>]) -> Result<Vec<Vector3<f64>>, MeshError> {
-        let count = self.mesh.vertex_count();
-        check_velocities(by_vertices, count)?;
+    /// Returns the derivatives with respect to the triangles' vertices from those with respect to the vertices of the mesh.
+    pub fn pullback(&self, by_vertices: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
+        let count = by_vertices.len();
         let mut gradient = vec![Vector3::zeros(); self.input_count];
         let mut by_gaps = vec![0.0; count];
         for (vertex, follows) in self.following() {
@@ -115,35 +173,25 @@ impl Solid {
             let along = vertex.edge.dot(&by_crossings[vertex.vertex]);
             follows.pull_back(follows.crossing, along, &mut gradient);
         }
-        Ok(gradient)
+        gradient
     }
 
     fn following(&self) -> impl Iterator<Item = (&BoundaryVertex, &Follows)> {
-        let boundary = self.boundary.iter();
+        let boundary = self.vertices.iter();
         boundary.filter_map(|vertex| Some((vertex, vertex.follows.as_ref()?)))
     }
 
-    /// Returns the indices of the vertices on the boundary, in the order in which [`Self::rates_of_distance`] takes derivatives.
-    pub fn boundary_vertices(&self) -> impl Iterator<Item = usize> {
-        self.boundary.iter().map(|vertex| vertex.vertex)
-    }
-
-    /// Returns the velocity of each vertex of the mesh (m per unit of a parameter) from derivatives of the distance function at the
-    /// [`Self::boundary_vertices`]: its gradient, and its derivative with respect to the parameter (m per unit). A vertex moves along
-    /// its edge e of the lattice at the rate −e ∂φ/∂θ / (∇φ·e).
-    ///
-    /// # Errors
-    /// Returns an error if the number of gradients or derivatives is not that of the vertices on the boundary, or if a velocity is
-    /// not finite.
+    /// Returns the velocities of the vertices of a mesh, of which there are `count`, from derivatives of a distance function.
     pub fn rates_of_distance(
         &self,
+        count: usize,
         gradients: &[Vector3<f64>],
         by_parameter: &[f64],
     ) -> Result<Vec<Vector3<f64>>, MeshError> {
-        check_velocities(gradients, self.boundary.len())?;
-        check_rates(by_parameter, self.boundary.len())?;
-        let mut rates = vec![Vector3::zeros(); self.mesh.vertex_count()];
-        for (vertex, (gradient, by)) in self.boundary.iter().zip(gradients.iter().zip(by_parameter))
+        check_velocities(gradients, self.vertices.len())?;
+        check_rates(by_parameter, self.vertices.len())?;
+        let mut rates = vec![Vector3::zeros(); count];
+        for (vertex, (gradient, by)) in self.vertices.iter().zip(gradients.iter().zip(by_parameter))
         {
             rates[vertex.vertex] = vertex.edge * (-by / gradient.dot(&vertex.edge));
         }

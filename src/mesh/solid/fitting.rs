@@ -1,8 +1,10 @@
 //! The fit of the boundary to curved surfaces. The vertices of stuffed tetrahedra lie on the surface, so that the triangles between
 //! them cut a convex surface off. Vertices therefore move away from the surface, until it passes through the triangles in the mean.
 
-use super::boundary::{BoundaryVertex, Follows};
+use super::boundary::{Boundary, BoundaryVertex, Follows, Gap};
+use super::error::SolidError;
 use super::region::{Crossing, InsideTriangles};
+use super::stuffing::Stuffing;
 use crate::geometry::{FACES, Triangle};
 use crate::mesh::TetMesh;
 use crate::parallel;
@@ -28,64 +30,12 @@ const GRAZING: f64 = 1e-6;
 /// Difference of two ratios below which a small change of the boundary changes the fit.
 const TIE: f64 = 1e-6;
 
-/// The gap between a triangle on the boundary of the mesh and the surface: the height of the surface above the middle of the triangle.
-#[derive(Debug, Clone)]
-pub(super) struct Gap {
-    /// Vertices of the triangle.
-    pub vertices: [usize; 3],
-    /// Vertices of the closest triangle of the surface.
-    corners: [usize; 3],
-    /// Barycentric coordinates of the closest point.
-    shares: [f64; 3],
-    /// Unit vector from the middle to the closest point, or its opposite if the surface is below the triangle.
-    direction: Vector3<f64>,
-    /// Height of the surface (m).
-    length: f64,
-    is_at_tie: bool,
-}
-
-impl Gap {
-    /// Returns the rate of the length, from the velocities of the vertices of the mesh and of the surface.
-    pub fn rate(&self, of_mesh: &[Vector3<f64>], of_surface: &[Vector3<f64>]) -> f64 {
-        let middle: Vector3<f64> = self.vertices.iter().map(|&vertex| of_mesh[vertex]).sum();
-        let corners = self.corners.iter().zip(self.shares);
-        let foot: Vector3<f64> = corners
-            .map(|(&corner, share)| of_surface[corner] * share)
-            .sum();
-        self.direction.dot(&(foot - middle / 3.0))
-    }
-
-    /// Adds the derivatives of a scalar with respect to the vertices of the mesh and of the surface, from that with respect to the
-    /// length.
-    pub fn pull_back(
-        &self,
-        by_length: f64,
-        by_mesh: &mut [Vector3<f64>],
-        by_surface: &mut [Vector3<f64>],
-    ) {
-        for (&corner, share) in self.corners.iter().zip(self.shares) {
-            by_surface[corner] += self.direction * (share * by_length);
-        }
-        for vertex in self.vertices {
-            by_mesh[vertex] -= self.direction * (by_length / 3.0);
-        }
-    }
-}
-
 /// The triangles that a solid fills.
 pub(super) struct Input<'a> {
     /// Vertices of the triangles (m).
-    pub vertices: &'a [Vector3<f64>],
+    vertices: &'a [Vector3<f64>],
     triangles: &'a [[usize; 3]],
     pub region: InsideTriangles,
-}
-
-/// A mesh that fits a surface.
-pub(super) struct Fit {
-    pub vertices: Vec<Vector3<f64>>,
-    pub gaps: Vec<Gap>,
-    /// The vertices for which a small change of the surface changes the rules of the fit.
-    pub ties: Vec<usize>,
 }
 
 impl<'a> Input<'a> {
@@ -102,7 +52,7 @@ impl<'a> Input<'a> {
     }
 
     /// Returns how a vertex at the crossing of an edge (m) follows the triangle there, if there is one.
-    pub fn follows(&self, crossing: &Crossing, edge: &Vector3<f64>) -> Option<Follows> {
+    fn follows(&self, crossing: &Crossing, edge: &Vector3<f64>) -> Option<Follows> {
         let (triangle, shares) = crossing.triangle?;
         let normal = self.region.normal(triangle);
         let along = normal.dot(edge);
@@ -115,21 +65,38 @@ impl<'a> Input<'a> {
         })
     }
 
-    /// Fits a mesh to the triangles. The vertices on its boundary note how they follow the triangles.
-    pub fn fit(&self, mesh: &TetMesh, boundary: &mut [BoundaryVertex]) -> Fit {
+    /// Returns a mesh that fits the triangles, with its boundary.
+    pub fn fitted(&self, stuffing: Stuffing) -> Result<(TetMesh, Boundary), SolidError> {
+        let mut boundary = Boundary::of(&stuffing.cuts);
+        boundary.input_count = self.vertices.len();
+        for (vertex, cut) in boundary.vertices.iter_mut().zip(&stuffing.cuts) {
+            vertex.follows = self.follows(&cut.crossing, &cut.edge);
+            if vertex.follows.is_none() {
+                boundary.ambiguous.push(vertex.vertex);
+            }
+        }
+        let mesh = TetMesh::new(stuffing.vertices, stuffing.tets)?;
+        let vertices = self.fit(&mesh, &mut boundary);
+        boundary.ambiguous.sort_unstable();
+        boundary.ambiguous.dedup();
+        let mesh = TetMesh::new(vertices, mesh.tets().to_vec())?;
+        Ok((mesh, boundary))
+    }
+
+    /// Returns the vertices of a mesh that fits the triangles. The boundary of the mesh notes how it follows them.
+    fn fit(&self, mesh: &TetMesh, boundary: &mut Boundary) -> Vec<Vector3<f64>> {
         let count = mesh.vertex_count();
         let mut triangle_counts = vec![0.0; count];
         for &vertex in mesh.surface_triangles().as_flattened() {
             triangle_counts[vertex] += 1.0;
         }
-        let gaps = self.gaps(mesh, boundary);
+        boundary.gaps = self.gaps(mesh, &boundary.vertices);
         let (mut sums, mut is_at_tie) = (vec![0.0; count], vec![false; count]);
-        for (gap, vertex) in gaps
-            .iter()
-            .flat_map(|gap| gap.vertices.map(|vertex| (gap, vertex)))
-        {
-            sums[vertex] += gap.length;
-            is_at_tie[vertex] |= gap.is_at_tie;
+        for gap in &boundary.gaps {
+            for vertex in gap.vertices {
+                sums[vertex] += gap.length;
+                is_at_tie[vertex] |= gap.is_at_tie;
+            }
         }
         let heights = least_heights(mesh);
         let mut vertices = mesh.vertices().to_vec();
@@ -137,12 +104,11 @@ impl<'a> Input<'a> {
             vertex,
             edge,
             follows,
-        } in boundary
+        } in &mut boundary.vertices
         {
             let Some(follows) = follows else { continue };
             let height_by_gap = MEAN_OVER_MIDDLE / triangle_counts[*vertex];
-            let height = height_by_gap * sums[*vertex];
-            let share = height * follows.over_slope();
+            let share = height_by_gap * sums[*vertex] * follows.over_slope();
             let limit = power_of_two_below(LARGEST_MOVE * heights[*vertex] / edge.norm());
             is_at_tie[*vertex] |= (share.abs() / limit - 1.0).abs() < TIE;
             vertices[*vertex] += *edge * share.clamp(-limit, limit);
@@ -152,12 +118,10 @@ impl<'a> Input<'a> {
                 follows.height_by_gap = height_by_gap;
             }
         }
-        let ties = (0..count).filter(|&vertex| is_at_tie[vertex]).collect();
-        Fit {
-            vertices,
-            gaps,
-            ties,
-        }
+        boundary
+            .ambiguous
+            .extend((0..count).filter(|&vertex| is_at_tie[vertex]));
+        vertices
     }
 
     /// Returns the gaps of the triangles above which the surface is smooth.

@@ -3,8 +3,7 @@
 //! Cells deep inside are joined, eight at a time, to larger cells of a balanced octree. The corners and the center of each larger cell are
 //! nodes of the lattice.
 
-use super::lattice::{Lattice, Node};
-use super::stuffing::Side;
+use super::lattice::{Lattice, Node, Side};
 
 /// Largest number of times that cells are joined.
 const MOST_LEVELS: u8 = 4;

@@ -26,6 +26,15 @@ pub(super) struct Lattice {
 /// A node of a [`Lattice`].
 pub(super) type Node = u32;
 
+/// Side of the boundary on which a node lies.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Side {
+    Inside,
+    Outside,
+    /// The node has moved onto the boundary, to a cut.
+    On(u32),
+}
+
 /// Nodes of a cell.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Site {

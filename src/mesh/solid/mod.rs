@@ -14,24 +14,24 @@ pub use error::SolidError;
 pub use resolution::{Resolution, SolidWarning};
 
 use super::distance::normalized_unsplit;
+use super::shape_rates::check_velocities;
 use super::{
     LinearizedDistances, MeshError, PressureField, TetMesh, TriangleSoup, TriangleSurface,
     coordinates,
 };
 use crate::geometry::Aabb;
-use boundary::BoundaryVertex;
-use fitting::{Gap, Input};
+use boundary::Boundary;
+use fitting::Input;
 use nalgebra::Vector3;
 use region::WhereNegative;
-use resolution::refined;
+use resolution::{Refined, check_bounds, refined};
 use std::sync::Mutex;
-use stuffing::{CutVertex, Stuffing};
 
 /// A tetrahedral mesh that fills the inside of triangles, or the region in which a distance function is negative.
 ///
 /// The mesh is made by isosurface stuffing: a body-centered cubic lattice whose nodes near the boundary move onto it [Labelle, Shewchuk
-/// 2007]. Tetrahedra deep inside are larger. Every tetrahedron has a vertex inside, so that a pressure field is positive in it. The time is O(n log n) for n triangles
-/// and tetrahedra.
+/// 2007]. Tetrahedra deep inside are larger. Every tetrahedron has a vertex inside, so that a pressure field is positive in it. The
+/// time is O(n log n) for n triangles and tetrahedra.
 ///
 /// Each vertex is either a node of the lattice, which is fixed, or on the boundary, at an edge of the lattice that crosses it. Vertices at
 /// smooth, curved triangles then move along their edges until the triangles pass through the boundary of the mesh in the mean. Edges and
@@ -50,18 +50,7 @@ use stuffing::{CutVertex, Stuffing};
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug, Clone)]
-pub struct Solid {
-    mesh: TetMesh,
-    spacing: f64,
-    volume_error: Option<f64>,
-    distance_error: Option<f64>,
-    warnings: Vec<SolidWarning>,
-    /// Number of vertices of the triangles from which the solid was made.
-    input_count: usize,
-    boundary: Vec<BoundaryVertex>,
-    gaps: Vec<Gap>,
-    ambiguous: Vec<usize>,
-}
+pub struct Solid(Refined);
 
 impl TriangleSoup {
     /// Fills the inside of the triangles with tetrahedra. The inside is where the winding number is above one half in absolute value,
@@ -97,9 +86,10 @@ impl Solid {
     ) -> Result<Self, SolidError> {
         check_triangles(vertices, triangles)?;
         let input = Input::new(vertices, triangles);
-        refined(&input.region, volume, resolution, |stuffing, spacing| {
-            Self::new(stuffing, spacing, Some(&input))
-        })
+        let refined = refined(&input.region, volume, resolution, |stuffing| {
+            input.fitted(stuffing)
+        });
+        Ok(Self(refined?))
     }
 
     /// Fills the region in which a signed distance is negative.
@@ -153,84 +143,45 @@ impl Solid {
             distances: &checked,
         };
         let taken_fault = || fault.lock().ok().and_then(|mut fault| fault.take());
-        let solid = refined(&region, None, resolution, |stuffing, spacing| {
-            taken_fault().map_or_else(|| Self::new(stuffing, spacing, None), Err)
+        let refined = refined(&region, None, resolution, |stuffing| match taken_fault() {
+            Some(fault) => Err(fault),
+            None => Ok((
+                TetMesh::new(stuffing.vertices, stuffing.tets)?,
+                Boundary::of(&stuffing.cuts),
+            )),
         });
-        taken_fault().map_or(solid, Err)
-    }
-
-    fn new(stuffing: Stuffing, spacing: f64, input: Option<&Input>) -> Result<Self, SolidError> {
-        if stuffing.tets.is_empty() {
-            return Err(SolidError::Empty { spacing });
-        }
-        let follows = |cut: &CutVertex| input?.follows(&cut.crossing, &cut.edge);
-        let boundary = stuffing.cuts.iter().map(|cut| BoundaryVertex {
-            vertex: cut.vertex,
-            edge: cut.edge,
-            follows: follows(cut),
-        });
-        let boundary: Vec<_> = boundary.collect();
-        let is_followed = |vertex: &BoundaryVertex| vertex.follows.is_some() || input.is_none();
-        let ambiguous = stuffing.cuts.iter().zip(&boundary);
-        let ambiguous = ambiguous.filter(|(cut, vertex)| cut.is_at_tie || !is_followed(vertex));
-        let ambiguous = ambiguous.map(|(cut, _)| cut.vertex).collect();
-        let mut solid = Self {
-            mesh: TetMesh::new(stuffing.vertices, stuffing.tets)?,
-            spacing,
-            volume_error: None,
-            distance_error: None,
-            warnings: Vec::new(),
-            input_count: input.map_or(0, |input| input.vertices.len()),
-            boundary,
-            gaps: Vec::new(),
-            ambiguous,
-        };
-        if let Some(input) = input {
-            solid.fit(input)?;
-        }
-        Ok(solid)
-    }
-
-    /// Moves the boundary so that the surface passes through its triangles in the mean.
-    fn fit(&mut self, input: &Input) -> Result<(), SolidError> {
-        let fit = input.fit(&self.mesh, &mut self.boundary);
-        self.mesh = TetMesh::new(fit.vertices, self.mesh.tets().to_vec())?;
-        self.gaps = fit.gaps;
-        self.ambiguous.extend(fit.ties);
-        self.ambiguous.sort_unstable();
-        self.ambiguous.dedup();
-        Ok(())
+        taken_fault().map_or(refined.map(Self), Err)
     }
 
     /// Returns the mesh.
     #[must_use]
     pub fn mesh(&self) -> &TetMesh {
-        &self.mesh
+        &self.0.mesh
     }
 
     /// Returns the spacing of the lattice (m).
     #[must_use]
     pub fn spacing(&self) -> f64 {
-        self.spacing
+        self.0.spacing
     }
 
     /// Returns the error of the volume over the volume, if it is known: against the volume of a closed surface of one component, or
     /// estimated from the spacing before, with [`Resolution::VolumeWithin`].
     #[must_use]
     pub fn volume_error(&self) -> Option<f64> {
-        self.volume_error
+        self.0.volume_error
     }
 
     /// Returns the errors that are larger than asked for.
     #[must_use]
     pub fn warnings(&self) -> &[SolidWarning] {
-        &self.warnings
+        &self.0.warnings
     }
 
     /// Returns the error of the distance to the surface that the mesh interpolates, with [`Resolution::DistanceWithin`].
     #[must_use]
     pub fn distance_error(&self) -> Option<f64> {
-        self.distance_error
+        self.0.distance_error
     }
 
     /// Returns the pressure field whose extent is the distance to the surface of the mesh over the largest distance. The mesh is not
@@ -239,7 +190,7 @@ impl Solid {
     /// # Errors
     /// Returns the errors of [`PressureField::new`].
     pub fn field(&self) -> Result<PressureField, MeshError> {
-        PressureField::made_of(normalized_unsplit(self.mesh.clone(), Vec::new()))
+        PressureField::made_of(normalized_unsplit(self.0.mesh.clone(), Vec::new()))
     }
 
     /// Returns the field and its linearization with respect to the vertices of the mesh. [`Self::pullback`] goes on from there.
@@ -247,10 +198,59 @@ impl Solid {
     /// # Errors
     /// Returns the errors of [`Self::field`].
     pub fn linearized_field(&self) -> Result<(PressureField, LinearizedDistances), MeshError> {
-        let made = normalized_unsplit(self.mesh.clone(), Vec::new());
+        let made = normalized_unsplit(self.0.mesh.clone(), Vec::new());
         PressureField::linearized_made(made, |made| {
-            LinearizedDistances::normalized(&self.mesh, made)
+            LinearizedDistances::normalized(&self.0.mesh, made)
         })
+    }
+
+    /// Returns the vertices of the mesh, in ascending order, at which a small change of the boundary changes the tetrahedra or at which
+    /// the boundary has no triangle to follow, as in a hole or where an edge of the lattice grazes it. Derivatives of other vertices
+    /// are exact up to rounding error while no vertex comes to be listed.
+    #[must_use]
+    pub fn ambiguous(&self) -> &[usize] {
+        &self.0.boundary.ambiguous
+    }
+
+    /// Returns the velocity of each vertex of the mesh (m per unit of a parameter) from the velocities of the vertices of the triangles.
+    ///
+    /// # Errors
+    /// Returns an error if the number of velocities is not that of the triangles' vertices, or if one is not finite.
+    pub fn rates(&self, velocities: &[Vector3<f64>]) -> Result<Vec<Vector3<f64>>, MeshError> {
+        let Refined { mesh, boundary, .. } = &self.0;
+        boundary.rates(mesh.vertex_count(), velocities)
+    }
+
+    /// Returns the derivatives of a scalar with respect to the vertices of the triangles (unit of the scalar per m) from those with
+    /// respect to the vertices of the mesh.
+    ///
+    /// # Errors
+    /// Returns an error if the number of derivatives is not that of the mesh's vertices, or if one is not finite.
+    pub fn pullback(&self, by_vertices: &[Vector3<f64>]) -> Result<Vec<Vector3<f64>>, MeshError> {
+        let Refined { mesh, boundary, .. } = &self.0;
+        check_velocities(by_vertices, mesh.vertex_count())?;
+        Ok(boundary.pullback(by_vertices))
+    }
+
+    /// Returns the indices of the vertices on the boundary, in the order in which [`Self::rates_of_distance`] takes derivatives.
+    pub fn boundary_vertices(&self) -> impl Iterator<Item = usize> {
+        self.0.boundary.vertices.iter().map(|vertex| vertex.vertex)
+    }
+
+    /// Returns the velocity of each vertex of the mesh (m per unit of a parameter) from derivatives of the distance function at the
+    /// [`Self::boundary_vertices`]: its gradient, and its derivative with respect to the parameter (m per unit). A vertex moves along
+    /// its edge e of the lattice at the rate −e ∂φ/∂θ / (∇φ·e).
+    ///
+    /// # Errors
+    /// Returns an error if the number of gradients or derivatives is not that of the vertices on the boundary, or if a velocity is
+    /// not finite.
+    pub fn rates_of_distance(
+        &self,
+        gradients: &[Vector3<f64>],
+        by_parameter: &[f64],
+    ) -> Result<Vec<Vector3<f64>>, MeshError> {
+        let Refined { mesh, boundary, .. } = &self.0;
+        boundary.rates_of_distance(mesh.vertex_count(), gradients, by_parameter)
     }
 }
 
@@ -272,20 +272,6 @@ fn check_triangles(vertices: &[Vector3<f64>], triangles: &[[usize; 3]]) -> Resul
         Some((point, value)) => Err(SolidError::NonFiniteCoordinate { point, value }),
         None => Ok(()),
     }
-}
-
-fn check_bounds(bounds: &Aabb) -> Result<(), SolidError> {
-    if let Some((point, value)) = coordinates::first_non_finite([&bounds.lower, &bounds.upper]) {
-        return Err(SolidError::NonFiniteCoordinate { point, value });
-    }
-    let size = bounds.upper - bounds.lower;
-    if size
-        .iter()
-        .all(|&length| length > 0.0 && length.is_finite())
-    {
-        return Ok(());
-    }
-    Err(SolidError::NoSize { size: size.into() })
 }
 
 /// Returns what is wrong with distances that a function returned.

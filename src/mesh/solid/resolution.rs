@@ -1,10 +1,12 @@
 //! How fine solids are, and how exact that makes them.
 
+use super::boundary::Boundary;
+use super::error::SolidError;
 use super::lattice::Lattice;
 use super::region::Region;
 use super::stuffing::{Stuffing, stuffed};
-use super::{Solid, SolidError, check_bounds};
-use crate::mesh::TetMesh;
+use crate::geometry::Aabb;
+use crate::mesh::{TetMesh, coordinates};
 use nalgebra::Vector3;
 use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
 
@@ -62,19 +64,42 @@ pub struct SolidWarning {
     pub tet_count: usize,
 }
 
+/// A mesh of a region, and how exact it is.
+#[derive(Debug, Clone)]
+pub(super) struct Refined {
+    pub mesh: TetMesh,
+    pub boundary: Boundary,
+    pub spacing: f64,
+    pub volume_error: Option<f64>,
+    pub distance_error: Option<f64>,
+    pub warnings: Vec<SolidWarning>,
+}
+
 /// Fills a region at this resolution.
 pub(super) fn refined(
     region: &impl Region,
     volume: Option<f64>,
     resolution: Resolution,
-    of_stuffing: impl Fn(Stuffing, f64) -> Result<Solid, SolidError>,
-) -> Result<Solid, SolidError> {
+    of_stuffing: impl Fn(Stuffing) -> Result<(TetMesh, Boundary), SolidError>,
+) -> Result<Refined, SolidError> {
     let bounds = region.bounds();
     check_bounds(&bounds)?;
     let at = |spacing: f64| {
         let lattice = Lattice::around(&bounds, spacing)
             .map_err(|cells| SolidError::TooFine { spacing, cells })?;
-        of_stuffing(stuffed(region, &lattice), spacing)
+        let stuffing = stuffed(region, &lattice);
+        if stuffing.tets.is_empty() {
+            return Err(SolidError::Empty { spacing });
+        }
+        let (mesh, boundary) = of_stuffing(stuffing)?;
+        Ok(Refined {
+            mesh,
+            boundary,
+            spacing,
+            volume_error: None,
+            distance_error: None,
+            warnings: Vec::new(),
+        })
     };
     let first_spacing = power_below(2.0 * bounds.half_extents().max() / FIRST_CELLS);
     match resolution {
@@ -149,9 +174,9 @@ fn distance_error(region: &impl Region, mesh: &TetMesh) -> f64 {
 fn within(
     (quantity, asked): (&'static str, f64),
     first_spacing: f64,
-    at: impl Fn(f64) -> Result<Solid, SolidError>,
-    mut error_of: impl FnMut(&mut Solid) -> f64,
-) -> Result<Solid, SolidError> {
+    at: impl Fn(f64) -> Result<Refined, SolidError>,
+    mut error_of: impl FnMut(&mut Refined) -> f64,
+) -> Result<Refined, SolidError> {
     check_number("largest error", asked)?;
     let mut spacing = first_spacing;
     loop {
@@ -196,4 +221,18 @@ fn check_number(name: &'static str, value: f64) -> Result<(), SolidError> {
         return Ok(());
     }
     Err(SolidError::InvalidResolution { name, value })
+}
+
+pub(super) fn check_bounds(bounds: &Aabb) -> Result<(), SolidError> {
+    if let Some((point, value)) = coordinates::first_non_finite([&bounds.lower, &bounds.upper]) {
+        return Err(SolidError::NonFiniteCoordinate { point, value });
+    }
+    let size = bounds.upper - bounds.lower;
+    if size
+        .iter()
+        .all(|&length| length > 0.0 && length.is_finite())
+    {
+        return Ok(());
+    }
+    Err(SolidError::NoSize { size: size.into() })
 }

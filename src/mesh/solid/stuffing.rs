@@ -3,7 +3,7 @@
 //! and the paper proves 10.7°, so that its rule for the diagonals of cut faces must differ from the order of [`Corner`] in rare cases.
 
 use super::grading::Cells;
-use super::lattice::{Lattice, Node};
+use super::lattice::{Lattice, Node, Side};
 use super::region::{Crossing, Region};
 use nalgebra::Vector3;
 use rustc_hash::FxHashMap;
@@ -36,15 +36,6 @@ pub(super) struct CutVertex {
     pub crossing: Crossing,
     /// Whether a small change of the boundary changes the tetrahedra at the vertex.
     pub is_at_tie: bool,
-}
-
-/// Side of the boundary on which a node lies.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Side {
-    Inside,
-    Outside,
-    /// The node has moved onto the boundary, to a cut.
-    On(u32),
 }
 
 /// An edge of the lattice that crosses the boundary.
