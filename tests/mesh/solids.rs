@@ -104,6 +104,14 @@ fn overlapping_parts_are_united() {
 }
 
 #[test]
+fn narrow_slits_are_closed() {
+    let half = box_soup([0.05, 0.1, 0.1]);
+    let [left, right] = [-0.025_001, 0.025_001].map(|x| moved(&half, vector![x, 0.0, 0.0]));
+    let found = volume(&joined(&left, &right), Resolution::Spacing(0.01));
+    assert!((found / 1e-3 - 1.0).abs() < 0.01, "{found}");
+}
+
+#[test]
 fn holes_are_closed_and_surfaces_may_face_inwards() {
     let egg = egg();
     let whole = volume(&egg, SPACING);

@@ -86,7 +86,7 @@ impl<'a> Input<'a> {
     /// Returns the vertices of a mesh that fits the triangles. The boundary of the mesh notes how it follows them.
     fn fit(&self, mesh: &TetMesh, boundary: &mut Boundary) -> Vec<Vector3<f64>> {
         let count = mesh.vertex_count();
-        let mut triangle_counts = vec![0.0; count];
+        let mut triangle_counts = vec![0.0_f64; count];
         for &vertex in mesh.surface_triangles().as_flattened() {
             triangle_counts[vertex] += 1.0;
         }
@@ -107,7 +107,8 @@ impl<'a> Input<'a> {
         } in &mut boundary.vertices
         {
             let Some(follows) = follows else { continue };
-            let height_by_gap = MEAN_OVER_MIDDLE / triangle_counts[*vertex];
+            // A vertex in a slit narrower than a spacing has no triangles around it.
+            let height_by_gap = MEAN_OVER_MIDDLE / triangle_counts[*vertex].max(1.0);
             let share = height_by_gap * sums[*vertex] * follows.over_slope();
             let limit = power_of_two_below(LARGEST_MOVE * heights[*vertex] / edge.norm());
             is_at_tie[*vertex] |= (share.abs() / limit - 1.0).abs() < TIE;
