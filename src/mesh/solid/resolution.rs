@@ -22,10 +22,10 @@ const SKIN: f64 = 0.4;
 /// Number of spacings of the first attempt along the longest edge of the bounds.
 const FIRST_CELLS: f64 = 12.0;
 
-/// How fine the tetrahedra of a [`Solid`] are.
+/// How fine the tetrahedra of a [`Solid`](super::Solid) are.
 ///
 /// For an error, the spacing is a power of √2 m, which is divided by √2 until the error is as small, or the next mesh would have more than
-/// a million tetrahedra. [`Solid::warnings`] tells of the latter.
+/// a million tetrahedra. [`Solid::warnings`](super::Solid::warnings) tells of the latter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Resolution {
     /// Spacing of the lattice (m): the longest edge of the tetrahedra next to the boundary.
