@@ -95,9 +95,9 @@ def tetrahedron(size, path):
 
 
 @pytest.mark.parametrize(("kind", "name"), [(he.RigidShape, "part.obj"), (he.Shape, "part.msh")])
-def test_a_file_without_a_unit_that_is_over_100_m_large_gets_a_warning(tmp_path, recwarn, kind, name):
-    small, large = (tetrahedron(size, tmp_path / f"{size}_{name}") for size in (99.0, 200.0))
-    assert kind.read(small).volume == pytest.approx(99.0**3 / 6)
+def test_a_file_without_a_unit_that_is_over_10_m_large_gets_a_warning(tmp_path, recwarn, kind, name):
+    small, large = (tetrahedron(size, tmp_path / f"{size}_{name}") for size in (9.9, 200.0))
+    assert kind.read(small).volume == pytest.approx(9.9**3 / 6)
     assert kind.read(large, unit=1.0).volume == pytest.approx(200.0**3 / 6)
     assert kind.read(large, unit=1e-3).volume == pytest.approx(0.2**3 / 6)
     assert not recwarn
