@@ -7,6 +7,7 @@ use crate::joint::{Joint, check_stops};
 use crate::material::Material;
 use crate::mechanism::Mechanism;
 use crate::poses::single_pose;
+use crate::shape_files::emit;
 use crate::world::{World, gravity};
 use hydroelastic::io::urdf::{
     self, Base, JointOptions, MeshShape, RobotOptions, ShapeOptions, StopLaw,
@@ -256,10 +257,8 @@ impl Robot {
 
 /// Emits what may be mistakes in the meshes of a mechanism.
 fn warn(py: Python<'_>, mechanism: &hydroelastic::dynamics::Mechanism) -> PyResult<()> {
-    for warning in mechanism.warnings() {
-        py.import("warnings")?.call_method1("warn", (warning,))?;
-    }
-    Ok(())
+    let mut warnings = mechanism.warnings().iter();
+    warnings.try_for_each(|warning| emit(py, warning))
 }
 
 impl Robot {

@@ -98,8 +98,13 @@ pub fn warn(
             (true, false) => "; unit=1.0 reads meters without this warning",
             (false, _) => "",
         };
-        let message = format!("{name}: {warning}{remedy}");
-        py.import("warnings")?.call_method1("warn", (message,))?;
+        emit(py, &format!("{name}: {warning}{remedy}"))?;
     }
+    Ok(())
+}
+
+/// Emits a `UserWarning`.
+pub fn emit(py: Python<'_>, message: &str) -> PyResult<()> {
+    py.import("warnings")?.call_method1("warn", (message,))?;
     Ok(())
 }

@@ -48,6 +48,25 @@ impl TetMesh {
         })
     }
 
+    /// Moves the vertices to these positions (m), one for each vertex.
+    ///
+    /// Returns an error if a tetrahedron becomes flat or inverted.
+    pub(super) fn with_vertices(self, vertices: Vec<Vector3<f64>>) -> Result<Self, MeshError> {
+        let mesh = Self { vertices, ..self };
+        for tet in 0..mesh.tet_count() {
+            let tetrahedron = mesh.tetrahedron(tet);
+            let volume = tetrahedron.signed_volume();
+            if is_flat(&tetrahedron) || volume < 0.0 {
+                return Err(MeshError::ZeroVolume {
+                    tet,
+                    volume,
+                    longest_edge: tetrahedron.longest_edge(),
+                });
+            }
+        }
+        Ok(mesh)
+    }
+
     /// Returns the positions of the vertices (m) in the body frame.
     #[must_use]
     pub fn vertices(&self) -> &[Vector3<f64>] {

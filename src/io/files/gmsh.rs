@@ -279,7 +279,7 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// Number of nodes of each type of element from 0 on. Types with the number 0 are unknown or have any number of nodes.
+/// Number of nodes of each element type, from type 0 on. It is 0 for unknown types and for types with any number of nodes.
 const NODE_COUNTS: [usize; 39] = [
     0, 2, 3, 4, 4, 8, 6, 5, 3, 6, 9, 10, 27, 18, 14, 1, 8, 20, 15, 13, 9, 10, 12, 15, 15, 21, 4, 5,
     6, 20, 35, 56, 22, 28, 0, 0, 16, 25, 36,

@@ -176,7 +176,7 @@ fn corners(values: &[f64], vertex_count: usize) -> Result<Vec<usize>, &'static s
     let in_range =
         |&value: &f64| value >= 0.0 && value < vertex_count as f64 && value.fract() == 0.0;
     if !values.iter().all(in_range) {
-        return Err("the face has an index of no preceding vertex");
+        return Err("the face refers to a vertex that does not precede it");
     }
     #[expect(
         clippy::cast_possible_truncation,

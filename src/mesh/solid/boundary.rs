@@ -22,7 +22,7 @@ pub(super) struct BoundaryVertex {
 pub(super) struct Follows {
     /// Vertices of the triangle.
     pub corners: [usize; 3],
-    /// Barycentric coordinates of the place where the edge crosses the triangle.
+    /// Barycentric coordinates of the point at which the edge crosses the triangle.
     pub crossing: [f64; 3],
     /// Barycentric coordinates of the point of the plane below the vertex.
     pub below: [f64; 3],
@@ -33,13 +33,13 @@ pub(super) struct Follows {
 }
 
 impl Follows {
-    /// Returns n·ẋ/(n·e) at the place with these barycentric coordinates.
+    /// Returns n·ẋ/(n·e) at the point with these barycentric coordinates.
     fn rate(&self, shares: [f64; 3], velocities: &[Vector3<f64>]) -> f64 {
         self.normal.dot(&weighted(self.corners, shares, velocities))
     }
 
-    /// Adds the derivatives of a scalar with respect to the corners, from that with respect to the position along the edge of the
-    /// place with these barycentric coordinates.
+    /// Adds the derivatives of a scalar with respect to the corners. `by_position` is its derivative with respect to the position, along
+    /// the edge, of the point with these barycentric coordinates.
     fn pull_back(&self, shares: [f64; 3], by_position: f64, gradient: &mut [Vector3<f64>]) {
         for (&corner, share) in self.corners.iter().zip(shares) {
             gradient[corner] += self.normal * (share * by_position);
@@ -52,6 +52,7 @@ impl Follows {
     }
 }
 
+/// Returns the sum of the vectors at three corners, weighted by shares.
 fn weighted(corners: [usize; 3], shares: [f64; 3], vectors: &[Vector3<f64>]) -> Vector3<f64> {
     let terms = corners.iter().zip(shares);
     terms.map(|(&corner, share)| vectors[corner] * share).sum()
@@ -76,16 +77,13 @@ pub(super) struct Gap {
 impl Gap {
     /// Returns the rate of the length, from the velocities of the vertices of the mesh and of the surface.
     pub fn rate(&self, of_mesh: &[Vector3<f64>], of_surface: &[Vector3<f64>]) -> f64 {
-        let middle: Vector3<f64> = self.vertices.iter().map(|&vertex| of_mesh[vertex]).sum();
-        let corners = self.corners.iter().zip(self.shares);
-        let foot: Vector3<f64> = corners
-            .map(|(&corner, share)| of_surface[corner] * share)
-            .sum();
-        self.direction.dot(&(foot - middle / 3.0))
+        let middle = weighted(self.vertices, [1.0 / 3.0; 3], of_mesh);
+        let foot = weighted(self.corners, self.shares, of_surface);
+        self.direction.dot(&(foot - middle))
     }
 
-    /// Adds the derivatives of a scalar with respect to the vertices of the mesh and of the surface, from that with respect to the
-    /// length.
+    /// Adds the derivatives of a scalar with respect to the vertices of the mesh and of the surface. `by_length` is its derivative with
+    /// respect to the length.
     pub fn pull_back(
         &self,
         by_length: f64,

@@ -1,5 +1,6 @@
-//! The fit of the boundary to curved surfaces. The vertices of stuffed tetrahedra lie on the surface, so that the triangles between
-//! them cut a convex surface off. Vertices therefore move away from the surface, until it passes through the triangles in the mean.
+//! The fit of the boundary to curved surfaces. The vertices of stuffed tetrahedra lie on the surface. Triangles between vertices on a
+//! convex surface lie below it, so that the volume is too small. Vertices therefore move outwards until the mean gap between the surface and
+//! the triangles around each vertex is zero. On a concave surface they move inwards.
 
 use super::boundary::{Boundary, BoundaryVertex, Follows, Gap};
 use super::error::SolidError;
@@ -18,7 +19,7 @@ const MEAN_OVER_MIDDLE: f64 = 0.75;
 /// this limit. The boundary is not fitted to sharp edges, because the faces beside them would bulge.
 const SMOOTH: f64 = 0.9;
 
-/// Largest move of a vertex over the smallest height of the tetrahedra around it.
+/// Largest move of a vertex over the smallest height of the tetrahedra around it. The limit keeps tetrahedra from being inverted.
 const LARGEST_MOVE: f64 = 0.2;
 
 /// Distance from the surface up to which a triangle is on it, over the length of an edge.
@@ -79,8 +80,7 @@ impl<'a> Input<'a> {
         let vertices = self.fit(&mesh, &mut boundary);
         boundary.ambiguous.sort_unstable();
         boundary.ambiguous.dedup();
-        let mesh = TetMesh::new(vertices, mesh.tets().to_vec())?;
-        Ok((mesh, boundary))
+        Ok((mesh.with_vertices(vertices)?, boundary))
     }
 
     /// Returns the vertices of a mesh that fits the triangles. The boundary of the mesh notes how it follows them.

@@ -1,4 +1,4 @@
-//! Tetrahedra of a body-centered cubic lattice that grow with the distance from the boundary [Labelle, Shewchuk 2007, section 3].
+//! Tetrahedra of a body-centered cubic lattice that grow with the distance from the boundary [Labelle, Shewchuk 2007].
 //!
 //! Cells deep inside are joined, eight at a time, to larger cells of a balanced octree. The corners and the center of each larger cell are
 //! nodes of the lattice.

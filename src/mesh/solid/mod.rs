@@ -33,9 +33,9 @@ use std::sync::Mutex;
 /// 2007]. Tetrahedra deep inside are larger. Every tetrahedron has a vertex inside, so that a pressure field is positive in it. The
 /// time is O(n log n) for n triangles and tetrahedra.
 ///
-/// Each vertex is either a node of the lattice, which is fixed, or on the boundary, at an edge of the lattice that crosses it. Vertices at
-/// smooth, curved triangles then move along their edges until the triangles pass through the boundary of the mesh in the mean. Edges and
-/// corners of the surface are cut off by less than a spacing. [`Self::pullback`] and [`Self::rates`] have the derivatives with respect
+/// Each vertex is either a node of the lattice, which is fixed, or on the boundary, at an edge of the lattice that crosses it. Vertices on
+/// smooth, curved parts of the surface then move along these edges, until the mean gap between the surface and the triangles around each
+/// vertex is zero. Edges and corners of the surface are cut off by less than a spacing. [`Self::pullback`] and [`Self::rates`] have the derivatives with respect
 /// to the vertices of the triangles.
 ///
 /// ```
@@ -172,7 +172,7 @@ impl Solid {
         self.0.volume_error
     }
 
-    /// Returns the errors that are larger than asked for.
+    /// Returns warnings about errors above their tolerance.
     #[must_use]
     pub fn warnings(&self) -> &[SolidWarning] {
         &self.0.warnings

@@ -1,4 +1,4 @@
-//! How fine solids are, and how exact that makes them.
+//! Refinement of a solid to a spacing or a tolerance.
 
 use super::boundary::Boundary;
 use super::error::SolidError;
@@ -22,20 +22,20 @@ const SKIN: f64 = 0.4;
 /// Number of spacings of the first attempt along the longest edge of the bounds.
 const FIRST_CELLS: f64 = 12.0;
 
-/// How fine the tetrahedra of a [`Solid`](super::Solid) are.
+/// Spacing or tolerance of a [`Solid`](super::Solid).
 ///
-/// For an error, the spacing is a power of √2 m, which is divided by √2 until the error is as small, or the next mesh would have more than
-/// a million tetrahedra. [`Solid::warnings`](super::Solid::warnings) tells of the latter.
+/// For a tolerance, the spacing is a power of √2 m. It is divided by √2 until the error is within the tolerance, or the next mesh would
+/// have more than a million tetrahedra. [`Solid::warnings`](super::Solid::warnings) reports an error above the tolerance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Resolution {
     /// Spacing of the lattice (m): the longest edge of the tetrahedra next to the boundary.
     Spacing(f64),
-    /// Largest error of the volume, over the volume of the surface or, if the triangles have none of their own or there are no
-    /// triangles, of the volume at the spacing before.
+    /// Largest relative error of the volume. The reference is the volume of a closed surface of one component. For other regions it is
+    /// the volume at the spacing before.
     VolumeWithin(f64),
     /// Largest mean error of the distance to the surface that the mesh interpolates, over the mean distance. The means are over the middles
-    /// of the tetrahedra that are at most two fifths of the largest distance deep, weighted by volume. Forces of deep contact are about
-    /// as exact, and those of shallow contact less.
+    /// of the tetrahedra that are at most two fifths of the largest distance deep, weighted by volume. Forces of deep contact have
+    /// about this relative error. Forces of shallow contact have a larger one.
     DistanceWithin(f64),
 }
 
@@ -46,20 +46,20 @@ impl Default for Resolution {
     }
 }
 
-/// An error that is larger than asked for.
+/// An error above the tolerance.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 #[error(
-    "the {quantity} is off by a share of {reached:.2e} with {tet_count} tetrahedra, but {asked:.2e} was asked for: walls may be thin, or \
+    "the {quantity} is off by a share of {reached:.2e} with {tet_count} tetrahedra, but the tolerance is {tolerance:.2e}: walls may be thin, or \
      triangles may leave holes or intersect each other; choose a spacing, allow a larger error, or use the convex hull"
 )]
 pub struct SolidWarning {
-    /// What is less exact.
+    /// Name of the quantity.
     pub quantity: &'static str,
-    /// Its relative error.
+    /// Relative error of the quantity.
     pub reached: f64,
-    /// The error that was asked for.
-    pub asked: f64,
+    /// Tolerance of the relative error.
+    pub tolerance: f64,
     /// Number of tetrahedra.
     pub tet_count: usize,
 }
@@ -73,6 +73,14 @@ pub(super) struct Refined {
     pub volume_error: Option<f64>,
     pub distance_error: Option<f64>,
     pub warnings: Vec<SolidWarning>,
+}
+
+impl Refined {
+    /// Notes the error of the volume against a reference (m³), if there is one.
+    fn compare_volume(&mut self, reference: Option<f64>) {
+        let error = |reference: f64| (self.mesh.volume() / reference - 1.0).abs();
+        self.volume_error = reference.map(error);
+    }
 }
 
 /// Fills a region at this resolution.
@@ -106,27 +114,24 @@ pub(super) fn refined(
         Resolution::Spacing(spacing) => {
             check_number("spacing", spacing)?;
             let mut solid = at(spacing)?;
-            solid.volume_error = volume.map(|volume| (solid.mesh.volume() / volume - 1.0).abs());
+            solid.compare_volume(volume);
             Ok(solid)
         }
-        Resolution::VolumeWithin(asked) => {
+        Resolution::VolumeWithin(tolerance) => {
             let mut before = volume;
-            within(("volume", asked), first_spacing, at, |solid| {
-                let found = solid.mesh.volume();
-                let reached = before.map(|volume| (found / volume - 1.0).abs());
+            within(("volume", tolerance), first_spacing, at, |solid| {
+                solid.compare_volume(before);
                 // The error is of second order, so that it equals its change from a spacing √2 times as large.
-                before = volume.or(Some(found));
-                solid.volume_error = reached;
-                reached.unwrap_or(f64::INFINITY)
+                before = volume.or(Some(solid.mesh.volume()));
+                solid.volume_error.unwrap_or(f64::INFINITY)
             })
         }
-        Resolution::DistanceWithin(asked) => within(
-            ("distance to the surface", asked),
+        Resolution::DistanceWithin(tolerance) => within(
+            ("distance to the surface", tolerance),
             first_spacing,
             at,
             |solid| {
-                solid.volume_error =
-                    volume.map(|volume| (solid.mesh.volume() / volume - 1.0).abs());
+                solid.compare_volume(volume);
                 let error = distance_error(region, &solid.mesh);
                 solid.distance_error = Some(error);
                 error
@@ -170,14 +175,14 @@ fn distance_error(region: &impl Region, mesh: &TetMesh) -> f64 {
     }
 }
 
-/// Refines the spacing until an error is as asked.
+/// Refines the spacing until an error is within its tolerance.
 fn within(
-    (quantity, asked): (&'static str, f64),
+    (quantity, tolerance): (&'static str, f64),
     first_spacing: f64,
     at: impl Fn(f64) -> Result<Refined, SolidError>,
     mut error_of: impl FnMut(&mut Refined) -> f64,
 ) -> Result<Refined, SolidError> {
-    check_number("largest error", asked)?;
+    check_number("largest error", tolerance)?;
     let mut spacing = first_spacing;
     loop {
         let solid = at(spacing);
@@ -187,7 +192,7 @@ fn within(
         }
         let mut solid = solid?;
         let reached = error_of(&mut solid);
-        if reached <= asked {
+        if reached <= tolerance {
             return Ok(solid);
         }
         let tet_count = solid.mesh.tet_count();
@@ -195,7 +200,7 @@ fn within(
             solid.warnings.push(SolidWarning {
                 quantity,
                 reached,
-                asked,
+                tolerance,
                 tet_count,
             });
             return Ok(solid);
