@@ -29,7 +29,7 @@ use std::sync::Mutex;
 /// off by less than a spacing, and walls must be thicker than a spacing.
 ///
 /// The static methods take the spacing of the lattice (m), or the largest error of the volume or of the distance to the surface. For an
-/// error, the spacing is refined until the error is as small, or the next mesh would have more than a million tetrahedra, which is a
+/// error, the spacing is refined until the error is as small, or the next mesh would have more than 500,000 tetrahedra, which is a
 /// warning (UserWarning). The default is a distance error of 0.02.
 #[pyclass(frozen, module = "hydroelastic")]
 pub struct Solid {

@@ -1,3 +1,4 @@
+use super::deepest::deepest_point;
 use super::splitting::{self, Center};
 use super::surface_distance::SurfaceDistance;
 use super::{MeshError, TetMesh};
@@ -56,9 +57,34 @@ pub(super) fn normalized(mesh: &TetMesh) -> Result<MadeOfDistances, MeshError> {
 }
 
 /// Builds the mesh of [`normalized`] without splitting simplices. `centers` are the last vertices of `mesh`.
-pub(super) fn normalized_unsplit(mesh: TetMesh, centers: Vec<Center>) -> MadeOfDistances {
+fn normalized_unsplit(mesh: TetMesh, centers: Vec<Center>) -> MadeOfDistances {
     let surface = SurfaceDistance::of(&mesh);
     let distances = distances(&mesh, &surface);
+    made_of(mesh, centers, surface, distances)
+}
+
+/// Builds the mesh of [`normalized`] without splitting simplices. If a point inside a tetrahedron is farther from the surface than all
+/// vertices, the tetrahedron is split there. `centers` are the last vertices of `mesh`.
+pub(super) fn normalized_with_deepest(
+    mut mesh: TetMesh,
+    mut centers: Vec<Center>,
+) -> Result<MadeOfDistances, MeshError> {
+    let surface = SurfaceDistance::of(&mesh);
+    let mut distances = distances(&mesh, &surface);
+    if let Some(deepest) = deepest_point(&mesh, &surface, &distances) {
+        mesh = splitting::divided(&mesh, &[deepest.division()])?;
+        centers.push(deepest.center());
+        distances.push(deepest.distance);
+    }
+    Ok(made_of(mesh, centers, surface, distances))
+}
+
+fn made_of(
+    mesh: TetMesh,
+    centers: Vec<Center>,
+    surface: SurfaceDistance,
+    distances: Vec<f64>,
+) -> MadeOfDistances {
     let mut extents = distances.clone();
     let largest = distances.iter().copied().fold(0.0, f64::max);
     if largest > 0.0 {

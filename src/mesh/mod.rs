@@ -20,6 +20,7 @@
 
 mod convex_hull;
 mod coordinates;
+mod deepest;
 mod distance;
 pub(crate) mod ear_clipping;
 mod error;

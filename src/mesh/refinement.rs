@@ -21,6 +21,12 @@ const PART: f64 = 0.3;
 /// Depth that is checked by default, over the largest distance. It is not half, because the midpoints of many edges are that deep.
 const DEFAULT_DEPTH: f64 = 0.4;
 
+/// Relative difference below which errors and lengths are equal. Ties are decided by order, so that small changes of the mesh do not decide.
+const TIE: f64 = 1e-3;
+
+/// Share of the error in the tetrahedra that a pass splits. It is not one half, because symmetric bodies have two halves with equal errors.
+const SPLIT_SHARE: f64 = 0.499;
+
 /// Error that counts as rounding, over the size of the surface.
 const ROUNDING: f64 = 1e-12;
 
@@ -73,7 +79,7 @@ pub(super) fn distance_error(mesh: &TetMesh, depth: Option<f64>) -> f64 {
 
 /// Splits tetrahedra until the distances are as exact as asked. Returns the mesh and the new vertices, which follow those of the mesh.
 ///
-/// Each pass splits the tetrahedra that have half of the error, the worst first [Dörfler 1996]. Their edges are split where the error
+/// Each pass splits the tetrahedra that have about half of the error, the worst first [Dörfler 1996]. Their edges are split where the error
 /// is largest. That is where the distance has a kink, because another triangle becomes the closest one. The distance to flat faces is
 /// thereby exact after few passes.
 fn refined(
@@ -107,11 +113,16 @@ fn refined(
         }
         let mut worst: Vec<usize> = (0..tets.len()).collect();
         worst.sort_by(|&a, &b| of_tets[b].error.total_cmp(&of_tets[a].error));
-        let mut left = all.error / 2.0;
+        let mut left = SPLIT_SHARE * all.error;
+        let mut least = 0.0;
+        // Tetrahedra with equal errors are split together.
         let marked = worst.into_iter().take_while(|&tet| {
-            let is_left = left > 0.0;
-            left -= of_tets[tet].error;
-            is_left
+            let error = of_tets[tet].error;
+            if left > 0.0 {
+                least = (1.0 - TIE) * error;
+            }
+            left -= error;
+            error >= least
         });
         let places = errors.worst_places(marked);
         centers.extend(
@@ -247,8 +258,8 @@ impl<'a> Errors<'a> {
         let (mut worst, [mut step, last]) = (place(0.5), STEPS);
         while step >= last {
             for next in [place(worst.position - step), place(worst.position + step)] {
-                // By more than the rounding error, so that an exact edge is split in the middle.
-                if next.error > worst.error + ROUNDING * self.surface.size() {
+                // An exact edge is split in the middle.
+                if next.error > (1.0 + TIE) * worst.error + ROUNDING * self.surface.size() {
                     worst = next;
                 }
             }
@@ -260,7 +271,13 @@ impl<'a> Errors<'a> {
     fn longest_of(&self, edges: [[usize; 2]; 6]) -> [usize; 2] {
         let length =
             |[a, b]: [usize; 2]| (self.mesh.vertices()[a] - self.mesh.vertices()[b]).norm();
-        let longer = |a: [usize; 2], b: [usize; 2]| if length(b) > length(a) { b } else { a };
+        let longer = |a: [usize; 2], b: [usize; 2]| {
+            if length(b) > (1.0 + TIE) * length(a) {
+                b
+            } else {
+                a
+            }
+        };
         edges.into_iter().fold(edges[0], longer)
     }
 
@@ -301,5 +318,5 @@ pub(super) fn normalized_within(
     }
     let (mesh, centers) = splitting::with_inner_vertices(mesh)?;
     let (mesh, centers) = refined(mesh.into_owned(), centers, accuracy)?;
-    Ok(distance::normalized_unsplit(mesh, centers))
+    distance::normalized_with_deepest(mesh, centers)
 }

@@ -30,6 +30,15 @@ impl Center {
         }
     }
 
+    /// The point of a tetrahedron with these barycentric coordinates.
+    pub fn in_tet(corners: [usize; 4], shares: [f64; 4]) -> Self {
+        Self {
+            corners,
+            shares,
+            count: 4,
+        }
+    }
+
     /// Returns the corners with their shares of the new vertex.
     pub fn corners(&self) -> impl Iterator<Item = (usize, f64)> {
         std::iter::zip(self.corners, self.shares).take(self.count)

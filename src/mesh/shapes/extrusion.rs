@@ -1,5 +1,5 @@
-use super::checked_lengths;
 use super::cross_section::CrossSection;
+use super::{DISTANCE_ERROR, checked_lengths};
 use crate::mesh::{MeshError, PressureField, ShapeRates, TetMesh};
 use nalgebra::{Vector2, Vector3};
 
@@ -9,9 +9,9 @@ const MOST_LAYERS: usize = 10_000;
 /// Creates a prism along the z axis with a simple polygon (m) as its base. The polygon may be concave. The prism reaches from −`length`/2
 /// to `length`/2.
 ///
-/// The extent is the distance to the surface over the largest distance, interpolated between vertices. Edges of the mesh are at most
-/// about the `resolution` (m) in the base and along z. The error is largest within one resolution of an edge of the surface. A resolution
-/// of a quarter of the smallest dimension is a good start.
+/// The extent is the distance to the surface over the largest distance. Edges of the mesh are at most about the `resolution` (m) in the
+/// base and along z. The mesh is then refined until the interpolated distance has a mean error of at most 0.5 %, as in
+/// [`PressureField::from_distance_within`]. A coarse resolution suffices, because the refinement finds the kinks of the distance.
 ///
 /// ```
 /// use hydroelastic::mesh::shapes;
@@ -30,7 +30,8 @@ pub fn extrusion(
     length: f64,
     resolution: f64,
 ) -> Result<PressureField, MeshError> {
-    PressureField::from_distance(&Layers::new(polygon, length, resolution)?.mesh()?)
+    let mesh = Layers::new(polygon, length, resolution)?.mesh()?;
+    PressureField::from_distance_within(&mesh, DISTANCE_ERROR, None)
 }
 
 /// Computes the rates of change of an [`extrusion`] with respect to x and y (m) of each point of the polygon, in order, and
@@ -44,7 +45,8 @@ pub fn extrusion_rates(
     resolution: f64,
 ) -> Result<Vec<ShapeRates>, MeshError> {
     let layers = Layers::new(polygon, length, resolution)?;
-    let (_, distances) = PressureField::linearized_from_distance(&layers.mesh()?)?;
+    let (_, distances) =
+        PressureField::linearized_from_distance_within(&layers.mesh()?, DISTANCE_ERROR, None)?;
     let coordinates = (0..polygon.len()).flat_map(|point| [(point, 0), (point, 1)]);
     let by_points = coordinates.map(|(point, axis)| {
         let mut outline = vec![Vector2::zeros(); polygon.len()];

@@ -1,5 +1,5 @@
-use super::check_resolution;
 use super::cross_section::CrossSection;
+use super::{DISTANCE_ERROR, check_resolution};
 use crate::mesh::{MeshError, PressureField, ShapeRates, TetMesh};
 use crate::scalar::portable::sin_cos;
 use nalgebra::{Vector2, Vector3};
@@ -13,9 +13,9 @@ const SEGMENTS: [usize; 2] = [3, 10_000];
 /// A profile whose first and last points have the radius 0 makes a solid that meets the axis, such as a cup or a bottle. A profile whose
 /// radii are all positive is closed from its last point to its first, and makes a ring. The points may be in either order.
 ///
-/// The extent is the distance to the surface over the largest distance, interpolated between vertices. Edges of the profile's
-/// cross-section are at most about the `resolution` (m). The field in a wall is accurate if the resolution is at most the thickness of the
-/// wall. The error is largest within one resolution of an edge of the surface.
+/// The extent is the distance to the surface over the largest distance. Edges of the profile's cross-section are at most about the
+/// `resolution` (m). The mesh is then refined until the interpolated distance has a mean error of at most 0.5 %, as in
+/// [`PressureField::from_distance_within`].
 ///
 /// ```
 /// use hydroelastic::mesh::shapes;
@@ -37,7 +37,7 @@ pub fn lathe(
     resolution: f64,
 ) -> Result<PressureField, MeshError> {
     let solid = Turned::new(profile, segments, resolution)?;
-    PressureField::from_distance(&solid.mesh()?)
+    PressureField::from_distance_within(&solid.mesh()?, DISTANCE_ERROR, None)
 }
 
 /// Computes the rates of change of a [`lathe`] with respect to the radius and the height (m) of each point of the profile, in
@@ -53,7 +53,8 @@ pub fn lathe_rates(
     resolution: f64,
 ) -> Result<Vec<ShapeRates>, MeshError> {
     let solid = Turned::new(profile, segments, resolution)?;
-    let (_, distances) = PressureField::linearized_from_distance(&solid.mesh()?)?;
+    let (_, distances) =
+        PressureField::linearized_from_distance_within(&solid.mesh()?, DISTANCE_ERROR, None)?;
     let coordinates = (0..profile.len()).flat_map(|point| [(point, 0), (point, 1)]);
     let rates = coordinates.map(|(point, axis)| {
         let mut outline = vec![Vector2::zeros(); profile.len()];

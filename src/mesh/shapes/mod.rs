@@ -34,6 +34,9 @@ pub use torus::{torus, torus_rates};
 use super::MeshError;
 use crate::scalar::DenseDual;
 
+/// Largest mean error of the distances that fields of outlines interpolate, over the mean distance.
+const DISTANCE_ERROR: f64 = 0.005;
+
 /// Returns the lengths (m) as independent dual variables, in order.
 fn variables<const N: usize>(lengths: [f64; N]) -> [DenseDual<N>; N] {
     std::array::from_fn(|index| DenseDual::variable(lengths[index], index))

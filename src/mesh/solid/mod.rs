@@ -13,7 +13,7 @@ mod winding;
 pub use error::SolidError;
 pub use resolution::{Resolution, SolidWarning};
 
-use super::distance::normalized_unsplit;
+use super::distance::normalized_with_deepest;
 use super::shape_rates::check_velocities;
 use super::{
     LinearizedDistances, MeshError, PressureField, TetMesh, TriangleSoup, TriangleSurface,
@@ -184,13 +184,13 @@ impl Solid {
         self.0.distance_error
     }
 
-    /// Returns the pressure field whose extent is the distance to the surface of the mesh over the largest distance. The mesh is not
-    /// split further.
+    /// Returns the pressure field whose extent is the distance to the surface of the mesh over the largest distance. One tetrahedron is
+    /// split at the point with the largest distance if that point is not close to a vertex.
     ///
     /// # Errors
     /// Returns the errors of [`PressureField::new`].
     pub fn field(&self) -> Result<PressureField, MeshError> {
-        PressureField::made_of(normalized_unsplit(self.0.mesh.clone(), Vec::new()))
+        PressureField::made_of(normalized_with_deepest(self.0.mesh.clone(), Vec::new())?)
     }
 
     /// Returns the field and its linearization with respect to the vertices of the mesh. [`Self::pullback`] goes on from there.
@@ -198,7 +198,7 @@ impl Solid {
     /// # Errors
     /// Returns the errors of [`Self::field`].
     pub fn linearized_field(&self) -> Result<(PressureField, LinearizedDistances), MeshError> {
-        let made = normalized_unsplit(self.0.mesh.clone(), Vec::new());
+        let made = normalized_with_deepest(self.0.mesh.clone(), Vec::new())?;
         PressureField::linearized_made(made, |made| {
             LinearizedDistances::normalized(&self.0.mesh, made)
         })

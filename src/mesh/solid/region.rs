@@ -73,6 +73,11 @@ fn halved(
     ranges.into_iter().map(crossing).collect()
 }
 
+/// Returns a lower bound of the distance (m) of a point to the inside of a box, or minus its distance to the faces.
+fn outside(bounds: &Aabb, point: &Vector3<f64>) -> f64 {
+    (bounds.lower - point).sup(&(point - bounds.upper)).max()
+}
+
 /// The region inside triangles: the points around which they wind, in either direction. Overlapping parts are united.
 pub(super) struct InsideTriangles {
     triangles: Vec<Triangle>,
@@ -112,8 +117,11 @@ impl InsideTriangles {
         self.triangles[triangle].normal()
     }
 
+    /// Returns whether a point is inside. The region ends at the bounds of the triangles, beyond which triangles with holes may wind around
+    /// a point, too.
     fn contains(&self, point: &Vector3<f64>) -> bool {
-        self.winding.at(point, &self.bvh, &self.triangles).abs() >= INSIDE
+        outside(&self.bvh.bounds(), point) <= 0.0
+            && self.winding.at(point, &self.bvh, &self.triangles).abs() >= INSIDE
     }
 
     /// Returns where a segment leaves the region through a triangle, if it does.
@@ -150,7 +158,11 @@ impl Region for InsideTriangles {
     }
 
     fn clearances(&self, points: &[Vector3<f64>]) -> Vec<f64> {
-        parallel::map(points, |point| self.nearest_triangle(point).1)
+        let bounds = self.bvh.bounds();
+        parallel::map(points, |point| {
+            let distance = self.nearest_triangle(point).1;
+            distance.min(outside(&bounds, point).abs())
+        })
     }
 
     fn contains(&self, points: &[Vector3<f64>]) -> Vec<bool> {
@@ -174,15 +186,6 @@ pub(super) struct WhereNegative<F> {
     pub distances: F,
 }
 
-impl<F> WhereNegative<F> {
-    /// Returns the distance (m) of a point to the inside of the box, or minus the distance to its faces.
-    fn outside_box(&self, point: &Vector3<f64>) -> f64 {
-        (self.bounds.lower - point)
-            .sup(&(point - self.bounds.upper))
-            .max()
-    }
-}
-
 impl<F: Fn(&[Vector3<f64>]) -> Vec<f64> + Sync> Region for WhereNegative<F> {
     fn bounds(&self) -> Aabb {
         self.bounds
@@ -191,14 +194,14 @@ impl<F: Fn(&[Vector3<f64>]) -> Vec<f64> + Sync> Region for WhereNegative<F> {
     fn clearances(&self, points: &[Vector3<f64>]) -> Vec<f64> {
         let distances = points.iter().zip((self.distances)(points));
         distances
-            .map(|(point, distance)| distance.max(self.outside_box(point)).abs())
+            .map(|(point, distance)| distance.max(outside(&self.bounds, point)).abs())
             .collect()
     }
 
     fn contains(&self, points: &[Vector3<f64>]) -> Vec<bool> {
         let distances = points.iter().zip((self.distances)(points));
         distances
-            .map(|(point, distance)| distance < 0.0 && self.outside_box(point) <= 0.0)
+            .map(|(point, distance)| distance < 0.0 && outside(&self.bounds, point) <= 0.0)
             .collect()
     }
 }

@@ -11,7 +11,7 @@ use nalgebra::Vector3;
 use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
 
 /// Number of tetrahedra up to which the spacing is refined.
-const MAX_TETS: f64 = 1e6;
+const MAX_TETS: f64 = 5e5;
 
 /// Growth of the number of tetrahedra as the spacing is divided by √2.
 const GROWTH: f64 = 2.0 * SQRT_2;
@@ -25,7 +25,7 @@ const FIRST_CELLS: f64 = 12.0;
 /// Spacing or tolerance of a [`Solid`](super::Solid).
 ///
 /// For a tolerance, the spacing is a power of √2 m. It is divided by √2 until the error is within the tolerance, or the next mesh would
-/// have more than a million tetrahedra. [`Solid::warnings`](super::Solid::warnings) reports an error above the tolerance.
+/// have more than 500,000 tetrahedra. [`Solid::warnings`](super::Solid::warnings) reports an error above the tolerance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Resolution {
     /// Spacing of the lattice (m): the longest edge of the tetrahedra next to the boundary.

@@ -1,0 +1,133 @@
+//! The point of a mesh that is farthest from its surface.
+
+use super::TetMesh;
+use super::splitting::{Center, Division};
+use super::surface_distance::SurfaceDistance;
+use crate::geometry::EDGES;
+use crate::parallel;
+use nalgebra::Vector3;
+
+/// Barycentric coordinates are multiples of the inverse of this number, so that small changes of the mesh do not change them.
+const STEPS: i32 = 64;
+
+/// Smallest barycentric coordinate, in multiples of the inverse of [`STEPS`].
+const LEAST_SHARE: i32 = 4;
+
+/// Smallest relative gain for which a tetrahedron is split.
+const GAIN: f64 = 1e-3;
+
+/// Relative difference below which distances are equal.
+const TIE: f64 = 1e-4;
+
+/// Largest distance of a point of a tetrahedron from the nearest corner, over the longest edge [Jung 1901].
+const JUNG: f64 = 0.612_372_5;
+
+/// A place in a tetrahedron.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct DeepestPoint {
+    tet: [usize; 4],
+    /// Barycentric coordinates.
+    shares: [f64; 4],
+    position: Vector3<f64>,
+    /// Distance from the surface (m).
+    pub distance: f64,
+}
+
+impl DeepestPoint {
+    /// Returns the new vertex there.
+    pub fn center(&self) -> Center {
+        Center::in_tet(self.tet, self.shares)
+    }
+
+    pub fn division(&self) -> Division<4> {
+        let mut simplex = self.tet;
+        simplex.sort_unstable();
+        Division {
+            simplex,
+            at: self.position,
+        }
+    }
+}
+
+/// Returns a point inside a tetrahedron that is farther from the surface than all vertices, whose distances (m) are given, and about the
+/// farthest. Returns `None` if no point is farther by more than a thousandth.
+pub(super) fn deepest_point(
+    mesh: &TetMesh,
+    surface: &SurfaceDistance,
+    distances: &[f64],
+) -> Option<DeepestPoint> {
+    let mut largest = distances.iter().copied().fold(0.0, f64::max);
+    let corners = |tet: usize| mesh.tetrahedron(tet).corners;
+    let is_near = |&tet: &usize| {
+        let of_corners = mesh.tets()[tet].map(|vertex| distances[vertex]);
+        let largest_of_corners = of_corners.into_iter().fold(0.0, f64::max);
+        largest_of_corners + JUNG * longest_edge(&corners(tet)) > (1.0 - GAIN) * largest
+    };
+    let near: Vec<usize> = (0..mesh.tet_count()).filter(is_near).collect();
+    let at_centroids = parallel::map(&near, |&tet| surface.to(&centroid(&corners(tet))));
+    largest = at_centroids.iter().copied().fold(largest, f64::max);
+    // Distances of two points differ by at most the distance between the points.
+    let can_be_deepest = |&(tet, at_centroid): &(usize, f64)| {
+        let corners = corners(tet);
+        let centroid = centroid(&corners);
+        let radius = corners.map(|corner| (corner - centroid).norm());
+        at_centroid + radius.into_iter().fold(0.0, f64::max) > (1.0 - GAIN) * largest
+    };
+    let near: Vec<_> = near
+        .into_iter()
+        .zip(at_centroids)
+        .filter(can_be_deepest)
+        .collect();
+    let deepest = parallel::map(&near, |&(tet, _)| deepest_in(mesh, surface, tet));
+    let deeper = |a: DeepestPoint, b| if is_deeper(&b, &a) { b } else { a };
+    let deepest = deepest.into_iter().reduce(deeper)?;
+    let at_vertices = distances.iter().copied().fold(0.0, f64::max);
+    (deepest.distance > (1.0 + GAIN) * at_vertices).then_some(deepest)
+}
+
+/// Searches the deepest point of a tetrahedron from its centroid on, along its edges.
+fn deepest_in(mesh: &TetMesh, surface: &SurfaceDistance, tet: usize) -> DeepestPoint {
+    let corners = mesh.tetrahedron(tet).corners;
+    let point = |steps: [i32; 4]| {
+        let shares = steps.map(|count| f64::from(count) / f64::from(STEPS));
+        let weighted = corners.iter().zip(shares);
+        let position = weighted.map(|(corner, share)| corner * share).sum();
+        DeepestPoint {
+            tet: mesh.tets()[tet],
+            shares,
+            position,
+            distance: surface.to(&position),
+        }
+    };
+    let mut steps = [STEPS / 4; 4];
+    let mut deepest = point(steps);
+    let mut step = STEPS / 8;
+    while step > 0 {
+        let moved = EDGES.iter().flat_map(|&[a, b]| [[a, b], [b, a]]);
+        let moved = moved.filter_map(|[from, to]| {
+            let mut moved = steps;
+            moved[from] -= step;
+            moved[to] += step;
+            (moved[from] >= LEAST_SHARE).then(|| (moved, point(moved)))
+        });
+        match moved.reduce(|a, b| if is_deeper(&b.1, &a.1) { b } else { a }) {
+            Some((moved, next)) if is_deeper(&next, &deepest) => (steps, deepest) = (moved, next),
+            _ => step /= 2,
+        }
+    }
+    deepest
+}
+
+/// Compares two points. Ties are decided by their order, so that small changes of the mesh do not decide.
+fn is_deeper(a: &DeepestPoint, b: &DeepestPoint) -> bool {
+    a.distance > (1.0 + TIE) * b.distance
+}
+
+fn centroid(corners: &[Vector3<f64>; 4]) -> Vector3<f64> {
+    corners.iter().sum::<Vector3<f64>>() / 4.0
+}
+
+fn longest_edge(corners: &[Vector3<f64>; 4]) -> f64 {
+    let edges = EDGES.map(|[a, b]| (corners[a] - corners[b]).norm());
+    edges.into_iter().fold(0.0, f64::max)
+}
