@@ -167,7 +167,7 @@ impl Robot {
     ///     Folders of packages with meshes, by name. Default: none.
     /// meshes : str
     ///     Shapes of meshes: "rigid", "hull" (rigid), "star_shaped" (compliant), "compliant_hull" or "none". With "rigid", a mesh that is
-    ///     not closed becomes its convex hull. With "none", the files are not opened.
+    ///     not closed becomes the convex hulls of its connected components. With "none", the files are not opened.
     /// materials : dict of str to Material, optional
     ///     Materials of other links, by the name of the link in the file. Default: none.
     /// self_contact : bool
@@ -294,7 +294,7 @@ impl World {
     ///     Folders of packages with meshes, by name. Default: none.
     /// meshes : str
     ///     Shapes of meshes: "rigid", "hull" (rigid), "star_shaped" (compliant), "compliant_hull" or "none". With "rigid", a mesh that is
-    ///     not closed becomes its convex hull.
+    ///     not closed becomes the convex hulls of its connected components.
     /// servos : dict of str to (float, float), optional
     ///     Stiffness (N m/rad or N/m) and damping (N m s/rad or N s/m) of servos, by the name of the joint. Default: no servos.
     /// bodies : list of Body, optional

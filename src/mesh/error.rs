@@ -175,6 +175,16 @@ pub enum MeshError {
         /// A larger resolution (m) to try.
         suggested: f64,
     },
+    /// A swept cross-section has too many tetrahedra.
+    #[error(
+        "the shape would have {count} tetrahedra, but at most {limit} are supported: choose a larger resolution or fewer segments"
+    )]
+    FineSweep {
+        /// Number of tetrahedra.
+        count: usize,
+        /// Largest number of tetrahedra.
+        limit: usize,
+    },
     /// Two edges of an outline touch or cross, or one of them has no length.
     #[error(
         "edges {edges:?} of the outline touch or cross, but an outline must be a simple polygon (edge k joins points k and k + 1, and the last edge returns to point 0)"

@@ -115,6 +115,23 @@ impl TriangleSoup {
         Ok(welding::without_unused(vertices, &triangles).into())
     }
 
+    /// Returns the surface of the convex hull of each connected component. Triangles are connected if they share a vertex. Vertices at equal
+    /// positions are merged before, as by [`Self::welded`].
+    ///
+    /// # Errors
+    /// Returns an error if the vertices of a component lie in a plane. Also returns the errors of [`Self::welded`].
+    pub fn component_hulls(&self) -> Result<Vec<Self>, SurfaceError> {
+        let soup = self.welded(0.0)?;
+        let components = welding::connected(&soup.triangles).into_iter();
+        let hulls = components.map(|triangles| {
+            let corners = triangles
+                .iter()
+                .map(|triangle| triangle.map(|v| soup.vertices[v]));
+            Self::from_corners(&corners.collect::<Vec<_>>()).convex_hull()
+        });
+        hulls.collect()
+    }
+
     /// Creates the closed surface of a solid.
     ///
     /// The following defects are repaired. [`TriangleSurface::warnings`] reports vertices that move and repeated triangles.

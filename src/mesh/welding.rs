@@ -4,6 +4,7 @@ use super::SurfaceWarning;
 use crate::geometry::Aabb;
 use nalgebra::Vector3;
 use rustc_hash::{FxHashMap, FxHashSet};
+use std::collections::BTreeMap;
 
 /// Positions of vertices (m), and vertex indices of triangles.
 pub(super) type Triangles = (Vec<Vector3<f64>>, Vec<[usize; 3]>);
@@ -249,6 +250,23 @@ pub(crate) fn first_in_chain(
     (0..positions.len())
         .map(|vertex| sets.first_of(vertex))
         .collect()
+}
+
+/// Groups triangles that are connected by common vertices. The order is that of the lowest vertices.
+pub(super) fn connected(triangles: &[[usize; 3]]) -> Vec<Vec<[usize; 3]>> {
+    let mut sets = DisjointSets::of(triangles.as_flattened());
+    for &[a, b, c] in triangles {
+        sets.union([a, b]);
+        sets.union([b, c]);
+    }
+    let mut groups: BTreeMap<usize, Vec<[usize; 3]>> = BTreeMap::new();
+    for triangle in triangles {
+        groups
+            .entry(sets.first_of(triangle[0]))
+            .or_default()
+            .push(*triangle);
+    }
+    groups.into_values().collect()
 }
 
 /// Splits triangles into those that come first with their corners and orientation, and those that repeat them.

@@ -105,6 +105,24 @@ fn ply_files_of_all_encodings_have_their_solid() {
 }
 
 #[test]
+fn ply_headers_without_a_format_are_refused() {
+    let text = String::from_utf8(ply("ascii")).unwrap();
+    let without = refusal(
+        "format.ply",
+        text.replace("format ascii 1.0\n", "").as_bytes(),
+    );
+    assert!(
+        without.contains("the header has no line \"format\""),
+        "{without}"
+    );
+    let unknown = refusal("unknown.ply", text.replace("ascii", "base64").as_bytes());
+    assert!(
+        unknown.contains("binary_little_endian or binary_big_endian"),
+        "{unknown}"
+    );
+}
+
+#[test]
 fn ply_strips_and_polygons_are_triangles() {
     let strip = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
         element tristrips 1\nproperty list int int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n\
@@ -138,6 +156,10 @@ fn off_files_have_comments_and_colors() {
 /// Returns a binary glTF file with the tetrahedron in a node of these properties, below a node that doubles lengths.
 fn glb(node: &str, mode: &str) -> Vec<u8> {
     let (json, data) = gltf(node, mode, "");
+    binary(json, data)
+}
+
+fn binary(json: String, data: Vec<u8>) -> Vec<u8> {
     let mut json = json.into_bytes();
     json.resize(json.len().next_multiple_of(4), b' ');
     let chunks = [(*b"JSON", json), (*b"BIN\0", data)];
@@ -294,6 +316,25 @@ fn gltf_primitives_keep_the_vertices_that_they_use() {
 }
 
 #[test]
+fn gltf_extras_and_extensions_of_materials_are_ignored() {
+    let with = |members: &str| {
+        let (json, data) = gltf(
+            r#", "extras": 3"#,
+            r#", "material": 0, "extras": ["a"]"#,
+            "",
+        );
+        binary(json.replacen('{', &format!("{{{members},"), 1), data)
+    };
+    let textures = r#""extras": "text", "textures": [{"extensions": {"EXT_texture_webp": {"source": 0}}}],
+        "extensionsRequired": ["EXT_texture_webp", "KHR_texture_transform", "KHR_materials_unlit", "KHR_lights_punctual"]"#;
+    let surface = read("textures.glb", &with(textures)).unwrap();
+    assert!((surface.volume() - 8.0 / 6.0).abs() < 1e-6);
+    let draco = r#""extensionsRequired": ["KHR_texture_transform", "KHR_draco_mesh_compression"]"#;
+    let refused = refusal("draco.glb", &with(draco));
+    assert!(refused.contains("KHR_draco_mesh_compression"), "{refused}");
+}
+
+#[test]
 fn invalid_gltf_files_are_refused() {
     for (node, mode, expected) in [
         (r#", "children": [1]"#, "", "too deep, or contains itself"),
@@ -351,6 +392,18 @@ fn collada_faces_of_all_kinds_are_triangles() {
         let surface = read("faces.dae", dae(Z_UP, faces, NODE).as_bytes()).unwrap();
         assert_box(&surface, 1.0 / 6.0, [0.0; 3], [1.0; 3]);
     }
+}
+
+#[test]
+fn factors_are_for_the_axes_of_the_file() {
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("factors.dae");
+    std::fs::write(&path, dae("", FACES, NODE)).unwrap();
+    let placement = Placement {
+        scale: vector![1.0, 2.0, -3.0],
+        ..Placement::default()
+    };
+    let surface = read_triangle_surface(path, &placement).unwrap();
+    assert_box(&surface, 1.0, [0.0; 3], [1.0, 3.0, 2.0]);
 }
 
 #[test]

@@ -2,10 +2,13 @@
 
 use hydroelastic::contact::{ContactBody, ContactPair, Partner, Shape};
 use hydroelastic::geometry::Aabb;
-use hydroelastic::mesh::{Resolution, Solid, SolidError, TriangleSoup, TriangleSurface, shapes};
+use hydroelastic::mesh::{
+    Resolution, Solid, SolidError, SurfaceError, TriangleSoup, TriangleSurface, shapes,
+};
 use hydroelastic::spatial::Pose;
 use nalgebra::{Vector3, vector};
 use std::f64::consts::PI;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 const SPACING: Resolution = Resolution::Spacing(0.011);
 
@@ -146,6 +149,23 @@ fn the_deepest_point_is_a_vertex() {
 }
 
 #[test]
+fn open_boxes_are_filled_up_to_their_rims() {
+    let mut open = box_soup([0.1; 3]);
+    open.triangles.drain(4..6);
+    // Two layers have the winding number of a solid in front of the hole, too.
+    let doubled = joined(&open, &open);
+    for (soup, spacing) in [&open, &doubled]
+        .into_iter()
+        .flat_map(|soup| [0.01, 0.005_17, 0.0025].map(|spacing| (soup, spacing)))
+    {
+        let solid = soup.solid(Resolution::Spacing(spacing)).unwrap();
+        let found = solid.mesh().volume();
+        assert!((0.7e-3..1.001e-3).contains(&found), "{spacing} {found}");
+        assert!(solid.mesh().aabb().half_extents().max() < 0.050_001);
+    }
+}
+
+#[test]
 fn narrow_slits_are_closed() {
     let half = box_soup([0.05, 0.1, 0.1]);
     let [left, right] = [-0.025_001, 0.025_001].map(|x| moved(&half, vector![x, 0.0, 0.0]));
@@ -249,6 +269,55 @@ fn vertices_follow_the_triangles() {
     );
 }
 
+/// Surfaces with faces, edges and corners at nodes of lattices with spacings of 1/64 m.
+fn symmetric_soups() -> [TriangleSoup; 4] {
+    let cube = box_soup([0.125; 3]);
+    let ball = TriangleSurface::around(shapes::icosphere(0.0625, 3).unwrap().mesh()).unwrap();
+    let turn = Pose::from_rotation_vector(&vector![0.0, 0.0, PI / 4.0], Vector3::zeros());
+    let mut turned = cube.clone();
+    for vertex in &mut turned.vertices {
+        *vertex = turn.transformed_point(vertex);
+    }
+    let off = moved(&cube, Vector3::repeat(1.0 / 512.0));
+    [cube, turned, off, ball.into()]
+}
+
+#[test]
+fn vertices_without_derivatives_are_listed() {
+    let spacing = Resolution::Spacing(1.0 / 64.0);
+    let motions: [fn(&Vector3<f64>) -> Vector3<f64>; 3] =
+        [|point| *point, |_| vector![0.3, 0.7, -0.4], velocity];
+    let step = 1e-8;
+    for (soup, motion) in symmetric_soups()
+        .iter()
+        .flat_map(|soup| motions.map(|motion| (soup, motion)))
+    {
+        let solid = soup.solid(spacing).unwrap();
+        let velocities: Vec<_> = soup.vertices.iter().map(motion).collect();
+        let rates = solid.rates(&velocities).unwrap();
+        let after = |step: f64| {
+            let mut changed = soup.clone();
+            for (vertex, velocity) in changed.vertices.iter_mut().zip(&velocities) {
+                *vertex += velocity * step;
+            }
+            changed.solid(spacing).unwrap().mesh().clone()
+        };
+        let meshes = [after(-step), after(step)];
+        if meshes.iter().any(|mesh| mesh.tets() != solid.mesh().tets()) {
+            assert!(!solid.ambiguous().is_empty());
+            continue;
+        }
+        let [before, after] = meshes;
+        assert!(solid.ambiguous().len() < solid.boundary_vertices().count());
+        for (vertex, rate) in rates.iter().enumerate() {
+            let difference = (after.vertices()[vertex] - before.vertices()[vertex]) / (2.0 * step);
+            let is_exact = (difference - rate).norm() < 1e-5;
+            let is_listed = solid.ambiguous().binary_search(&vertex).is_ok();
+            assert!(is_exact || is_listed, "{vertex} {difference} {rate}");
+        }
+    }
+}
+
 #[test]
 fn regions_of_distance_functions_follow_their_parameters() {
     // A torus of main radius `r` and a tube of radius `tube`.
@@ -314,6 +383,34 @@ fn errors_that_stay_larger_than_asked_are_told() {
 }
 
 #[test]
+fn small_regions_in_large_boxes_are_as_exact_as_their_lattice_allows() {
+    let bounds = Aabb {
+        lower: Vector3::repeat(-0.5),
+        upper: Vector3::repeat(0.5),
+    };
+    let distances = |points: &[Vector3<f64>]| points.iter().map(|p| p.norm() - 0.008).collect();
+    let ball = Solid::of_distance(distances, bounds, Resolution::DistanceWithin(1e-3)).unwrap();
+    assert_eq!(ball.warnings().len(), 1);
+    assert!((ball.mesh().volume() / (4.0 / 3.0 * PI * 0.008_f64.powi(3)) - 1.0).abs() < 0.1);
+}
+
+#[test]
+fn faults_of_distances_end_the_refinement() {
+    let calls = AtomicUsize::new(0);
+    let distances = |points: &[Vector3<f64>]| {
+        calls.fetch_add(points.len(), Ordering::Relaxed);
+        vec![f64::NAN; points.len()]
+    };
+    let bounds = Aabb {
+        lower: Vector3::zeros(),
+        upper: Vector3::repeat(1.0),
+    };
+    let error = Solid::of_distance(distances, bounds, Resolution::default()).unwrap_err();
+    assert!(matches!(error, SolidError::NonFiniteDistance { .. }));
+    assert!(calls.into_inner() < 1000);
+}
+
+#[test]
 fn what_cannot_be_filled_is_refused() {
     let egg = egg();
     let cases = [
@@ -350,8 +447,8 @@ fn what_cannot_be_filled_is_refused() {
             errors,
             [
                 SolidError::NoTriangles,
-                SolidError::VertexOutOfRange { .. },
-                SolidError::NonFiniteCoordinate { .. },
+                SolidError::Surface(SurfaceError::VertexOutOfRange { .. }),
+                SolidError::Surface(SurfaceError::NonFiniteCoordinate { .. }),
                 SolidError::NoSize { .. },
                 SolidError::InvalidResolution { .. },
                 SolidError::InvalidResolution { .. },

@@ -31,7 +31,7 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<FileContents, FileError>
     let mut cursor = Cursor::new(path, "Abaqus", bytes);
     let mut contents = FileContents::default();
     let mut block = Block::Other;
-    let (mut instance_count, mut is_moved) = (0, false);
+    let (mut instance_count, mut is_moved, mut parts) = (0, false, Vec::new());
     // Numbers of an element, which may continue on the next line.
     let mut element: Vec<i64> = Vec::new();
     while !cursor.rest().trim_ascii().is_empty() {
@@ -49,6 +49,15 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<FileContents, FileError>
             if let Block::Instance = block {
                 instance_count += 1;
                 check_instances(instance_count, is_moved).map_err(|cause| start.error(cause))?;
+                if let Some(part) = part_of(line) {
+                    if parts.contains(&part) {
+                        let cause = format!(
+                            "more than one *INSTANCE of the part {part} cannot be read: {REMEDY}"
+                        );
+                        return Err(start.error(cause));
+                    }
+                    parts.push(part);
+                }
             }
             continue;
         }
@@ -102,6 +111,14 @@ fn node(line: &str, start: &Cursor) -> Result<(i64, Vector3<f64>), FileError> {
 fn number<T: FromStr>(word: Option<&str>, line: &Cursor) -> Result<T, FileError> {
     let number = word.and_then(|word| word.parse().ok());
     number.ok_or_else(|| line.error("expected numbers separated by commas"))
+}
+
+/// Name of the part of an instance, in upper case.
+fn part_of(line: &str) -> Option<String> {
+    let line = line.to_ascii_uppercase();
+    let mut options = line.split(',').filter_map(|option| option.split_once('='));
+    let (_, name) = options.find(|(option, _)| option.trim() == "PART")?;
+    Some(name.trim().trim_matches('"').into())
 }
 
 /// Checks that instances keep their parts where they are, unless there is only one instance.

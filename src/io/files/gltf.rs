@@ -1,4 +1,5 @@
-//! Reader of glTF 2.0 files: the triangles of the default scene. Materials, morph targets and the deformation by skins are ignored.
+//! Reader of glTF 2.0 files: the triangles of the default scene. Materials, lights, animations, morph targets and the deformation by skins
+//! are ignored.
 
 use super::FileError;
 use super::scalar::{ByteOrder, Scalar};
@@ -6,9 +7,10 @@ use super::scene::{MAX_DEPTH, Scene, fan, strip};
 use crate::mesh::TriangleSoup;
 use base64::{Engine, prelude::BASE64_STANDARD};
 use gltf_json::accessor::ComponentType::{self, F32, I8, I16, U8, U16, U32};
+use gltf_json::deserialize::{from_slice, from_value};
 use gltf_json::mesh::{Mode, Primitive, Semantic};
 use gltf_json::validation::Checked;
-use gltf_json::{Index, Node, Root, accessor::Type};
+use gltf_json::{Index, Node, Root, Value, accessor::Type};
 use nalgebra::{Matrix4, Quaternion, Translation3, UnitQuaternion, Vector3, Vector4};
 use std::path::Path;
 
@@ -18,6 +20,12 @@ const HEADER_SIZE: usize = 12;
 /// Types of the chunks of a binary file.
 const JSON: &[u8] = b"JSON";
 const BINARY: &[u8] = b"BIN\0";
+
+/// Lists of the document that are not read.
+const IGNORED_LISTS: [&str; 5] = ["animations", "images", "materials", "samplers", "textures"];
+
+/// Second word of the names of extensions that do not change triangles, such as `KHR_texture_transform`.
+const IGNORED_EXTENSIONS: [&str; 3] = ["lights", "materials", "texture"];
 
 type Cause = Box<dyn std::error::Error + Send + Sync>;
 
@@ -60,8 +68,13 @@ fn document(bytes: &[u8]) -> Result<Document<'_>, Cause> {
         }
         _ => (bytes, &[][..]),
     };
-    let root: Root = Root::from_slice(json)?;
-    if let Some(extension) = root.extensions_required.first() {
+    let root = root(json)?;
+    let is_ignored = |extension: &String| {
+        let word = extension.split('_').nth(1).unwrap_or_default();
+        IGNORED_EXTENSIONS.contains(&word)
+    };
+    let required = &root.extensions_required;
+    if let Some(extension) = required.iter().find(|extension| !is_ignored(extension)) {
         return Err(format!("the required extension {extension:?} cannot be read").into());
     }
     let buffers = root.buffers.iter().map(|buffer| {
@@ -79,6 +92,27 @@ fn document(bytes: &[u8]) -> Result<Document<'_>, Cause> {
     });
     let buffers = buffers.collect::<Result<_, Cause>>()?;
     Ok(Document { root, buffers })
+}
+
+/// Parses a document without the parts that are not read. They may use extensions or have `extras` of any type.
+fn root(json: &[u8]) -> Result<Root, Cause> {
+    let mut document: Value = from_slice(json)?;
+    if let Some(document) = document.as_object_mut() {
+        document.retain(|name, _| !IGNORED_LISTS.contains(&name.as_str()));
+    }
+    remove_extras(&mut document);
+    Ok(from_value(document)?)
+}
+
+fn remove_extras(value: &mut Value) {
+    match value {
+        Value::Object(members) => {
+            members.remove("extras");
+            members.values_mut().for_each(remove_extras);
+        }
+        Value::Array(items) => items.iter_mut().for_each(remove_extras),
+        _ => {}
+    }
 }
 
 /// Content of a chunk of this type at the start of the bytes, and the bytes after it.

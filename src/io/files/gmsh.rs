@@ -37,6 +37,12 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<FileContents, FileError>
         contents: FileContents::default(),
     };
     if !matches!(reader.next_section(), Some("MeshFormat" | "NOD")) {
+        if is_of_mujoco(bytes) {
+            return Err(unsupported(
+                path,
+                "the triangles of a binary mesh of MuJoCo, to be converted to .stl or .obj,",
+            ));
+        }
         let found = excerpt(
             bytes
                 .trim_ascii_start()
@@ -44,7 +50,7 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<FileContents, FileError>
                 .next()
                 .unwrap_or(bytes),
         );
-        return Err(unsupported(path, &found));
+        return Err(unsupported(path, &format!("the header {found:?}")));
     }
     reader.cursor = Cursor::new(path, "Gmsh", bytes);
     while let Some(section) = reader.next_section() {
@@ -63,9 +69,27 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<FileContents, FileError>
 fn unsupported(path: &Path, found: &str) -> FileError {
     FileError::Unsupported {
         path: path.into(),
-        found: format!("the header {found:?}"),
+        found: found.into(),
         expected: "Gmsh versions 1, 2.0 to 2.2, 4.0 and 4.1 (\"$NOD\", or \"$MeshFormat\" and \"4.1 0 8\" or \"4.1 1 8\")",
     }
+}
+
+/// Returns true if the bytes have the length of a binary mesh of MuJoCo: the numbers of positions, normals, texture coordinates and triangles
+/// in four bytes each, and then these data.
+fn is_of_mujoco(bytes: &[u8]) -> bool {
+    let Some((header, _)) = bytes.split_first_chunk::<16>() else {
+        return false;
+    };
+    let counts = header
+        .as_chunks::<4>()
+        .0
+        .iter()
+        .map(|&count| u64::from(u32::from_le_bytes(count)));
+    let length: u64 = counts
+        .zip([12, 12, 8, 12])
+        .map(|(count, size)| count * size)
+        .sum();
+    16 + length == bytes.len() as u64
 }
 
 impl<'a> Reader<'a> {
@@ -121,6 +145,7 @@ impl<'a> Reader<'a> {
         };
         let (Some(version), Some(is_binary)) = (version, is_binary) else {
             let found = excerpt(words.join(" ").as_bytes());
+            let found = format!("the header {found:?}");
             return Err(unsupported(self.cursor.path(), &found));
         };
         self.version = version;

@@ -10,6 +10,10 @@ use crate::mesh::TriangleSoup;
 use nalgebra::Vector3;
 use std::path::Path;
 
+/// Description of a valid line for messages.
+const HEADER_LINES: &str = "expected a line of a PLY header: \"format\" with ascii, binary_little_endian or binary_big_endian, \
+    \"element\" with a name and a count, \"property\" with a known type and a name, \"comment\" or \"end_header\"";
+
 struct Property<'a> {
     name: &'a str,
     /// Type of the length of a list.
@@ -51,6 +55,10 @@ fn header<'a>(cursor: &mut Cursor<'a>) -> Result<Vec<Element<'a>>, FileError> {
         let start = *cursor;
         let is_known = match *cursor.line_words() {
             ["end_header"] if has_format => return Ok(elements),
+            ["end_header"] => {
+                let cause = "the header has no line \"format\": expected \"format ascii 1.0\" or a binary format above";
+                return Err(start.error(cause));
+            }
             ["format", name, ..] => {
                 cursor.binary = byte_order(name);
                 has_format = name == "ascii" || cursor.binary.is_some();
@@ -76,7 +84,7 @@ fn header<'a>(cursor: &mut Cursor<'a>) -> Result<Vec<Element<'a>>, FileError> {
             _ => false,
         };
         if !is_known {
-            return Err(start.error("expected the format, or another line of a PLY header"));
+            return Err(start.error(HEADER_LINES));
         }
     }
     Err(cursor.error("expected the word end_header"))

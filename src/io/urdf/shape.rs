@@ -31,7 +31,8 @@ pub struct ShapeOptions {
 #[non_exhaustive]
 pub enum MeshShape {
     /// Rigid shape of the surface. A surface that is turned inwards is flipped, or else its components that are turned inwards. If
-    /// [`TriangleSoup::closed`] still returns an error, the shape is the convex hull. Both are reported.
+    /// [`TriangleSoup::closed`] still returns an error, the shape consists of the convex hulls of the connected components, or is the
+    /// convex hull of all if a component is flat. All of this is reported.
     Rigid,
     /// Rigid shape of the convex hull.
     Hull,
@@ -117,8 +118,8 @@ impl Collision {
         Ok((Shape::new(field).into(), warnings))
     }
 
-    /// Closed surface of the triangles, with components reversed that are turned inwards. If they are not closed, the surface of their
-    /// convex hull. Also returns a report of the change.
+    /// Closed surface of the triangles, with components reversed that are turned inwards. If they are not closed, the surfaces of the
+    /// convex hulls of their components, or else of all. Also returns a report of the change.
     fn closed_or_hull(
         &self,
         soup: &TriangleSoup,
@@ -137,10 +138,15 @@ impl Collision {
             };
             return Ok((surface, Some(change)));
         }
-        match hull(soup) {
-            Ok(surface) => Ok((surface, Some(UrdfWarning::Hull { at, source: error }))),
-            Err(_) => Err(error),
-        }
+        let Ok(surface) = component_hulls(soup).or_else(|_| hull(soup)) else {
+            return Err(error);
+        };
+        let change = UrdfWarning::Hull {
+            at,
+            hull_count: surface.component_count(),
+            source: error,
+        };
+        Ok((surface, Some(change)))
     }
 
     fn field_error(&self, source: MeshError) -> UrdfError {
@@ -190,6 +196,19 @@ fn outwards(soup: &TriangleSoup) -> Option<(TriangleSurface, usize)> {
     }
     let (soup, component_count) = soup.with_outward_components().ok()?;
     Some((soup.closed().ok()?, component_count))
+}
+
+fn component_hulls(soup: &TriangleSoup) -> Result<TriangleSurface, SurfaceError> {
+    let mut hulls = TriangleSoup::default();
+    for hull in soup.component_hulls()? {
+        let first = hulls.vertices.len();
+        let triangles = hull.triangles.iter();
+        hulls
+            .triangles
+            .extend(triangles.map(|triangle| triangle.map(|vertex| first + vertex)));
+        hulls.vertices.extend(hull.vertices);
+    }
+    hulls.closed()
 }
 
 fn hull(soup: &TriangleSoup) -> Result<TriangleSurface, SurfaceError> {

@@ -36,11 +36,13 @@ pub enum UrdfWarning {
         /// Number of components that were reversed.
         component_count: usize,
     },
-    /// The surface of a mesh is replaced by its convex hull.
-    #[error("{at} has a surface that is replaced by its convex hull: {source}")]
+    /// The surface of a mesh is replaced by its convex hull, or by the convex hulls of its components.
+    #[error("{at} has a surface that is replaced by {}: {source}", hulls(*hull_count))]
     Hull {
         /// The geometry.
         at: Location,
+        /// Number of convex hulls.
+        hull_count: usize,
         /// Reason why the triangles do not make a surface.
         source: SurfaceError,
     },
@@ -52,4 +54,11 @@ pub enum UrdfWarning {
         /// Property of the surface.
         warning: SurfaceWarning,
     },
+}
+
+fn hulls(count: usize) -> String {
+    match count {
+        1 => "its convex hull".into(),
+        _ => format!("the convex hulls of its {count} components"),
+    }
 }

@@ -7,7 +7,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 /// Largest number of points of a cross-section.
 const MOST_POINTS: usize = 100_000;
 /// Largest number of tetrahedra of a swept cross-section.
-const MOST_TETS: usize = 20_000_000;
+const MOST_TETS: usize = 2_000_000;
 /// An edge is divided if it is longer than the resolution by this factor, so that rounding error does not decide.
 const LONGER: f64 = 1.001;
 /// Ratio of successive limits of the lengths of edges.
@@ -83,7 +83,7 @@ impl CrossSection {
     ) -> Result<Vec<[usize; 4]>, MeshError> {
         let tet_count = self.triangles.len().saturating_mul(3 * count);
         if tet_count > MOST_TETS {
-            return Err(MeshError::TooLarge {
+            return Err(MeshError::FineSweep {
                 count: tet_count,
                 limit: MOST_TETS,
             });
@@ -180,19 +180,22 @@ impl Refinement {
         sine_c * cosine_d + cosine_c * sine_d < -OBTUSE
     }
 
-    /// Divides edges longer than the resolution (m), the longest ones first.
+    /// Divides edges longer than the resolution (m), the longest ones first. The limits of a larger resolution are the first ones of a
+    /// smaller resolution if their ratio is a power of [`RATIO`].
     fn refine(&mut self, resolution: f64) -> Result<(), MeshError> {
         let lengths = self.edges().into_iter().map(|edge| self.length(edge));
         let longest = lengths.fold(0.0, f64::max);
-        let suggested = longest / MOST_POINTS as f64;
-        if resolution < suggested {
-            let value = resolution;
-            return Err(MeshError::FineResolution { value, suggested });
-        }
-        let limits = std::iter::successors(Some(resolution), |limit| Some(limit / RATIO));
+        // Halving the longest edge to a smaller length makes too many points.
+        let finest = resolution.max(longest / MOST_POINTS as f64);
+        let limits = std::iter::successors(Some(finest), |limit| Some(limit / RATIO));
         let limits: Vec<_> = limits.take_while(|&limit| limit < longest).collect();
         for limit in limits.into_iter().rev() {
-            self.divide_longer_than(LONGER * limit, resolution)?;
+            if !self.divide_longer_than(LONGER * limit) {
+                return Err(MeshError::FineResolution {
+                    value: resolution,
+                    suggested: limit / RATIO,
+                });
+            }
         }
         // A single triangle has no inner edge.
         while self.triangles.len() <= 3 {
@@ -202,12 +205,13 @@ impl Refinement {
         Ok(())
     }
 
-    fn divide_longer_than(&mut self, limit: f64, resolution: f64) -> Result<(), MeshError> {
+    /// Divides edges longer than a limit (m). Returns false if that makes too many points.
+    fn divide_longer_than(&mut self, limit: f64) -> bool {
         loop {
             let mut long = self.edges();
             long.retain(|&edge| self.length(edge) > limit);
             if long.is_empty() {
-                return Ok(());
+                return true;
             }
             for edge in long {
                 if self.opposite(edge) == [None, None] {
@@ -216,10 +220,7 @@ impl Refinement {
                 let around = self.divide(edge);
                 self.legalize(around);
                 if self.points.len() > MOST_POINTS {
-                    return Err(MeshError::FineResolution {
-                        value: resolution,
-                        suggested: resolution * 2.0,
-                    });
+                    return false;
                 }
             }
         }
@@ -268,6 +269,25 @@ impl Refinement {
             triangles,
             is_boundary: self.is_boundary,
             parents: self.parents,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::CrossSection;
+    use crate::mesh::MeshError;
+
+    #[test]
+    fn the_suggested_resolution_works() {
+        let outline = [[0.0, 0.0], [1.0, 0.0], [0.9, 1.1], [0.3, 0.7]];
+        for resolution in [5e-324, 1e-7, 0.0015] {
+            let section = CrossSection::new(&outline, false, resolution);
+            let Err(MeshError::FineResolution { value, suggested }) = section.map(|_| ()) else {
+                panic!("{resolution} is not too fine");
+            };
+            assert!(value == resolution && suggested < 0.01, "{suggested}");
+            assert!(CrossSection::new(&outline, false, suggested).is_ok());
         }
     }
 }

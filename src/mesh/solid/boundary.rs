@@ -71,6 +71,9 @@ pub(super) struct Gap {
     pub direction: Vector3<f64>,
     /// Height of the surface (m).
     pub length: f64,
+    /// Whether the surface is smooth above the triangle.
+    pub is_smooth: bool,
+    /// Whether a small change of the boundary changes the gap.
     pub is_at_tie: bool,
 }
 

@@ -1,4 +1,4 @@
-use crate::mesh::MeshError;
+use crate::mesh::{MeshError, SurfaceError};
 
 /// Reason why a region cannot be filled with tetrahedra.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -7,25 +7,10 @@ pub enum SolidError {
     /// There are no triangles.
     #[error("a solid needs triangles, but there are none")]
     NoTriangles,
-    /// A triangle refers to a vertex that does not exist.
-    #[error("triangle {triangle} refers to vertex {vertex}, but there are {vertex_count} vertices")]
-    VertexOutOfRange {
-        /// Index of the triangle.
-        triangle: usize,
-        /// The invalid index.
-        vertex: usize,
-        /// Number of vertices.
-        vertex_count: usize,
-    },
-    /// A coordinate of a vertex or of the bounds is NaN or infinite.
-    #[error("point {point} has the coordinate {value}, but coordinates must be finite")]
-    NonFiniteCoordinate {
-        /// Index of the vertex, or 0 for the lower corner of the bounds and 1 for the upper corner.
-        point: usize,
-        /// The coordinate.
-        value: f64,
-    },
-    /// The bounds of the points or of a distance function have no interior.
+    /// A triangle refers to a vertex that does not exist, or a coordinate is NaN or infinite.
+    #[error(transparent)]
+    Surface(#[from] SurfaceError),
+    /// The bounds of the points or of a distance function have no interior, or are not finite.
     #[error(
         "the region is {size:?} m large, but must have a positive, finite size along each axis"
     )]

@@ -5,6 +5,7 @@
 use super::boundary::{Boundary, BoundaryVertex, Follows, Gap};
 use super::error::SolidError;
 use super::region::{Crossing, InsideTriangles};
+use super::resolution::power_below;
 use super::stuffing::Stuffing;
 use crate::geometry::{FACES, Triangle};
 use crate::mesh::TetMesh;
@@ -90,13 +91,23 @@ impl<'a> Input<'a> {
         for &vertex in mesh.surface_triangles().as_flattened() {
             triangle_counts[vertex] += 1.0;
         }
-        boundary.gaps = self.gaps(mesh, &boundary.vertices);
-        let (mut sums, mut is_at_tie) = (vec![0.0; count], vec![false; count]);
+        let mut is_at_tie = vec![false; count];
+        boundary
+            .ambiguous
+            .iter()
+            .for_each(|&vertex| is_at_tie[vertex] = true);
+        let gaps = self.gaps(mesh, &boundary.vertices, &is_at_tie);
+        for gap in gaps.iter().filter(|gap| gap.is_at_tie) {
+            gap.vertices
+                .iter()
+                .for_each(|&vertex| is_at_tie[vertex] = true);
+        }
+        boundary.gaps = gaps.into_iter().filter(|gap| gap.is_smooth).collect();
+        let mut sums = vec![0.0; count];
         for gap in &boundary.gaps {
-            for vertex in gap.vertices {
-                sums[vertex] += gap.length;
-                is_at_tie[vertex] |= gap.is_at_tie;
-            }
+            gap.vertices
+                .iter()
+                .for_each(|&vertex| sums[vertex] += gap.length);
         }
         let heights = least_heights(mesh);
         let mut vertices = mesh.vertices().to_vec();
@@ -110,7 +121,8 @@ impl<'a> Input<'a> {
             // A vertex in a slit narrower than a spacing has no triangles around it.
             let height_by_gap = MEAN_OVER_MIDDLE / triangle_counts[*vertex].max(1.0);
             let share = height_by_gap * sums[*vertex] * follows.over_slope();
-            let limit = power_of_two_below(LARGEST_MOVE * heights[*vertex] / edge.norm());
+            // A power of two does not depend on small changes of the boundary.
+            let limit = power_below(LARGEST_MOVE * heights[*vertex] / edge.norm(), [2.0, 0.5]);
             is_at_tie[*vertex] |= (share.abs() / limit - 1.0).abs() < TIE;
             vertices[*vertex] += *edge * share.clamp(-limit, limit);
             if share.abs() < limit {
@@ -125,8 +137,8 @@ impl<'a> Input<'a> {
         vertices
     }
 
-    /// Returns the gaps of the triangles above which the surface is smooth.
-    fn gaps(&self, mesh: &TetMesh, boundary: &[BoundaryVertex]) -> Vec<Gap> {
+    /// Returns the gaps of the triangles. Vertices at a tie may have other normals, so that their gaps are at a tie too.
+    fn gaps(&self, mesh: &TetMesh, boundary: &[BoundaryVertex], is_at_tie: &[bool]) -> Vec<Gap> {
         // Outer normals of the triangles that the vertices follow, or 0.
         let mut normals = vec![Vector3::zeros(); mesh.vertex_count()];
         for vertex in boundary {
@@ -136,11 +148,12 @@ impl<'a> Input<'a> {
                 .map(|follows| follows.normal.normalize());
             normals[vertex.vertex] = normal.unwrap_or_default();
         }
-        let gaps = parallel::map(mesh.surface_triangles(), |&vertices| {
+        parallel::map(mesh.surface_triangles(), |&vertices| {
             let corners = vertices.map(|vertex| mesh.vertices()[vertex]);
-            self.gap(vertices, corners, vertices.map(|vertex| normals[vertex]))
-        });
-        gaps.into_iter().flatten().collect()
+            let mut gap = self.gap(vertices, corners, vertices.map(|vertex| normals[vertex]));
+            gap.is_at_tie |= vertices.iter().any(|&vertex| is_at_tie[vertex]);
+            gap
+        })
     }
 
     fn gap(
@@ -148,7 +161,7 @@ impl<'a> Input<'a> {
         vertices: [usize; 3],
         [a, b, c]: [Vector3<f64>; 3],
         normals: [Vector3<f64>; 3],
-    ) -> Option<Gap> {
+    ) -> Gap {
         let middle = (a + b + c) / 3.0;
         let (index, distance, foot) = self.region.nearest(&middle);
         let is_touching = distance <= TOUCHING * (b - a).norm();
@@ -160,15 +173,15 @@ impl<'a> Input<'a> {
         let sign = direction.dot(&(b - a).cross(&(c - a))).signum();
         let direction = direction * sign;
         let cosines = normals.map(|normal| normal.dot(&direction));
-        let gap = Gap {
+        Gap {
             vertices,
             corners: self.triangles[index],
             shares: foot.shares,
             direction,
             length: if is_touching { 0.0 } else { -distance * sign },
+            is_smooth: cosines.iter().all(|&cosine| cosine > SMOOTH),
             is_at_tie: cosines.iter().any(|cosine| (cosine - SMOOTH).abs() < TIE),
-        };
-        cosines.iter().all(|&cosine| cosine > SMOOTH).then_some(gap)
+        }
     }
 }
 
@@ -184,13 +197,4 @@ fn least_heights(mesh: &TetMesh) -> Vec<f64> {
         }
     }
     heights
-}
-
-/// Returns the largest power of two up to this number, at most 1/8, so that the limit of a move does not depend on small changes.
-fn power_of_two_below(number: f64) -> f64 {
-    let mut power = 0.125;
-    while power > number {
-        power /= 2.0;
-    }
-    power
 }

@@ -16,8 +16,8 @@ pub use resolution::{Resolution, SolidWarning};
 use super::distance::normalized_with_deepest;
 use super::shape_rates::check_velocities;
 use super::{
-    LinearizedDistances, MeshError, PressureField, TetMesh, TriangleSoup, TriangleSurface,
-    coordinates,
+    LinearizedDistances, MeshError, PressureField, SurfaceError, TetMesh, TriangleSoup,
+    TriangleSurface, coordinates, triangle_checks,
 };
 use crate::geometry::Aabb;
 use boundary::Boundary;
@@ -204,9 +204,15 @@ impl Solid {
         })
     }
 
-    /// Returns the vertices of the mesh, in ascending order, at which a small change of the boundary changes the tetrahedra or at which
-    /// the boundary has no triangle to follow, as in a hole or where an edge of the lattice grazes it. Derivatives of other vertices
-    /// are exact up to rounding error while no vertex comes to be listed.
+    /// Returns the vertices of the mesh, in ascending order, whose derivatives may not exist. Derivatives of other vertices are exact up to
+    /// rounding error while no vertex comes to be listed.
+    ///
+    /// A vertex is listed in these cases:
+    ///
+    /// - A small change of the boundary changes the tetrahedra, or the edge of the lattice along which the vertex moves.
+    /// - The vertex is on an edge of the surface between triangles that are not in one plane.
+    /// - The boundary has no triangle to follow, as in a hole or where an edge of the lattice grazes it.
+    /// - A neighbor on the boundary is listed for one of these reasons, because the fit depends on it.
     #[must_use]
     pub fn ambiguous(&self) -> &[usize] {
         &self.0.boundary.ambiguous
@@ -258,18 +264,9 @@ fn check_triangles(vertices: &[Vector3<f64>], triangles: &[[usize; 3]]) -> Resul
     if triangles.is_empty() {
         return Err(SolidError::NoTriangles);
     }
-    let vertex_count = vertices.len();
-    for (triangle, corners) in triangles.iter().enumerate() {
-        if let Some(&vertex) = corners.iter().find(|&&vertex| vertex >= vertex_count) {
-            return Err(SolidError::VertexOutOfRange {
-                triangle,
-                vertex,
-                vertex_count,
-            });
-        }
-    }
+    triangle_checks::check_range(triangles, vertices.len())?;
     match coordinates::first_non_finite(vertices) {
-        Some((point, value)) => Err(SolidError::NonFiniteCoordinate { point, value }),
+        Some((vertex, value)) => Err(SurfaceError::NonFiniteCoordinate { vertex, value }.into()),
         None => Ok(()),
     }
 }

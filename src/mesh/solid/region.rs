@@ -19,6 +19,12 @@ const SAME_PLACE: f64 = 1e-9;
 /// Winding number above which a point is inside.
 const INSIDE: f64 = 0.5;
 
+/// Largest difference of a winding number from a whole number away from holes. It exceeds the error of the dipoles.
+const NEARLY_WHOLE: f64 = 0.1;
+
+/// Cosine of the angle between two normals above which the triangles are in one plane.
+pub(super) const SAME_PLANE: f64 = 1.0 - 1e-12;
+
 /// The solid inside a closed boundary. Queries are answered for many points at once, in threads.
 pub(super) trait Region: Sync {
     /// Returns the box (m) outside of which there is nothing of the region.
@@ -27,8 +33,22 @@ pub(super) trait Region: Sync {
     /// Returns lower bounds of the distances (m) of the points to the boundary.
     fn clearances(&self, points: &[Vector3<f64>]) -> Vec<f64>;
 
-    /// Returns which points are inside.
+    /// Returns which points are inside. No point outside of the bounds is.
     fn contains(&self, points: &[Vector3<f64>]) -> Vec<bool>;
+
+    /// Returns whether the balls around these centers, with this radius (m), are inside, or `None` if the boundary may cross a ball.
+    fn balls_inside(&self, centers: &[Vector3<f64>], radius: f64) -> Vec<Option<bool>> {
+        let clearances = self.clearances(centers);
+        let clear: Vec<usize> = (0..centers.len())
+            .filter(|&ball| clearances[ball] > radius)
+            .collect();
+        let clear_centers: Vec<_> = clear.iter().map(|&ball| centers[ball]).collect();
+        let mut are_inside = vec![None; centers.len()];
+        for (ball, is_inside) in clear.into_iter().zip(self.contains(&clear_centers)) {
+            are_inside[ball] = Some(is_inside);
+        }
+        are_inside
+    }
 
     /// Returns where segments from a point inside to a point outside leave the region.
     fn crossings(&self, segments: &[Segment]) -> Vec<Crossing> {
@@ -47,6 +67,10 @@ pub(super) struct Crossing {
     /// The triangle that the segment crosses, and the barycentric coordinates of the place. There is none if the boundary has no
     /// triangles, or if the segment leaves through a hole.
     pub triangle: Option<(usize, [f64; 3])>,
+    /// Unit normal of the triangle, or zero if there is none.
+    pub normal: Vector3<f64>,
+    /// Whether the place is on an edge between triangles that are not in one plane.
+    pub is_at_tie: bool,
 }
 
 /// Returns where the segments leave a region, by halving.
@@ -69,6 +93,8 @@ fn halved(
     let crossing = |[from, to]: [f64; 2]| Crossing {
         share: f64::midpoint(from, to),
         triangle: None,
+        normal: Vector3::zeros(),
+        is_at_tie: false,
     };
     ranges.into_iter().map(crossing).collect()
 }
@@ -117,11 +143,15 @@ impl InsideTriangles {
         self.triangles[triangle].normal()
     }
 
+    /// Returns the absolute value of the winding number around a point.
+    fn winding_number(&self, point: &Vector3<f64>) -> f64 {
+        self.winding.at(point, &self.bvh, &self.triangles).abs()
+    }
+
     /// Returns whether a point is inside. The region ends at the bounds of the triangles, beyond which triangles with holes may wind around
     /// a point, too.
     fn contains(&self, point: &Vector3<f64>) -> bool {
-        outside(&self.bvh.bounds(), point) <= 0.0
-            && self.winding.at(point, &self.bvh, &self.triangles).abs() >= INSIDE
+        outside(&self.bvh.bounds(), point) <= 0.0 && self.winding_number(point) >= INSIDE
     }
 
     /// Returns where a segment leaves the region through a triangle, if it does.
@@ -137,6 +167,7 @@ impl InsideTriangles {
                 .partial_cmp(&(b.0, b.1))
                 .unwrap_or(std::cmp::Ordering::Equal)
         });
+        let all = hits.clone();
         hits.dedup_by(|next, hit| next.0 - hit.0 < SAME_PLACE);
         let [from, to] = segment;
         let leaves = |index: usize| match hits.get(index + 1) {
@@ -145,9 +176,16 @@ impl InsideTriangles {
         };
         let index = (0..hits.len()).find(|&index| leaves(index))?;
         let (share, triangle, shares) = hits[index];
+        let normal = *self.normal(triangle);
+        let is_same_place = |hit: f64| (hit - share).abs() < SAME_PLACE;
+        let is_rival = |other: usize| self.normal(other).dot(&normal) < SAME_PLANE;
         Some(Crossing {
             share,
             triangle: Some((triangle, shares)),
+            normal,
+            is_at_tie: all
+                .iter()
+                .any(|&(hit, other, _)| is_same_place(hit) && is_rival(other)),
         })
     }
 }
@@ -167,6 +205,21 @@ impl Region for InsideTriangles {
 
     fn contains(&self, points: &[Vector3<f64>]) -> Vec<bool> {
         parallel::values_of(points.len(), |index| self.contains(&points[index]))
+    }
+
+    /// The winding number changes between triangles too if there are holes. It is then not a whole number.
+    fn balls_inside(&self, centers: &[Vector3<f64>], radius: f64) -> Vec<Option<bool>> {
+        let bounds = self.bounds();
+        parallel::map(centers, |center| {
+            if self.nearest_triangle(center).1 <= radius {
+                return None;
+            }
+            let winding_number = self.winding_number(center);
+            let is_inside = winding_number >= INSIDE;
+            let is_whole = (winding_number - winding_number.round()).abs() < NEARLY_WHOLE;
+            let is_within = outside(&bounds, center) <= -radius;
+            (is_whole && (!is_inside || is_within)).then_some(is_inside)
+        })
     }
 
     fn crossings(&self, segments: &[Segment]) -> Vec<Crossing> {

@@ -6,7 +6,7 @@ use super::lattice::Lattice;
 use super::region::Region;
 use super::stuffing::{Stuffing, stuffed};
 use crate::geometry::Aabb;
-use crate::mesh::{TetMesh, coordinates};
+use crate::mesh::{MeshError, TetMesh};
 use nalgebra::Vector3;
 use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
 
@@ -25,7 +25,8 @@ const FIRST_CELLS: f64 = 12.0;
 /// Spacing or tolerance of a [`Solid`](super::Solid).
 ///
 /// For a tolerance, the spacing is a power of √2 m. It is divided by √2 until the error is within the tolerance, or the next mesh would
-/// have more than 500,000 tetrahedra. [`Solid::warnings`](super::Solid::warnings) reports an error above the tolerance.
+/// have more than 500,000 tetrahedra or need more than 1e8 cells. [`Solid::warnings`](super::Solid::warnings) reports an error above the
+/// tolerance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Resolution {
     /// Spacing of the lattice (m): the longest edge of the tetrahedra next to the boundary.
@@ -95,11 +96,11 @@ pub(super) fn refined(
     let at = |spacing: f64| {
         let lattice = Lattice::around(&bounds, spacing)
             .map_err(|cells| SolidError::TooFine { spacing, cells })?;
-        let stuffing = stuffed(region, &lattice);
-        if stuffing.tets.is_empty() {
-            return Err(SolidError::Empty { spacing });
-        }
-        let (mesh, boundary) = of_stuffing(stuffing)?;
+        let filled = of_stuffing(stuffed(region, &lattice));
+        let (mesh, boundary) = filled.map_err(|error| match error {
+            SolidError::Mesh(MeshError::Empty) => SolidError::Empty { spacing },
+            error => error,
+        })?;
         Ok(Refined {
             mesh,
             boundary,
@@ -109,7 +110,6 @@ pub(super) fn refined(
             warnings: Vec::new(),
         })
     };
-    let first_spacing = power_below(2.0 * bounds.half_extents().max() / FIRST_CELLS);
     match resolution {
         Resolution::Spacing(spacing) => {
             check_number("spacing", spacing)?;
@@ -119,7 +119,7 @@ pub(super) fn refined(
         }
         Resolution::VolumeWithin(tolerance) => {
             let mut before = volume;
-            within(("volume", tolerance), first_spacing, at, |solid| {
+            within(("volume", tolerance), &bounds, at, |solid| {
                 solid.compare_volume(before);
                 // The error is of second order, so that it equals its change from a spacing √2 times as large.
                 before = volume.or(Some(solid.mesh.volume()));
@@ -128,7 +128,7 @@ pub(super) fn refined(
         }
         Resolution::DistanceWithin(tolerance) => within(
             ("distance to the surface", tolerance),
-            first_spacing,
+            &bounds,
             at,
             |solid| {
                 solid.compare_volume(volume);
@@ -178,11 +178,14 @@ fn distance_error(region: &impl Region, mesh: &TetMesh) -> f64 {
 /// Refines the spacing until an error is within its tolerance.
 fn within(
     (quantity, tolerance): (&'static str, f64),
-    first_spacing: f64,
+    bounds: &Aabb,
     at: impl Fn(f64) -> Result<Refined, SolidError>,
     mut error_of: impl FnMut(&mut Refined) -> f64,
 ) -> Result<Refined, SolidError> {
     check_number("largest error", tolerance)?;
+    // A power of √2 m does not depend on small changes of the region.
+    let length = 2.0 * bounds.half_extents().max() / FIRST_CELLS;
+    let first_spacing = power_below(length, [SQRT_2, FRAC_1_SQRT_2]);
     let mut spacing = first_spacing;
     loop {
         let solid = at(spacing);
@@ -196,7 +199,8 @@ fn within(
             return Ok(solid);
         }
         let tet_count = solid.mesh.tet_count();
-        if tet_count as f64 * GROWTH > MAX_TETS {
+        let next = Lattice::around(bounds, spacing * FRAC_1_SQRT_2);
+        if tet_count as f64 * GROWTH > MAX_TETS || next.is_err() {
             solid.warnings.push(SolidWarning {
                 quantity,
                 reached,
@@ -209,14 +213,14 @@ fn within(
     }
 }
 
-/// Returns a power of √2 m of at most this length (m), so that the lattice does not depend on small changes of the region.
-fn power_below(length: f64) -> f64 {
+/// Returns a power of a base of at most this positive number. The arguments are the base and its inverse.
+pub(super) fn power_below(number: f64, [base, inverse]: [f64; 2]) -> f64 {
     let mut power = 1.0;
-    while power < length {
-        power *= SQRT_2;
+    while power < number {
+        power *= base;
     }
-    while power > length {
-        power *= FRAC_1_SQRT_2;
+    while power > number {
+        power *= inverse;
     }
     power
 }
@@ -229,9 +233,6 @@ fn check_number(name: &'static str, value: f64) -> Result<(), SolidError> {
 }
 
 pub(super) fn check_bounds(bounds: &Aabb) -> Result<(), SolidError> {
-    if let Some((point, value)) = coordinates::first_non_finite([&bounds.lower, &bounds.upper]) {
-        return Err(SolidError::NonFiniteCoordinate { point, value });
-    }
     let size = bounds.upper - bounds.lower;
     if size
         .iter()

@@ -4,7 +4,7 @@
 
 use super::grading::Cells;
 use super::lattice::{Lattice, Node, Side};
-use super::region::{Crossing, Region};
+use super::region::{Crossing, Region, SAME_PLANE};
 use nalgebra::Vector3;
 use rustc_hash::FxHashMap;
 
@@ -80,7 +80,7 @@ impl Cut {
 pub(super) fn stuffed(region: &impl Region, lattice: &Lattice) -> Stuffing {
     let mut sides = sides(region, lattice);
     let mut cuts = cuts(region, lattice, &sides);
-    warp(&mut sides, &mut cuts);
+    warp(lattice, &mut sides, &mut cuts);
     let mut filling = Filling::new(lattice, &sides, &cuts);
     filling.fill();
     filling.stuffing
@@ -100,17 +100,19 @@ fn sides(region: &impl Region, lattice: &Lattice) -> Vec<Side> {
         let center = |block: &[usize; 3]| lattice.point(block.map(|start| start as f64 + half));
         let centers: Vec<_> = blocks.iter().map(center).collect();
         let reach = half * 3.0_f64.sqrt() * lattice.spacing;
-        let clearances = region.clearances(&centers);
-        let (clear, mixed): (Vec<usize>, Vec<usize>) =
-            (0..blocks.len()).partition(|&block| clearances[block] > reach);
-        let clear_centers: Vec<_> = clear.iter().map(|&block| centers[block]).collect();
-        for (&block, is_inside) in clear.iter().zip(region.contains(&clear_centers)) {
-            if is_inside {
-                nodes_of(lattice, blocks[block], size)
-                    .for_each(|node| sides[node as usize] = Side::Inside);
+        let mut mixed = Vec::new();
+        for (block, is_inside) in { blocks }
+            .into_iter()
+            .zip(region.balls_inside(&centers, reach))
+        {
+            match is_inside {
+                None => mixed.push(block),
+                Some(false) => {}
+                Some(true) => nodes_of(lattice, block, size)
+                    .for_each(|node| sides[node as usize] = Side::Inside),
             }
         }
-        let mixed = mixed.into_iter().map(|block| blocks[block]);
+        let mixed = mixed.into_iter();
         if size == 1 {
             let nodes: Vec<_> = mixed.flat_map(|cell| lattice.nodes(cell)).collect();
             let positions: Vec<_> = nodes.iter().map(|&node| lattice.position(node)).collect();
@@ -170,16 +172,23 @@ fn cuts(region: &impl Region, lattice: &Lattice, sides: &[Side]) -> Vec<Cut> {
         .map(|edge| edge.map(|node| lattice.position(node)))
         .collect();
     let crossings = region.crossings(&segments);
-    let cut = |(nodes, crossing)| Cut {
+    let cut = |(nodes, crossing): (_, Crossing)| Cut {
         nodes,
+        is_at_tie: crossing.is_at_tie,
         crossing,
-        is_at_tie: false,
     };
     edges.into_iter().zip(crossings).map(cut).collect()
 }
 
 /// Moves the nodes that are close to a cut onto it, in order. A node that moves takes the other cuts of its edges away.
-fn warp(sides: &mut [Side], cuts: &mut [Cut]) {
+///
+/// A node moves to the nearest cut. All cuts of a node on the boundary are at the node. If the boundary moves a little, the nearest one is
+/// the cut whose edge is closest to the normal.
+fn warp(lattice: &Lattice, sides: &mut [Side], cuts: &mut [Cut]) {
+    let slope = |cut: &Cut| {
+        let [from, to] = cut.nodes.map(|node| lattice.position(node));
+        (to - from).normalize().dot(&cut.crossing.normal).abs()
+    };
     let mut ends: Vec<(Node, u32)> = Vec::with_capacity(2 * cuts.len());
     for (index, cut) in (0..).zip(cuts.iter()) {
         ends.extend(cut.nodes.map(|node| (node, index)));
@@ -198,14 +207,24 @@ fn warp(sides: &mut [Side], cuts: &mut [Cut]) {
         let distance = |cut: u32| cuts[cut as usize].distance_from(node);
         let is_near = |&cut: &u32| cuts[cut as usize].share_from(node) < cuts[cut as usize].near();
         let near: Vec<u32> = left.iter().copied().filter(is_near).collect();
-        let by_distance = |a: &u32, b: &u32| distance(*a).total_cmp(&distance(*b));
-        let Some(nearest) = near.iter().copied().min_by(by_distance) else {
+        let least = near
+            .iter()
+            .map(|&cut| distance(cut))
+            .fold(f64::INFINITY, f64::min);
+        let mut tied = near;
+        tied.retain(|&cut| distance(cut) - least < TIE);
+        let by_slope =
+            |a: &u32, b: &u32| slope(&cuts[*b as usize]).total_cmp(&slope(&cuts[*a as usize]));
+        let Some(nearest) = tied.iter().copied().min_by(by_slope) else {
             continue;
         };
-        let least = distance(nearest);
-        let is_tied = near
-            .iter()
-            .any(|&cut| cut != nearest && distance(cut) - least < TIE && least > TIE);
+        let is_rival = |&cut: &u32| {
+            let [cut, nearest] = [cut, nearest].map(|cut| &cuts[cut as usize]);
+            let is_in_plane = cut.crossing.normal.dot(&nearest.crossing.normal) >= SAME_PLANE;
+            let is_less_steep = slope(nearest) - slope(cut) >= TIE;
+            least > TIE || cut.is_at_tie || !(is_in_plane && is_less_steep)
+        };
+        let is_tied = tied.iter().any(|cut| *cut != nearest && is_rival(cut));
         cuts[nearest as usize].is_at_tie |= is_tied;
         sides[node as usize] = Side::On(nearest);
     }
@@ -253,6 +272,12 @@ impl<'a> Filling<'a> {
 
     /// Adds the part of a tetrahedron of the lattice inside the region.
     fn add(&mut self, tet: [Node; 4]) {
+        if !tet
+            .iter()
+            .any(|&node| self.sides[node as usize] == Side::Inside)
+        {
+            return;
+        }
         let (mut inner, mut outer, mut rest) = (Vec::new(), Vec::new(), Vec::new());
         for node in tet {
             match self.sides[node as usize] {
@@ -426,6 +451,8 @@ mod tests {
                 Crossing {
                     share: share.clamp(0.0, 1.0),
                     triangle: None,
+                    normal: Vector3::zeros(),
+                    is_at_tie: false,
                 }
             };
             segments.iter().map(crossing).collect()

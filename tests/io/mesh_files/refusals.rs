@@ -320,6 +320,34 @@ fn entries_beyond_the_stated_number_are_refused() {
 }
 
 #[test]
+fn binary_meshes_of_mujoco_are_named() {
+    let counts = [4_u32, 0, 4, 4];
+    let mut bytes: Vec<u8> = counts
+        .iter()
+        .flat_map(|count| count.to_le_bytes())
+        .collect();
+    bytes.resize(16 + 4 * (12 + 8 + 12), 0);
+    let error = read_bytes("mujoco.msh", &bytes).unwrap_err();
+    assert!(matches!(error, FileError::Unsupported { .. }), "{error:?}");
+    assert!(error.to_string().contains("MuJoCo"), "{error}");
+}
+
+#[test]
+fn abaqus_parts_at_their_places_are_read() {
+    let part = |name: &str, first: i64| {
+        let [a, b, c, d] = [0, 1, 2, 3].map(|k| first + k);
+        format!(
+            "*PART, NAME={name}\n*NODE\n{a},{first},0,0\n{b},{b},0,0\n{c},{first},1,0\n{d},{first},0,1\n*ELEMENT, TYPE=C3D4\n{a},{a},{b},{c},{d}\n"
+        )
+    };
+    let instances =
+        "*INSTANCE, NAME=A, PART=P\n*END INSTANCE\n*INSTANCE, NAME=B, PART=Q\n*END INSTANCE\n";
+    let text = format!("{}{}{instances}", part("P", 1), part("Q", 5));
+    let mesh = read_bytes("parts.inp", text.as_bytes()).unwrap().mesh;
+    assert_eq!(mesh.tet_count(), 2);
+}
+
+#[test]
 fn abaqus_keywords_that_make_or_move_nodes_are_refused() {
     let nodes = "*NODE\n1, 0,0,0\n2,1,0,0\n3,0,1,0\n4,0,0,1\n";
     let model = format!("{nodes}*ELEMENT, TYPE=C3D4\n1,1,2,3,4\n");
@@ -328,6 +356,12 @@ fn abaqus_keywords_that_make_or_move_nodes_are_refused() {
     assert!(read_bytes("one.inp", one.as_bytes()).is_ok());
     for (text, expected) in [
         (format!("{one}{instance}"), "more than one *INSTANCE"),
+        (
+            format!(
+                "{model}*Instance, name=A, part=P\n*End Instance\n*Instance, name=B, Part = p\n"
+            ),
+            "more than one *INSTANCE of the part P",
+        ),
         (
             format!("*SYSTEM\n10,0,0\n{model}"),
             "*SYSTEM cannot be read",

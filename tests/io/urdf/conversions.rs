@@ -3,10 +3,10 @@
 use super::{jointed, robot};
 use approx::assert_relative_eq;
 use hydroelastic::dynamics::{self, BodyShape, JointKind, Material};
-use hydroelastic::io::FileError;
 use hydroelastic::io::urdf::{
     Collision, Joint, JointOptions, MeshShape, RobotOptions, ShapeOptions, UrdfError, UrdfWarning,
 };
+use hydroelastic::io::{FileError, Placement, read_triangles};
 use nalgebra::Vector3;
 use std::f64::consts::PI;
 use std::path::Path;
@@ -130,6 +130,35 @@ fn meshes_that_are_not_closed_become_their_hulls() {
     assert_relative_eq!(volume(&prism), 7.0, max_relative = ROUND_OFF);
     let hull = mesh("u_prism.obj", MeshShape::Hull).unwrap();
     assert_relative_eq!(volume(&hull), 9.0, max_relative = ROUND_OFF);
+}
+
+#[test]
+fn components_that_are_not_closed_become_one_hull_each() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/field_files");
+    let boxes = [0.0, 3.0].map(|x| {
+        let soup = read_triangles(format!("{folder}/open_box.obj"), &Placement::default()).unwrap();
+        let corner =
+            |vertex: &Vector3<f64>| format!("v {} {} {}\n", vertex.x + x, vertex.y, vertex.z);
+        let count = soup.vertices.len();
+        let first = if x > 0.0 { 1 + count } else { 1 };
+        let face =
+            |[a, b, c]: &[usize; 3]| format!("f {} {} {}\n", a + first, b + first, c + first);
+        let vertices: String = soup.vertices.iter().map(corner).collect();
+        vertices + &soup.triangles.iter().map(face).collect::<String>()
+    });
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("open_boxes.obj");
+    std::fs::write(&path, boxes.concat()).unwrap();
+    let mesh = format!("<mesh filename='file://{}'/>", path.display());
+    let (shape, warnings) = collision(&mesh).shape(&ShapeOptions::default()).unwrap();
+    assert_relative_eq!(volume(&shape), 2.0, max_relative = ROUND_OFF);
+    let [warning @ UrdfWarning::Hull { hull_count: 2, .. }] = &warnings[..] else {
+        panic!("{warnings:?}")
+    };
+    let text = warning.to_string();
+    assert!(
+        text.contains("replaced by the convex hulls of its 2 components"),
+        "{text}"
+    );
 }
 
 #[test]
