@@ -269,6 +269,9 @@ fn vertices_follow_the_triangles() {
     );
 }
 
+/// A function from points to velocities.
+type Motion = fn(&Vector3<f64>) -> Vector3<f64>;
+
 /// Surfaces with faces, edges and corners at nodes of lattices with spacings of 1/64 m.
 fn symmetric_soups() -> [TriangleSoup; 4] {
     let cube = box_soup([0.125; 3]);
@@ -285,8 +288,7 @@ fn symmetric_soups() -> [TriangleSoup; 4] {
 #[test]
 fn vertices_without_derivatives_are_listed() {
     let spacing = Resolution::Spacing(1.0 / 64.0);
-    let motions: [fn(&Vector3<f64>) -> Vector3<f64>; 3] =
-        [|point| *point, |_| vector![0.3, 0.7, -0.4], velocity];
+    let motions: [Motion; 3] = [|point| *point, |_| vector![0.3, 0.7, -0.4], velocity];
     let step = 1e-8;
     for (soup, motion) in symmetric_soups()
         .iter()

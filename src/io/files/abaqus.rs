@@ -31,7 +31,7 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<FileContents, FileError>
     let mut cursor = Cursor::new(path, "Abaqus", bytes);
     let mut contents = FileContents::default();
     let mut block = Block::Other;
-    let (mut instance_count, mut is_moved, mut parts) = (0, false, Vec::new());
+    let mut instances = Instances::default();
     // Numbers of an element, which may continue on the next line.
     let mut element: Vec<i64> = Vec::new();
     while !cursor.rest().trim_ascii().is_empty() {
@@ -47,17 +47,8 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<FileContents, FileError>
             }
             block = block_of(line).map_err(|cause| start.error(cause))?;
             if let Block::Instance = block {
-                instance_count += 1;
-                check_instances(instance_count, is_moved).map_err(|cause| start.error(cause))?;
-                if let Some(part) = part_of(line) {
-                    if parts.contains(&part) {
-                        let cause = format!(
-                            "more than one *INSTANCE of the part {part} cannot be read: {REMEDY}"
-                        );
-                        return Err(start.error(cause));
-                    }
-                    parts.push(part);
-                }
+                instances.parts.push(part_of(line));
+                instances.check().map_err(|cause| start.error(cause))?;
             }
             continue;
         }
@@ -84,8 +75,8 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<FileContents, FileError>
                 }
             }
             Block::Instance => {
-                is_moved = true;
-                check_instances(instance_count, is_moved).map_err(|cause| start.error(cause))?;
+                instances.has_moved = true;
+                instances.check().map_err(|cause| start.error(cause))?;
             }
             Block::Other => {}
         }
@@ -121,14 +112,30 @@ fn part_of(line: &str) -> Option<String> {
     Some(name.trim().trim_matches('"').into())
 }
 
-/// Checks that instances keep their parts where they are, unless there is only one instance.
-fn check_instances(count: usize, is_moved: bool) -> Result<(), String> {
-    if count < 2 || !is_moved {
-        return Ok(());
+/// The instances of parts so far.
+#[derive(Default)]
+struct Instances {
+    /// Name of the part of each instance, if it has one.
+    parts: Vec<Option<String>>,
+    has_moved: bool,
+}
+
+impl Instances {
+    /// Checks that no part has two instances, and that instances keep their parts where they are, unless there is only one instance.
+    fn check(&self) -> Result<(), String> {
+        let Some((last, before)) = self.parts.split_last() else {
+            return Ok(());
+        };
+        match last {
+            Some(part) if before.contains(last) => Err(format!(
+                "more than one *INSTANCE of the part {part} cannot be read: {REMEDY}"
+            )),
+            _ if self.has_moved && !before.is_empty() => Err(format!(
+                "more than one *INSTANCE, with a displacement, cannot be read: {REMEDY}"
+            )),
+            _ => Ok(()),
+        }
     }
-    Err(format!(
-        "more than one *INSTANCE, with a displacement, cannot be read: {REMEDY}"
-    ))
 }
 
 /// Block that a line with a keyword begins.
