@@ -292,14 +292,14 @@ impl DerivativeCheck {
     /// same reference.
     #[getter]
     fn errors<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
-        let errors: Vec<f64> = self
-            .0
-            .derivatives
-            .iter()
-            .map(|derivative| derivative.error)
-            .collect();
-        let count = errors.len();
-        array(py, errors, &[count])
+        self.of_each(py, |derivative| derivative.error)
+    }
+
+    /// Change of each parameter component over which the slope was taken, (p,) float64, in the unit of the component. For a right
+    /// derivative it is the largest tested change whose effect the derivative predicts.
+    #[getter]
+    fn widths<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
+        self.of_each(py, |derivative| derivative.width)
     }
 
     /// First mismatch of each derivative: the time (s) of the first recorded state in which the derivative does not agree with the
@@ -328,6 +328,19 @@ impl DerivativeCheck {
 
     fn __repr__(&self) -> String {
         format!("DerivativeCheck({:?})", self.verdicts())
+    }
+}
+
+impl DerivativeCheck {
+    /// Returns an array of one number of each derivative.
+    fn of_each<'py>(
+        &self,
+        py: Python<'py>,
+        number: impl Fn(&gradient::CheckedDerivative) -> f64,
+    ) -> PyResult<Floats<'py>> {
+        let numbers: Vec<f64> = self.0.derivatives.iter().map(number).collect();
+        let count = numbers.len();
+        array(py, numbers, &[count])
     }
 }
 

@@ -1,6 +1,6 @@
 //! Derivatives of rollouts.
 
-use crate::arrays::{Floats, Whole, array, count, real, whole};
+use crate::arrays::{Floats, Whole, array, count, whole};
 use crate::errors::gradient_error;
 use crate::interrupt::{Progress, Shared, run};
 use crate::jacobian::{
@@ -249,19 +249,21 @@ impl World {
         ))
     }
 
-    /// Compares the derivatives of the recorded positions with the slopes of the motion over a width on either side.
+    /// Compares the derivatives of the recorded positions with the slopes of the motion.
     ///
-    /// The first state is omitted. Slopes are differences of rollouts at tight tolerances. A derivative agrees with a slope if they differ
-    /// by at most 3 % plus the noise of the rollouts. The verdicts on a derivative are:
+    /// The first state is omitted. Slopes are differences of rollouts at tight tolerances over decreasing changes of a number, from 1e-2 to
+    /// 8e-5 typical changes. A typical change is the value of a material number, a mass or a force parameter that is not zero, and 1 SI
+    /// unit otherwise. A derivative agrees with a slope if they differ by at most 3 % plus the noise of the rollouts. The verdicts on a
+    /// derivative are:
     ///
-    /// - "right": the derivative agrees with the slope.
+    /// - "right": the derivative agrees with the slopes over two changes in succession.
     /// - "kink": the derivative of the plan or at tight tolerances agrees with the slope on one side only.
     /// - "unresolved": the derivative agrees with the slope at tight tolerances, but not at the tolerances of the plan.
-    /// - "chaotic": the derivative does not agree with the slope even at tight tolerances.
-    /// - "noisy": the derivative agrees with the slope, but the noise of the rollouts exceeds 3 % of the slope. Use a larger width.
+    /// - "chaotic": the derivative does not agree with any slope even at tight tolerances.
+    /// - "noisy": the derivative agrees with the slope, but the noise of the rollouts exceeds 3 % of the slope.
     ///
-    /// The check takes a Jacobian of the plan, 2 + 4 p rollouts at tight tolerances and 2 rollouts at tighter tolerances. If a derivative
-    /// does not agree with the slope, it also takes a Jacobian at tight tolerances.
+    /// The check takes a Jacobian of the plan, and at least 6 rollouts at tight tolerances for each component. If a derivative does not
+    /// agree with the slopes, it takes up to 16 rollouts and a Jacobian at tight tolerances.
     ///
     /// Parameters
     /// ----------
@@ -269,9 +271,6 @@ impl World {
     ///     Plan of the rollout.
     /// parameters : list of Parameter
     ///     Parameters to check, with p components in total.
-    /// width : float
-    ///     Width in typical changes of each number. A typical change is the value of a material number, a mass or a force parameter
-    ///     that is not zero, and 1 SI unit otherwise. Choose the smallest change that matters.
     ///
     /// Returns
     /// -------
@@ -281,20 +280,18 @@ impl World {
     /// Raises
     /// ------
     /// HydroelasticError
-    ///     If a parameter does not belong to the world, the width is not positive or makes a mass zero, or a derivative is not finite.
+    ///     If a parameter does not belong to the world, or a derivative is not finite.
     /// RolloutError
     ///     If a rollout ends early. The error has no trajectory.
-    #[pyo3(signature = (plan, parameters, *, width=1e-3))]
     fn derivative_check(
         &self,
         py: Python<'_>,
         plan: &Plan,
         parameters: Vec<Bound<'_, Parameter>>,
-        #[pyo3(from_py_with = real)] width: f64,
     ) -> PyResult<DerivativeCheck> {
         let by = inner(&parameters);
         let check = self.experiment(py, plan, (0, None), |experiment| {
-            experiment.derivative_check(&by, &RecordedPositions, width)
+            experiment.derivative_check(&by, &RecordedPositions)
         })?;
         Ok(DerivativeCheck(check))
     }

@@ -459,7 +459,6 @@ def cases(folder):
             lambda force_parameters: world.replace(force_parameters={"k": force_parameters}),
             {"force_parameters": 1.0},
         ),
-        "World.derivative_check": (lambda **it: world.derivative_check(plan, gravity, **it), {"width": Positive(1e-3)}),
         "World._sweeps_back": (lambda **it: world._sweeps_back(plan, gravity, **it), {"losses": 1}),
         "World (along z)": (lambda **it: he.World([], **it), {"gravity": -9.81}),
         "World.replace": (world.replace, {"gravity": POINT, "slip_tolerance": Positive(1e-3)}),

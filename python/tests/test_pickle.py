@@ -206,6 +206,7 @@ def test_topologies_and_difference_checks(bounce):
     assert again(check).verdicts == check.verdicts and again(check).is_right == check.is_right
     assert str(again(check)) == str(check) and again(check).first_mismatch == check.first_mismatch
     same(again(check).errors, check.errors)
+    same(again(check).widths, check.widths)
 
 
 def test_batches_travel_and_rollouts_say_why_not(bounce):

@@ -121,6 +121,5 @@ pub use schedule::Schedule;
 pub use state::{BodyState, State};
 pub(crate) use tangent::{STATE_DIM, TangentPart};
 pub use trajectory::{RolloutFailure, RolloutResult, Trajectory};
-pub(crate) use validate::check_positive;
 pub use world::World;
 pub use world_builder::WorldBuilder;

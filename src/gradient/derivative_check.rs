@@ -1,14 +1,14 @@
 use super::dual_widths::DifferentiableOutcome;
 use super::motion_slopes::{MotionCheck, WithPositions};
 use super::{DerivativeCheck, Experiment, GradientError, Outcome, Parameter};
-use crate::dynamics::check_positive;
 
 impl Experiment {
-    /// Compares the Jacobian with the slopes of the motion over a width on either side.
+    /// Compares the Jacobian with the slopes of the motion.
     ///
-    /// The width is a multiple of the typical change of each number, as in
-    /// [`DifferenceCheck::steps`](super::DifferenceCheck::steps). It should be the smallest change that matters, because the check
-    /// ignores finer structure. 1e-3 suits most scenes.
+    /// Slopes are taken over decreasing changes of each number, from 1e-2 to 8e-5 typical changes as in
+    /// [`DifferenceCheck::steps`](super::DifferenceCheck::steps), as far as they exceed the noise of the rollouts. A derivative is right if
+    /// the error of its linear prediction vanishes faster than the change: it must agree with the slopes over two changes in succession,
+    /// each to 3 %. [`CheckedDerivative::width`](super::CheckedDerivative::width) is the larger change. The check ignores finer structure.
     ///
     /// Slopes are differences of outcomes of more accurate rollouts. If the integrator of the plan
     /// is implicit, these rollouts use `Sdirk3` with tight tolerances
@@ -17,8 +17,8 @@ impl Experiment {
     /// the time step is divided by four. If the integrator is explicit, the time step is divided by
     /// eight.
     ///
-    /// For n numbers, the check takes 2 + 4 n of these rollouts, two rollouts at even tighter
-    /// tolerances, and one more Jacobian if a derivative does not agree.
+    /// A right derivative takes at least 6 of these rollouts, another derivative up to 16, and one more Jacobian. If a rollout at changed
+    /// parameters fails, the next width is tried. The noise is measured by two rollouts at even tighter tolerances.
     ///
     /// Bodies at rest vibrate against each other. A vibration with a period well below the time step is damped in both the
     /// derivative and the slopes, so the check does not see it.
@@ -28,15 +28,14 @@ impl Experiment {
     ///
     /// # Errors
     /// - As [`Self::jacobian`].
-    /// - If the width is not positive and finite, or makes a mass zero or negative.
-    /// - If a rollout at perturbed parameters ends early.
+    /// - If the rollout at tight tolerances fails, or the rollouts at all changes of a number.
+    /// - [`GradientError::OutcomeLength`] if the length of the outcome differs between rollouts.
     pub fn derivative_check(
         &self,
         parameters: &[Parameter],
         outcome: &impl Outcome,
-        width: f64,
     ) -> Result<DerivativeCheck, GradientError> {
-        self.derivative_check_of(parameters, outcome, width)
+        self.derivative_check_of(parameters, outcome)
     }
 
     /// [`Self::derivative_check`], but not generic, so that it is compiled in this library.
@@ -44,15 +43,13 @@ impl Experiment {
         &self,
         parameters: &[Parameter],
         outcome: &dyn DifferentiableOutcome,
-        width: f64,
     ) -> Result<DerivativeCheck, GradientError> {
-        check_positive("width of a derivative check", width)?;
         let outcome_and_positions = WithPositions(outcome);
-        let check = MotionCheck::new(self, parameters, &outcome_and_positions, width)?;
-        let names = parameters.iter().flat_map(Parameter::number_names);
-        let columns = names.zip(self.scales(parameters)?).enumerate();
-        let derivatives =
-            columns.map(|(column, (number, scale))| check.checked(number, (column, scale), width));
+        let check = MotionCheck::new(self, parameters, &outcome_and_positions)?;
+        let numbers = parameters.iter().flat_map(Parameter::number_names);
+        let derivatives = numbers
+            .enumerate()
+            .map(|(column, number)| check.checked(number, column));
         Ok(DerivativeCheck {
             derivatives: derivatives.collect::<Result<_, _>>()?,
         })

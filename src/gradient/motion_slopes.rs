@@ -3,7 +3,7 @@
 use super::dual_widths::{DifferentiableOutcome, OutcomeIn};
 use super::error::check_outcome;
 use super::{CheckedDerivative, Experiment, GradientError, OutcomeJacobian, Parameter, Verdict};
-use crate::dynamics::{State, Trajectory};
+use crate::dynamics::{RolloutError, State, Trajectory};
 use crate::scalar::Scalar;
 use nalgebra::{DVector, DVectorView};
 use std::cell::OnceCell;
@@ -44,18 +44,35 @@ where
     }
 }
 
+/// Widest change of a parameter component over which slopes are taken, in typical changes.
+const WIDEST: f64 = 1e-2;
+
+/// Number of times that the widest change is halved. The outcome is called chaotic if its slope varies over all widths down to the last
+/// one, 8e-5 typical changes.
+const HALVINGS: usize = 7;
+
+/// Change of all parameters over which the noise of outcomes is measured, in typical changes.
+const NOISE_WIDTH: f64 = 1e-3;
+
+/// Returns the width with this index, in typical changes.
+fn width(level: usize) -> f64 {
+    WIDEST / (1_u64 << level) as f64
+}
+
 /// Comparison of the derivatives of an experiment with the motion.
 pub(super) struct MotionCheck<'a> {
     experiment: &'a Experiment,
     /// The experiment at tight tolerances.
     motion: Experiment,
     parameters: &'a [Parameter],
+    /// Typical change of each parameter component.
+    scales: Vec<f64>,
     outcome_and_positions: &'a WithPositions<'a>,
     /// The Jacobian of the plan.
     jacobian: OutcomeJacobian,
     /// The outcome at tight tolerances, with unchanged parameters.
     unperturbed: DVector<f64>,
-    /// Noise of each outcome component: the change of the error at tight tolerances over the width.
+    /// Noise of each outcome component: the change of the error at tight tolerances over a width.
     noise: DVector<f64>,
     /// The Jacobian at tight tolerances, computed on demand.
     converged: OnceCell<OutcomeJacobian>,
@@ -63,6 +80,8 @@ pub(super) struct MotionCheck<'a> {
 
 /// Slopes of the motion with respect to one parameter component, for each outcome component.
 struct Slopes {
+    /// Change of the parameter component on either side (unit of the component).
+    width: f64,
     /// Central slopes, of fourth order in the width.
     central: DVector<f64>,
     /// Slopes on the positive and the negative side, of second order in the width.
@@ -76,37 +95,40 @@ impl<'a> MotionCheck<'a> {
         experiment: &'a Experiment,
         parameters: &'a [Parameter],
         outcome_and_positions: &'a WithPositions<'a>,
-        width: f64,
     ) -> Result<Self, GradientError> {
         let jacobian = experiment.jacobian_of(parameters, outcome_and_positions)?;
         let motion = experiment.with_plan(experiment.plan().converged());
         let zeros = DVector::zeros(jacobian.jacobian.nrows());
         let mut check = Self {
             experiment,
-            unperturbed: zeros.clone(),
-            noise: zeros,
             motion,
             parameters,
+            scales: experiment.scales(parameters)?,
             outcome_and_positions,
             jacobian,
+            unperturbed: zeros.clone(),
+            noise: zeros,
             converged: OnceCell::new(),
         };
-        let unchanged = vec![0.0; check.jacobian.jacobian.ncols()];
+        let unchanged = vec![0.0; check.scales.len()];
         check.unperturbed = check.value(&check.motion, &unchanged)?;
-        check.noise = check.measured_noise(width)?;
+        check.noise = check.measured_noise()?;
         Ok(check)
     }
 
-    /// Estimates the noise of the outcome from one rollout with all parameters changed by the width, and from two rollouts at even
-    /// tighter tolerances.
-    fn measured_noise(&self, width: f64) -> Result<DVector<f64>, GradientError> {
+    /// Estimates the noise of the outcome from one rollout with all parameters changed, and from two rollouts at even tighter tolerances.
+    fn measured_noise(&self) -> Result<DVector<f64>, GradientError> {
         let finer = self.motion.with_plan(self.motion.plan().finer());
-        let unchanged = vec![0.0; self.jacobian.jacobian.ncols()];
-        let scales = self.experiment.scales(self.parameters)?;
-        let changed: Vec<_> = scales.iter().map(|scale| width * scale).collect();
-        let error_changed = self.value(&self.motion, &changed)? - self.value(&finer, &changed)?;
-        let error_unchanged = &self.unperturbed - self.value(&finer, &unchanged)?;
-        Ok((error_changed - error_unchanged).abs())
+        let unchanged = vec![0.0; self.scales.len()];
+        let changed = self.scales.iter().map(|scale| NOISE_WIDTH * scale);
+        let changed: Vec<_> = changed.collect();
+        let error = &self.unperturbed - self.value(&finer, &unchanged)?;
+        let outcomes = [&self.motion, &finer].map(|motion| self.value(motion, &changed));
+        // If a rollout at changed parameters fails, the error without a change is an upper estimate as a rule.
+        Ok(match outcomes {
+            [Ok(tight), Ok(finer)] => (tight - finer - error).abs(),
+            _ => error.abs(),
+        })
     }
 
     /// Outcome and positions after a change of the parameters.
@@ -125,18 +147,16 @@ impl<'a> MotionCheck<'a> {
         Ok(DVector::from_vec(value))
     }
 
-    /// Compares the derivatives with respect to one number with the slopes. The scale is the typical change of the number. The width
-    /// is a multiple of the scale.
+    /// Compares the derivatives with respect to one parameter component with the slopes.
     pub fn checked(
         &self,
         number: String,
-        (column, scale): (usize, f64),
-        width: f64,
+        column: usize,
     ) -> Result<CheckedDerivative, GradientError> {
-        let slopes = self.slopes(column, width * scale)?;
+        let levels = self.slopes(column)?;
+        let (verdict, slopes) = self.verdict(column, &levels)?;
         let column_derivative = self.jacobian.jacobian.column(column);
-        let outcome = 0..column_derivative.len() - self.position_count();
-        let verdict = self.verdict((column, scale), &slopes, &outcome)?;
+        let outcome = self.outcome();
         let [derivative, slope] =
             [column_derivative, slopes.central.column(0)].map(|all| rows(&all, &outcome));
         let (difference, noise) = ((&derivative - &slope).amax(), slopes.noise_in(&outcome));
@@ -144,7 +164,7 @@ impl<'a> MotionCheck<'a> {
         let first_mismatch = match verdict {
             Verdict::Right | Verdict::Noisy => None,
             Verdict::Kink | Verdict::Unresolved | Verdict::Chaotic => {
-                self.first_mismatch(&column_derivative, &slopes, outcome.end)
+                self.first_mismatch(&column_derivative, slopes, outcome.end)
             }
         };
         Ok(CheckedDerivative {
@@ -155,45 +175,75 @@ impl<'a> MotionCheck<'a> {
                 _ if difference <= noise => 0.0,
                 _ => difference / largest,
             },
+            width: slopes.width,
             first_mismatch,
         })
     }
 
-    fn verdict(
+    /// Returns the verdict, and the widest slopes that support it.
+    fn verdict<'s>(
         &self,
-        (column, scale): (usize, f64),
-        slopes: &Slopes,
-        outcome: &Range<usize>,
-    ) -> Result<Verdict, GradientError> {
-        let agrees = |jacobian: &OutcomeJacobian, slope: &DVector<f64>| {
-            let derivative = jacobian.jacobian.column(column);
-            slopes.agree(&derivative, slope, outcome)
-        };
-        if agrees(&self.jacobian, &slopes.central) {
-            let derivative = self.jacobian.jacobian.column(column);
-            let (slope, value) = (slopes.central.column(0), self.unperturbed.column(0));
-            let [derivative, slope, value] =
-                [&derivative, &slope, &value].map(|all| rows(all, outcome).amax());
-            let largest = derivative.max(slope);
-            let scale = largest.max(NEGLIGIBLE_SLOPE * value / scale);
-            let is_known = largest == 0.0 || slopes.noise_in(outcome) <= AGREEMENT * scale;
-            return Ok(if is_known {
+        column: usize,
+        levels: &'s [Slopes],
+    ) -> Result<(Verdict, &'s Slopes), GradientError> {
+        if let Some(slopes) = self.widest_agreeing(&self.jacobian, column, levels, Slopes::central)
+        {
+            let is_known = self.is_known(column, slopes);
+            let verdict = if is_known {
                 Verdict::Right
             } else {
                 Verdict::Noisy
-            });
+            };
+            return Ok((verdict, slopes));
         }
         let converged = self.converged()?;
-        if agrees(converged, &slopes.central) {
-            return Ok(Verdict::Unresolved);
+        if let Some(slopes) = self.widest_agreeing(converged, column, levels, Slopes::central) {
+            return Ok((Verdict::Unresolved, slopes));
         }
-        let mut sides = slopes.one_sided.iter();
-        let is_kink = sides.any(|side| agrees(&self.jacobian, side) || agrees(converged, side));
-        Ok(if is_kink {
-            Verdict::Kink
-        } else {
-            Verdict::Chaotic
-        })
+        for jacobian in [&self.jacobian, converged] {
+            for side in [Slopes::ahead, Slopes::behind] {
+                if let Some(slopes) = self.widest_agreeing(jacobian, column, levels, side) {
+                    return Ok((Verdict::Kink, slopes));
+                }
+            }
+        }
+        Ok((Verdict::Chaotic, &levels[levels.len() - 1]))
+    }
+
+    /// Returns the widest slopes with which a derivative agrees, if it agrees with the slopes over half of the width, too.
+    fn widest_agreeing<'s>(
+        &self,
+        jacobian: &OutcomeJacobian,
+        column: usize,
+        levels: &'s [Slopes],
+        slope: impl Fn(&Slopes) -> &DVector<f64>,
+    ) -> Option<&'s Slopes> {
+        let derivative = jacobian.jacobian.column(column);
+        let agrees = |slopes: &Slopes| slopes.agree(&derivative, slope(slopes), &self.outcome());
+        if let [only] = levels {
+            return agrees(only).then_some(only);
+        }
+        let mut pairs = levels.windows(2);
+        pairs
+            .find(|pair| pair.iter().all(agrees))
+            .map(|pair| &pair[0])
+    }
+
+    /// Whether the noise of slopes is at most 3 % of the slope or of the derivative of the plan.
+    fn is_known(&self, column: usize, slopes: &Slopes) -> bool {
+        let outcome = self.outcome();
+        let derivative = self.jacobian.jacobian.column(column);
+        let (slope, value) = (slopes.central.column(0), self.unperturbed.column(0));
+        let [derivative, slope, value] =
+            [&derivative, &slope, &value].map(|all| rows(all, &outcome).amax());
+        let largest = derivative.max(slope);
+        let scale = largest.max(NEGLIGIBLE_SLOPE * value / self.scales[column]);
+        largest == 0.0 || slopes.noise_in(&outcome) <= AGREEMENT * scale
+    }
+
+    /// Rows of the outcome. The positions follow.
+    fn outcome(&self) -> Range<usize> {
+        0..self.jacobian.jacobian.nrows() - self.position_count()
     }
 
     /// Time (s) and body of the first derivative of a position that does not agree with the slope.
@@ -243,37 +293,106 @@ impl<'a> MotionCheck<'a> {
         Ok(self.converged.get_or_init(|| jacobian))
     }
 
-    /// Slopes with respect to one parameter component.
-    fn slopes(&self, column: usize, width: f64) -> Result<Slopes, GradientError> {
-        let value = |factor: f64| {
-            let mut change = vec![0.0; self.jacobian.jacobian.ncols()];
-            change[column] = factor * width;
+    /// Returns the slopes with respect to one parameter component over decreasing widths. They end as soon as the derivative of the plan
+    /// agrees with two of them in succession, or where the noise is too large. There is at least one.
+    fn slopes(&self, column: usize) -> Result<Vec<Slopes>, GradientError> {
+        let mut levels: Vec<Slopes> = Vec::new();
+        let mut fault = None;
+        let mut wide = self.both_sides(column, 0);
+        for level in 0..HALVINGS {
+            let half = self.both_sides(column, level + 1);
+            let slopes = match (&wide, &half) {
+                (Ok(wide), Ok(half)) => self.slopes_over((column, level), wide, half),
+                (Err(error), _) | (_, Err(error)) => {
+                    if !is_local(error) {
+                        return Err(error.clone());
+                    }
+                    fault = Some(error.clone());
+                    wide = half;
+                    continue;
+                }
+            };
+            wide = half;
+            let is_known = self.is_known(column, &slopes);
+            if is_known || levels.is_empty() {
+                levels.push(slopes);
+            }
+            let last_two = &levels[levels.len().saturating_sub(2)..];
+            let is_right = last_two.len() == 2
+                && self
+                    .widest_agreeing(&self.jacobian, column, last_two, Slopes::central)
+                    .is_some();
+            if is_right || !is_known {
+                break;
+            }
+        }
+        match fault {
+            Some(fault) if levels.is_empty() => Err(fault),
+            _ => Ok(levels),
+        }
+    }
+
+    /// Outcomes after a change of one parameter component by the width with this index, and after the opposite change.
+    fn both_sides(&self, column: usize, level: usize) -> Result<[DVector<f64>; 2], GradientError> {
+        let value = |sign: f64| {
+            let mut change = vec![0.0; self.scales.len()];
+            change[column] = sign * width(level) * self.scales[column];
             self.value(&self.motion, &change)
         };
-        // The whole and half of the width, on each side.
-        let [whole_ahead, half_ahead] = [value(1.0)?, value(0.5)?];
-        let [whole_behind, half_behind] = [value(-1.0)?, value(-0.5)?];
+        Ok([value(1.0)?, value(-1.0)?])
+    }
+
+    /// Returns the slopes over the width with this index, from the outcomes on both sides after the whole and half of the change.
+    fn slopes_over(
+        &self,
+        (column, level): (usize, usize),
+        [whole_ahead, whole_behind]: &[DVector<f64>; 2],
+        [half_ahead, half_behind]: &[DVector<f64>; 2],
+    ) -> Slopes {
+        let width = width(level) * self.scales[column];
         let side = |whole: &DVector<f64>, half: &DVector<f64>, width: f64| {
             ((half - &self.unperturbed) * 4.0 - (whole - &self.unperturbed)) / width
         };
         let one_sided = [
-            side(&whole_ahead, &half_ahead, width),
-            side(&whole_behind, &half_behind, -width),
+            side(whole_ahead, half_ahead, width),
+            side(whole_behind, half_behind, -width),
         ];
         let central =
             ((half_ahead - half_behind) * 8.0 - (whole_ahead - whole_behind)) / (6.0 * width);
         let noise = self.noise.zip_map(&self.unperturbed, |noise, value| {
             NOISE_GAIN * (noise + ROUND_OFF * value.abs()) / width
         });
-        Ok(Slopes {
+        Slopes {
+            width,
             central,
             one_sided,
             noise,
-        })
+        }
+    }
+}
+
+/// Whether an error at changed parameters says nothing about smaller changes.
+fn is_local(error: &GradientError) -> bool {
+    match error {
+        GradientError::Rollout(error) => !matches!(error, RolloutError::Stopped),
+        GradientError::World(_) | GradientError::OutcomeNotFinite { .. } => true,
+        _ => false,
     }
 }
 
 impl Slopes {
+    fn central(&self) -> &DVector<f64> {
+        &self.central
+    }
+
+    fn ahead(&self) -> &DVector<f64> {
+        &self.one_sided[0]
+    }
+
+    fn behind(&self) -> &DVector<f64> {
+        &self.one_sided[1]
+    }
+
     /// Whether a derivative agrees with a slope in a range of rows.
     fn agree(
         &self,

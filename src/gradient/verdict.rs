@@ -13,12 +13,10 @@ pub enum Verdict {
     /// The derivative agrees with the slope at tight tolerances, but not at the tolerances of the plan, because the steps of the plan do
     /// not resolve the motion.
     Unresolved,
-    /// The derivative does not agree with the slope over the width, even at tight tolerances. Either the motion amplifies small
-    /// changes, or the outcome is curved within the width. Dissipation, finer meshes or a larger resting speed make the outcome
-    /// smoother.
+    /// The derivative does not agree with the slope over any width, even at tight tolerances. The motion amplifies small changes, or the
+    /// derivative is wrong. Dissipation, finer meshes or a larger resting speed make the outcome smoother.
     Chaotic,
-    /// The derivative agrees with the slope within the noise of the rollouts, but this noise exceeds 3 % of the slope. A larger
-    /// width reduces the noise.
+    /// The derivative agrees with the slope within the noise of the rollouts, but this noise exceeds 3 % of the slope over any width.
     Noisy,
 }
 
@@ -34,6 +32,9 @@ pub struct CheckedDerivative {
     /// Largest difference between derivative and slope, relative to the larger of their largest entries. Zero if the difference is
     /// below the noise of the rollouts. For [`Verdict::Noisy`], the noise relative to the same entry.
     pub error: f64,
+    /// Change of the number (unit of the number) over which the slope was taken. For [`Verdict::Right`], it is the largest tested
+    /// change whose effect the derivative predicts.
+    pub width: f64,
     /// Time (s) of the first recorded state in which the derivative of a position does not agree with the slope, and the name of the
     /// body. `None` if the verdict is right or noisy, or if the derivatives of all recorded positions agree with their slopes.
     pub first_mismatch: Option<(f64, String)>,

@@ -35,7 +35,8 @@ use std::sync::Mutex;
 ///
 /// Each vertex is either a node of the lattice, which is fixed, or on the boundary, at an edge of the lattice that crosses it. Vertices on
 /// smooth, curved parts of the surface then move along these edges, until the mean gap between the surface and the triangles around each
-/// vertex is zero. Edges and corners of the surface are cut off by less than a spacing. [`Self::pullback`] and [`Self::rates`] have the derivatives with respect
+/// vertex is zero. Edges and corners of the surface are cut off by less than a spacing, so that contact patches with radii below about
+/// three spacings have too little force. [`Self::pullback`] and [`Self::rates`] have the derivatives with respect
 /// to the vertices of the triangles.
 ///
 /// ```
