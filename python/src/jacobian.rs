@@ -292,14 +292,14 @@ impl DerivativeCheck {
     /// same reference.
     #[getter]
     fn errors<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
-        self.of_each(py, |derivative| derivative.error)
+        self.array_of(py, |derivative| derivative.error)
     }
 
     /// Change of each parameter component over which the slope was taken, (p,) float64, in the unit of the component. For a right
     /// derivative it is the largest tested change whose effect the derivative predicts.
     #[getter]
     fn widths<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
-        self.of_each(py, |derivative| derivative.width)
+        self.array_of(py, |derivative| derivative.width)
     }
 
     /// First mismatch of each derivative: the time (s) of the first recorded state in which the derivative does not agree with the
@@ -332,8 +332,8 @@ impl DerivativeCheck {
 }
 
 impl DerivativeCheck {
-    /// Returns an array of one number of each derivative.
-    fn of_each<'py>(
+    /// Returns an array with one number per derivative.
+    fn array_of<'py>(
         &self,
         py: Python<'py>,
         number: impl Fn(&gradient::CheckedDerivative) -> f64,

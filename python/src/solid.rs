@@ -29,8 +29,8 @@ use std::sync::Mutex;
 /// off by less than a spacing, and walls must be thicker than a spacing.
 ///
 /// The static methods take the spacing of the lattice (m), or the largest error of the volume or of the distance to the surface. For an
-/// error, the spacing is refined until the error is as small, or the next mesh would have more than 500,000 tetrahedra, which is a
-/// warning (UserWarning). The default is a distance error of 0.02.
+/// error, the spacing is refined until the error is reached. The refinement stops with a warning (UserWarning) if the next mesh would have
+/// more than 500,000 tetrahedra or need more than 1e8 cells. The default is a distance error of 0.02.
 #[pyclass(frozen, module = "hydroelastic")]
 pub struct Solid {
     region: Region,
@@ -400,8 +400,9 @@ impl Solid {
         whole_array(py, vertices, &[count])
     }
 
-    /// Indices of the vertices of the shape without a unique derivative, ascending: vertices at which a small change of the boundary changes
-    /// the tetrahedra, vertices at which the boundary has no triangle to follow, and those of LinearizedShape.ambiguous.
+    /// Indices of the vertices of the shape without a unique derivative, ascending: vertices at which a small change of the boundary
+    /// changes the tetrahedra or the edge of the lattice, vertices on edges between triangles that are not in one plane, vertices that
+    /// have no triangle to follow, the neighbors of these vertices on the boundary, and the vertices of LinearizedShape.ambiguous.
     #[getter]
     fn ambiguous(&self) -> Vec<usize> {
         let mut ambiguous = [self.inner.ambiguous(), self.distances.ambiguous()].concat();

@@ -256,14 +256,14 @@ impl World {
     /// unit otherwise. A derivative agrees with a slope if they differ by at most 3 % plus the noise of the rollouts. The verdicts on a
     /// derivative are:
     ///
-    /// - "right": the derivative agrees with the slopes over two changes in succession.
+    /// - "right": the derivative agrees with the slopes over two successive changes.
     /// - "kink": the derivative of the plan or at tight tolerances agrees with the slope on one side only.
     /// - "unresolved": the derivative agrees with the slope at tight tolerances, but not at the tolerances of the plan.
-    /// - "chaotic": the derivative does not agree with any slope even at tight tolerances.
+    /// - "chaotic": the derivative agrees with no slope, not even at tight tolerances.
     /// - "noisy": the derivative agrees with the slope, but the noise of the rollouts exceeds 3 % of the slope.
     ///
     /// The check takes a Jacobian of the plan, and at least 6 rollouts at tight tolerances for each component. If a derivative does not
-    /// agree with the slopes, it takes up to 16 rollouts and a Jacobian at tight tolerances.
+    /// agree with the slopes, the check takes up to 16 rollouts for its component, and one Jacobian at tight tolerances.
     ///
     /// Parameters
     /// ----------

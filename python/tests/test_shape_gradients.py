@@ -185,7 +185,7 @@ def test_dimensions_of_shapes_equal_differences(kind, ball_on_block, by_wrenches
     shape, rates = make(dimensions), rates_of(dimensions)
     count = len(dimensions)
     assert rates.vertices.shape == (count, *shape.vertices.shape) and rates.extents.shape == (count, len(shape.extents))
-    # The farthest vertices of a solid of revolution stay equally far. Vertices at kinks of the distance have several closest places.
+    # The farthest vertices of a solid of revolution stay equally far. Vertices at kinks of the distance have several closest points.
     assert rates.ambiguous == [] or kind in ("lathe", "extrusion")
     gradient, of_block = he.Pair(shape, block, *pair.moduli).shape_gradients(pose_a, pose_b, by_wrenches)
     actual = gradient.along(rates)

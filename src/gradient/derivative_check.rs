@@ -5,10 +5,11 @@ use super::{DerivativeCheck, Experiment, GradientError, Outcome, Parameter};
 impl Experiment {
     /// Compares the Jacobian with the slopes of the motion.
     ///
-    /// Slopes are taken over decreasing changes of each number, from 1e-2 to 8e-5 typical changes as in
-    /// [`DifferenceCheck::steps`](super::DifferenceCheck::steps), as far as they exceed the noise of the rollouts. A derivative is right if
-    /// the error of its linear prediction vanishes faster than the change: it must agree with the slopes over two changes in succession,
-    /// each to 3 %. [`CheckedDerivative::width`](super::CheckedDerivative::width) is the larger change. The check ignores finer structure.
+    /// Slopes are computed over decreasing changes of each number. The outcomes are at 1e-2 to 8e-5 typical changes, as in
+    /// [`DifferenceCheck::steps`](super::DifferenceCheck::steps). The changes stop decreasing when the noise of the rollouts exceeds 3 % of
+    /// the slope. A derivative is right if it differs by at most 3 % from the slopes over two successive changes. One change suffices if
+    /// the next change fails or is too noisy. [`CheckedDerivative::width`](super::CheckedDerivative::width) is the larger change. The check
+    /// does not detect variations of the outcome over smaller changes.
     ///
     /// Slopes are differences of outcomes of more accurate rollouts. If the integrator of the plan
     /// is implicit, these rollouts use `Sdirk3` with tight tolerances
@@ -17,8 +18,9 @@ impl Experiment {
     /// the time step is divided by four. If the integrator is explicit, the time step is divided by
     /// eight.
     ///
-    /// A right derivative takes at least 6 of these rollouts, another derivative up to 16, and one more Jacobian. If a rollout at changed
-    /// parameters fails, the next width is tried. The noise is measured by two rollouts at even tighter tolerances.
+    /// For a right derivative, the check takes at least 6 of these rollouts. For other derivatives, it takes up to 16. Two more rollouts,
+    /// and two at even tighter tolerances, measure the noise. If any derivative is not right, the check also takes one Jacobian at tight
+    /// tolerances. If a rollout at changed parameters fails, the check tries the next smaller change.
     ///
     /// Bodies at rest vibrate against each other. A vibration with a period well below the time step is damped in both the
     /// derivative and the slopes, so the check does not see it.
@@ -28,7 +30,8 @@ impl Experiment {
     ///
     /// # Errors
     /// - As [`Self::jacobian`].
-    /// - If the rollout at tight tolerances fails, or the rollouts at all changes of a number.
+    /// - If the rollout at tight tolerances with unchanged parameters fails.
+    /// - If no change of a number has successful rollouts.
     /// - [`GradientError::OutcomeLength`] if the length of the outcome differs between rollouts.
     pub fn derivative_check(
         &self,

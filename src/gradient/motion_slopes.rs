@@ -44,11 +44,11 @@ where
     }
 }
 
-/// Widest change of a parameter component over which slopes are taken, in typical changes.
-const WIDEST: f64 = 1e-2;
+/// Largest change of a parameter component over which slopes are computed, in typical changes.
+const LARGEST_WIDTH: f64 = 1e-2;
 
-/// Number of times that the widest change is halved. The outcome is called chaotic if its slope varies over all widths down to the last
-/// one, 8e-5 typical changes.
+/// Number of times that the largest change is halved. The smallest change of a rollout is 8e-5 typical changes. Structure of the outcome
+/// below this change is not detected.
 const HALVINGS: usize = 7;
 
 /// Change of all parameters over which the noise of outcomes is measured, in typical changes.
@@ -56,7 +56,7 @@ const NOISE_WIDTH: f64 = 1e-3;
 
 /// Returns the width with this index, in typical changes.
 fn width(level: usize) -> f64 {
-    WIDEST / (1_u64 << level) as f64
+    LARGEST_WIDTH / (1_u64 << level) as f64
 }
 
 /// Comparison of the derivatives of an experiment with the motion.
@@ -72,7 +72,7 @@ pub(super) struct MotionCheck<'a> {
     jacobian: OutcomeJacobian,
     /// The outcome at tight tolerances, with unchanged parameters.
     unperturbed: DVector<f64>,
-    /// Noise of each outcome component: the change of the error at tight tolerances over a width.
+    /// Noise of each outcome component: the difference of the errors at tight tolerances between changed and unchanged parameters.
     noise: DVector<f64>,
     /// The Jacobian at tight tolerances, computed on demand.
     converged: OnceCell<OutcomeJacobian>,
@@ -124,7 +124,7 @@ impl<'a> MotionCheck<'a> {
         let changed: Vec<_> = changed.collect();
         let error = &self.unperturbed - self.value(&finer, &unchanged)?;
         let outcomes = [&self.motion, &finer].map(|motion| self.value(motion, &changed));
-        // If a rollout at changed parameters fails, the error without a change is an upper estimate as a rule.
+        // If a rollout at changed parameters fails, the error at unchanged parameters is used. It usually overestimates the noise.
         Ok(match outcomes {
             [Ok(tight), Ok(finer)] => (tight - finer - error).abs(),
             _ => error.abs(),
@@ -201,7 +201,7 @@ impl<'a> MotionCheck<'a> {
             return Ok((Verdict::Unresolved, slopes));
         }
         for jacobian in [&self.jacobian, converged] {
-            for side in [Slopes::ahead, Slopes::behind] {
+            for side in [Slopes::forward, Slopes::backward] {
                 if let Some(slopes) = self.widest_agreeing(jacobian, column, levels, side) {
                     return Ok((Verdict::Kink, slopes));
                 }
@@ -210,7 +210,7 @@ impl<'a> MotionCheck<'a> {
         Ok((Verdict::Chaotic, &levels[levels.len() - 1]))
     }
 
-    /// Returns the widest slopes with which a derivative agrees, if it agrees with the slopes over half of the width, too.
+    /// Returns the slopes over the largest width such that the derivative agrees with these slopes and with the slopes over the next width.
     fn widest_agreeing<'s>(
         &self,
         jacobian: &OutcomeJacobian,
@@ -220,8 +220,8 @@ impl<'a> MotionCheck<'a> {
     ) -> Option<&'s Slopes> {
         let derivative = jacobian.jacobian.column(column);
         let agrees = |slopes: &Slopes| slopes.agree(&derivative, slope(slopes), &self.outcome());
-        if let [only] = levels {
-            return agrees(only).then_some(only);
+        if let [single] = levels {
+            return agrees(single).then_some(single);
         }
         let mut pairs = levels.windows(2);
         pairs
@@ -241,7 +241,7 @@ impl<'a> MotionCheck<'a> {
         largest == 0.0 || slopes.noise_in(&outcome) <= AGREEMENT * scale
     }
 
-    /// Rows of the outcome. The positions follow.
+    /// Row range of the outcome. The rows of the positions come after it.
     fn outcome(&self) -> Range<usize> {
         0..self.jacobian.jacobian.nrows() - self.position_count()
     }
@@ -293,21 +293,21 @@ impl<'a> MotionCheck<'a> {
         Ok(self.converged.get_or_init(|| jacobian))
     }
 
-    /// Returns the slopes with respect to one parameter component over decreasing widths. They end as soon as the derivative of the plan
-    /// agrees with two of them in succession, or where the noise is too large. There is at least one.
+    /// Returns the slopes with respect to one parameter component over decreasing widths, at least one. The widths end when the derivative
+    /// of the plan agrees with two successive slopes, or when the noise is too large.
     fn slopes(&self, column: usize) -> Result<Vec<Slopes>, GradientError> {
         let mut levels: Vec<Slopes> = Vec::new();
-        let mut fault = None;
+        let mut last_error = None;
         let mut wide = self.both_sides(column, 0);
         for level in 0..HALVINGS {
             let half = self.both_sides(column, level + 1);
             let slopes = match (&wide, &half) {
                 (Ok(wide), Ok(half)) => self.slopes_over((column, level), wide, half),
                 (Err(error), _) | (_, Err(error)) => {
-                    if !is_local(error) {
+                    if !is_avoidable(error) {
                         return Err(error.clone());
                     }
-                    fault = Some(error.clone());
+                    last_error = Some(error.clone());
                     wide = half;
                     continue;
                 }
@@ -326,8 +326,8 @@ impl<'a> MotionCheck<'a> {
                 break;
             }
         }
-        match fault {
-            Some(fault) if levels.is_empty() => Err(fault),
+        match last_error {
+            Some(error) if levels.is_empty() => Err(error),
             _ => Ok(levels),
         }
     }
@@ -371,8 +371,8 @@ impl<'a> MotionCheck<'a> {
     }
 }
 
-/// Whether an error at changed parameters says nothing about smaller changes.
-fn is_local(error: &GradientError) -> bool {
+/// Whether smaller changes of the parameters can avoid this error.
+fn is_avoidable(error: &GradientError) -> bool {
     match error {
         GradientError::Rollout(error) => !matches!(error, RolloutError::Stopped),
         GradientError::World(_) | GradientError::OutcomeNotFinite { .. } => true,
@@ -385,11 +385,11 @@ impl Slopes {
         &self.central
     }
 
-    fn ahead(&self) -> &DVector<f64> {
+    fn forward(&self) -> &DVector<f64> {
         &self.one_sided[0]
     }
 
-    fn behind(&self) -> &DVector<f64> {
+    fn backward(&self) -> &DVector<f64> {
         &self.one_sided[1]
     }
 

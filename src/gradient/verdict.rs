@@ -13,10 +13,10 @@ pub enum Verdict {
     /// The derivative agrees with the slope at tight tolerances, but not at the tolerances of the plan, because the steps of the plan do
     /// not resolve the motion.
     Unresolved,
-    /// The derivative does not agree with the slope over any width, even at tight tolerances. The motion amplifies small changes, or the
+    /// The derivative disagrees with the slope at every width, even at tight tolerances. Either the motion amplifies small changes, or the
     /// derivative is wrong. Dissipation, finer meshes or a larger resting speed make the outcome smoother.
     Chaotic,
-    /// The derivative agrees with the slope within the noise of the rollouts, but this noise exceeds 3 % of the slope over any width.
+    /// The derivative agrees with the slope within the noise of the rollouts, but this noise exceeds 3 % of the slope at every width.
     Noisy,
 }
 

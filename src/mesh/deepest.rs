@@ -7,22 +7,23 @@ use crate::geometry::EDGES;
 use crate::parallel;
 use nalgebra::Vector3;
 
-/// Barycentric coordinates are multiples of the inverse of this number, so that small changes of the mesh do not change them.
-const STEPS: i32 = 64;
+/// Number of steps of a barycentric coordinate from 0 to 1. The search uses whole steps, so that small changes of the mesh do not change
+/// the coordinates.
+const STEP_COUNT: i32 = 64;
 
-/// Smallest barycentric coordinate, in multiples of the inverse of [`STEPS`].
-const LEAST_SHARE: i32 = 4;
+/// Smallest barycentric coordinate, in steps.
+const MIN_STEPS: i32 = 4;
 
 /// Smallest relative gain for which a tetrahedron is split.
 const GAIN: f64 = 1e-3;
 
-/// Relative difference below which distances are equal.
+/// Relative difference below which two distances count as equal.
 const TIE: f64 = 1e-4;
 
-/// Largest distance of a point of a tetrahedron from the nearest corner, over the longest edge [Jung 1901].
-const JUNG: f64 = 0.612_372_5;
+/// Upper bound of the distance from a point of a tetrahedron to the nearest corner, over the longest edge (Jung's theorem) [Jung 1901].
+const JUNG_RATIO: f64 = 0.612_372_5;
 
-/// A place in a tetrahedron.
+/// A point of a tetrahedron and its distance from the surface.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct DeepestPoint {
     tet: [usize; 4],
@@ -34,11 +35,12 @@ pub(super) struct DeepestPoint {
 }
 
 impl DeepestPoint {
-    /// Returns the new vertex there.
+    /// Returns the new vertex at this point.
     pub fn center(&self) -> Center {
         Center::in_tet(self.tet, self.shares)
     }
 
+    /// Returns the split of the tetrahedron at this point.
     pub fn division(&self) -> Division<4> {
         let mut simplex = self.tet;
         simplex.sort_unstable();
@@ -49,8 +51,8 @@ impl DeepestPoint {
     }
 }
 
-/// Returns a point inside a tetrahedron that is farther from the surface than all vertices, whose distances (m) are given, and about the
-/// farthest. Returns `None` if no point is farther by more than a thousandth.
+/// Returns approximately the point of the mesh that is farthest from the surface. `distances` are the distances (m) of the vertices.
+/// Returns `None` if no point is more than 0.1 % farther from the surface than all vertices.
 pub(super) fn deepest_point(
     mesh: &TetMesh,
     surface: &SurfaceDistance,
@@ -61,7 +63,7 @@ pub(super) fn deepest_point(
     let is_near = |&tet: &usize| {
         let of_corners = mesh.tets()[tet].map(|vertex| distances[vertex]);
         let largest_of_corners = of_corners.into_iter().fold(0.0, f64::max);
-        largest_of_corners + JUNG * longest_edge(&corners(tet)) > (1.0 - GAIN) * largest
+        largest_of_corners + JUNG_RATIO * longest_edge(&corners(tet)) > (1.0 - GAIN) * largest
     };
     let near: Vec<usize> = (0..mesh.tet_count()).filter(is_near).collect();
     let at_centroids = parallel::map(&near, |&tet| surface.to(&centroid(&corners(tet))));
@@ -85,11 +87,11 @@ pub(super) fn deepest_point(
     (deepest.distance > (1.0 + GAIN) * at_vertices).then_some(deepest)
 }
 
-/// Searches the deepest point of a tetrahedron from its centroid on, along its edges.
+/// Returns the deepest point of a tetrahedron. The pattern search starts at the centroid and moves parallel to the edges.
 fn deepest_in(mesh: &TetMesh, surface: &SurfaceDistance, tet: usize) -> DeepestPoint {
     let corners = mesh.tetrahedron(tet).corners;
     let point = |steps: [i32; 4]| {
-        let shares = steps.map(|count| f64::from(count) / f64::from(STEPS));
+        let shares = steps.map(|count| f64::from(count) / f64::from(STEP_COUNT));
         let weighted = corners.iter().zip(shares);
         let position = weighted.map(|(corner, share)| corner * share).sum();
         DeepestPoint {
@@ -99,16 +101,16 @@ fn deepest_in(mesh: &TetMesh, surface: &SurfaceDistance, tet: usize) -> DeepestP
             distance: surface.to(&position),
         }
     };
-    let mut steps = [STEPS / 4; 4];
+    let mut steps = [STEP_COUNT / 4; 4];
     let mut deepest = point(steps);
-    let mut step = STEPS / 8;
+    let mut step = STEP_COUNT / 8;
     while step > 0 {
         let moved = EDGES.iter().flat_map(|&[a, b]| [[a, b], [b, a]]);
         let moved = moved.filter_map(|[from, to]| {
             let mut moved = steps;
             moved[from] -= step;
             moved[to] += step;
-            (moved[from] >= LEAST_SHARE).then(|| (moved, point(moved)))
+            (moved[from] >= MIN_STEPS).then(|| (moved, point(moved)))
         });
         match moved.reduce(|a, b| if is_deeper(&b.1, &a.1) { b } else { a }) {
             Some((moved, next)) if is_deeper(&next, &deepest) => (steps, deepest) = (moved, next),
@@ -118,7 +120,8 @@ fn deepest_in(mesh: &TetMesh, surface: &SurfaceDistance, tet: usize) -> DeepestP
     deepest
 }
 
-/// Compares two points. Ties are decided by their order, so that small changes of the mesh do not decide.
+/// Returns true if `a` is farther from the surface than `b` by more than the tolerance [`TIE`]. Callers keep the first of two points at a
+/// tie, so that rounding error does not select the point.
 fn is_deeper(a: &DeepestPoint, b: &DeepestPoint) -> bool {
     a.distance > (1.0 + TIE) * b.distance
 }

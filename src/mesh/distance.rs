@@ -10,7 +10,7 @@ pub(super) struct MadeOfDistances {
     pub mesh: TetMesh,
     pub surface: SurfaceDistance,
     pub extents: Vec<f64>,
-    /// The vertices that follow the vertices of the input mesh: midpoints and centroids of the simplices that were split.
+    /// The vertices that follow the vertices of the input mesh: points of the simplices that were split.
     pub centers: Vec<Center>,
     /// Distances (m) of the vertices of the input mesh from the surface, followed by the distances of `centers`.
     pub distances: Vec<f64>,
@@ -60,7 +60,7 @@ pub(super) fn normalized(mesh: &TetMesh) -> Result<MadeOfDistances, MeshError> {
 fn normalized_unsplit(mesh: TetMesh, centers: Vec<Center>) -> MadeOfDistances {
     let surface = SurfaceDistance::of(&mesh);
     let distances = distances(&mesh, &surface);
-    made_of(mesh, centers, surface, distances)
+    with_extents(mesh, centers, surface, distances)
 }
 
 /// Builds the mesh of [`normalized`] without splitting simplices. If a point inside a tetrahedron is farther from the surface than all
@@ -76,10 +76,11 @@ pub(super) fn normalized_with_deepest(
         centers.push(deepest.center());
         distances.push(deepest.distance);
     }
-    Ok(made_of(mesh, centers, surface, distances))
+    Ok(with_extents(mesh, centers, surface, distances))
 }
 
-fn made_of(
+/// Normalizes the distances (m) to extents.
+fn with_extents(
     mesh: TetMesh,
     centers: Vec<Center>,
     surface: SurfaceDistance,

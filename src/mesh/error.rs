@@ -177,7 +177,7 @@ pub enum MeshError {
     },
     /// A swept cross-section has too many tetrahedra.
     #[error(
-        "the shape would have {count} tetrahedra, but at most {limit} are supported: choose a larger resolution or fewer segments"
+        "the shape would have {count} tetrahedra, but at most {limit} are supported: choose a larger resolution (or fewer lathe segments)"
     )]
     FineSweep {
         /// Number of tetrahedra.

@@ -99,8 +99,8 @@ impl PressureField {
     ///
     /// The field of [`Self::from_distance`] is interpolated between the vertices of the mesh, which makes coarse meshes too soft:
     /// tetrahedra at edges of the body have several vertices on its surface. [`Self::distance_error`] returns this error. Here, the
-    /// tetrahedra with the largest errors are split at kinks of the distance, and one more at the point farthest from the surface. The parts
-    /// may have small angles, which contact tolerates.
+    /// tetrahedra with the largest errors are split at kinks of the distance. One tetrahedron is also split at the point farthest from the
+    /// surface. The parts may have small angles, which contact tolerates.
     ///
     /// # Errors
     /// Returns an error if `depth` or `tolerance` is not positive and finite, or if more than 4,000,000 tetrahedra are needed. Also

@@ -21,10 +21,12 @@ const PART: f64 = 0.3;
 /// Depth that is checked by default, over the largest distance. It is not half, because the midpoints of many edges are that deep.
 const DEFAULT_DEPTH: f64 = 0.4;
 
-/// Relative difference below which errors and lengths are equal. Ties are decided by order, so that small changes of the mesh do not decide.
+/// Relative difference below which two errors or lengths count as equal. The first candidate then wins, so that rounding error does not
+/// select the split.
 const TIE: f64 = 1e-3;
 
-/// Share of the error in the tetrahedra that a pass splits. It is not one half, because symmetric bodies have two halves with equal errors.
+/// Fraction of the total error in the tetrahedra that one pass splits. One half would be ambiguous for symmetric bodies, because their two
+/// halves have equal errors.
 const SPLIT_SHARE: f64 = 0.499;
 
 /// Error that counts as rounding, over the size of the surface.
@@ -114,15 +116,15 @@ fn refined(
         let mut worst: Vec<usize> = (0..tets.len()).collect();
         worst.sort_by(|&a, &b| of_tets[b].error.total_cmp(&of_tets[a].error));
         let mut left = SPLIT_SHARE * all.error;
-        let mut least = 0.0;
+        let mut smallest_error = 0.0;
         // Tetrahedra with equal errors are split together.
         let marked = worst.into_iter().take_while(|&tet| {
             let error = of_tets[tet].error;
             if left > 0.0 {
-                least = (1.0 - TIE) * error;
+                smallest_error = (1.0 - TIE) * error;
             }
             left -= error;
-            error >= least
+            error >= smallest_error
         });
         let places = errors.worst_places(marked);
         centers.extend(
@@ -258,7 +260,7 @@ impl<'a> Errors<'a> {
         let (mut worst, [mut step, last]) = (place(0.5), STEPS);
         while step >= last {
             for next in [place(worst.position - step), place(worst.position + step)] {
-                // An exact edge is split in the middle.
+                // If the distance is exact along the edge, the edge is split in the middle.
                 if next.error > (1.0 + TIE) * worst.error + ROUNDING * self.surface.size() {
                     worst = next;
                 }

@@ -30,7 +30,7 @@ impl Center {
         }
     }
 
-    /// The point of a tetrahedron with these barycentric coordinates.
+    /// Creates a center at the point of a tetrahedron with these barycentric coordinates.
     pub fn in_tet(corners: [usize; 4], shares: [f64; 4]) -> Self {
         Self {
             corners,

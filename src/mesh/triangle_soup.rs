@@ -115,8 +115,8 @@ impl TriangleSoup {
         Ok(welding::without_unused(vertices, &triangles).into())
     }
 
-    /// Returns the surface of the convex hull of each connected component. Triangles are connected if they share a vertex. Vertices at equal
-    /// positions are merged before, as by [`Self::welded`].
+    /// Returns the surface of the convex hull of each connected component. First merges vertices at equal positions, as [`Self::welded`].
+    /// Triangles are connected if they share a vertex.
     ///
     /// # Errors
     /// Returns an error if the vertices of a component lie in a plane. Also returns the errors of [`Self::welded`].

@@ -252,7 +252,7 @@ pub(crate) fn first_in_chain(
         .collect()
 }
 
-/// Groups triangles that are connected by common vertices. The order is that of the lowest vertices.
+/// Groups triangles that are connected by common vertices. Groups are in the order of their smallest vertex index.
 pub(super) fn connected(triangles: &[[usize; 3]]) -> Vec<Vec<[usize; 3]>> {
     let mut sets = DisjointSets::of(triangles.as_flattened());
     for &[a, b, c] in triangles {

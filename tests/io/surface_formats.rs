@@ -395,7 +395,7 @@ fn collada_faces_of_all_kinds_are_triangles() {
 }
 
 #[test]
-fn factors_are_for_the_axes_of_the_file() {
+fn scale_factors_apply_to_the_axes_of_the_file() {
     let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("factors.dae");
     std::fs::write(&path, dae("", FACES, NODE)).unwrap();
     let placement = Placement {

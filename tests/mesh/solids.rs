@@ -106,7 +106,7 @@ fn overlapping_parts_are_united() {
     assert!((found / 1.5e-3 - 1.0).abs() < 0.01, "{found}");
 }
 
-/// Two cups in each other wind around points above their openings.
+/// The winding number of two nested cups is large at points above their openings.
 #[test]
 fn solids_end_at_the_bounds_of_their_triangles() {
     let cup = |lengths: [f64; 3]| {
@@ -153,7 +153,7 @@ fn the_deepest_point_is_a_vertex() {
 fn open_boxes_are_filled_up_to_their_rims() {
     let mut open = box_soup([0.1; 3]);
     open.triangles.drain(4..6);
-    // Two layers have the winding number of a solid in front of the hole, too.
+    // In front of the hole, two layers have a winding number as large as inside a solid.
     let doubled = joined(&open, &open);
     for (soup, spacing) in [&open, &doubled]
         .into_iter()
@@ -386,7 +386,7 @@ fn errors_that_stay_larger_than_asked_are_told() {
 }
 
 #[test]
-fn small_regions_in_large_boxes_are_as_exact_as_their_lattice_allows() {
+fn small_regions_in_large_boxes_warn_about_the_cell_limit() {
     let bounds = Aabb {
         lower: Vector3::repeat(-0.5),
         upper: Vector3::repeat(0.5),
@@ -398,7 +398,7 @@ fn small_regions_in_large_boxes_are_as_exact_as_their_lattice_allows() {
 }
 
 #[test]
-fn faults_of_distances_end_the_refinement() {
+fn nan_distances_stop_the_refinement() {
     let calls = AtomicUsize::new(0);
     let distances = |points: &[Vector3<f64>]| {
         calls.fetch_add(points.len(), Ordering::Relaxed);

@@ -75,7 +75,7 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<FileContents, FileError>
                 }
             }
             Block::Instance => {
-                instances.has_moved = true;
+                instances.has_displacement = true;
                 instances.check().map_err(|cause| start.error(cause))?;
             }
             Block::Other => {}
@@ -112,16 +112,16 @@ fn part_of(line: &str) -> Option<String> {
     Some(name.trim().trim_matches('"').into())
 }
 
-/// The instances of parts so far.
+/// Instances of parts in the lines that have been read.
 #[derive(Default)]
 struct Instances {
     /// Name of the part of each instance, if it has one.
     parts: Vec<Option<String>>,
-    has_moved: bool,
+    has_displacement: bool,
 }
 
 impl Instances {
-    /// Checks that no part has two instances, and that instances keep their parts where they are, unless there is only one instance.
+    /// Returns an error if a part has several instances, or if there are several instances and one of them has a displacement.
     fn check(&self) -> Result<(), String> {
         let Some((last, before)) = self.parts.split_last() else {
             return Ok(());
@@ -130,7 +130,7 @@ impl Instances {
             Some(part) if before.contains(last) => Err(format!(
                 "more than one *INSTANCE of the part {part} cannot be read: {REMEDY}"
             )),
-            _ if self.has_moved && !before.is_empty() => Err(format!(
+            _ if self.has_displacement && !before.is_empty() => Err(format!(
                 "more than one *INSTANCE, with a displacement, cannot be read: {REMEDY}"
             )),
             _ => Ok(()),

@@ -24,8 +24,8 @@ const BINARY: &[u8] = b"BIN\0";
 /// Lists of the document that are not read.
 const IGNORED_LISTS: [&str; 5] = ["animations", "images", "materials", "samplers", "textures"];
 
-/// Second word of the names of extensions that do not change triangles, such as `KHR_texture_transform`.
-const IGNORED_EXTENSIONS: [&str; 3] = ["lights", "materials", "texture"];
+/// Second words of the names of extensions that do not change triangles, such as "texture" in `KHR_texture_transform`.
+const IGNORED_EXTENSION_WORDS: [&str; 3] = ["lights", "materials", "texture"];
 
 type Cause = Box<dyn std::error::Error + Send + Sync>;
 
@@ -71,7 +71,7 @@ fn document(bytes: &[u8]) -> Result<Document<'_>, Cause> {
     let root = root(json)?;
     let is_ignored = |extension: &String| {
         let word = extension.split('_').nth(1).unwrap_or_default();
-        IGNORED_EXTENSIONS.contains(&word)
+        IGNORED_EXTENSION_WORDS.contains(&word)
     };
     let required = &root.extensions_required;
     if let Some(extension) = required.iter().find(|extension| !is_ignored(extension)) {
@@ -94,7 +94,7 @@ fn document(bytes: &[u8]) -> Result<Document<'_>, Cause> {
     Ok(Document { root, buffers })
 }
 
-/// Parses a document without the parts that are not read. They may use extensions or have `extras` of any type.
+/// Parses a document. First removes ignored lists and all `extras`, because they may use unknown extensions or have unexpected types.
 fn root(json: &[u8]) -> Result<Root, Cause> {
     let mut document: Value = from_slice(json)?;
     if let Some(document) = document.as_object_mut() {

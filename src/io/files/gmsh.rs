@@ -37,10 +37,10 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<FileContents, FileError>
         contents: FileContents::default(),
     };
     if !matches!(reader.next_section(), Some("MeshFormat" | "NOD")) {
-        if is_of_mujoco(bytes) {
+        if has_mujoco_length(bytes) {
             return Err(unsupported(
                 path,
-                "the triangles of a binary mesh of MuJoCo, to be converted to .stl or .obj,",
+                "the triangles of a binary MuJoCo mesh (convert the mesh to .stl or .obj)",
             ));
         }
         let found = excerpt(
@@ -74,9 +74,9 @@ fn unsupported(path: &Path, found: &str) -> FileError {
     }
 }
 
-/// Returns true if the bytes have the length of a binary mesh of MuJoCo: the numbers of positions, normals, texture coordinates and triangles
-/// in four bytes each, and then these data.
-fn is_of_mujoco(bytes: &[u8]) -> bool {
+/// Returns true if the bytes have the length of a binary mesh of MuJoCo. The file begins with the numbers of positions, normals, texture
+/// coordinates and triangles, in four bytes each. The data follow.
+fn has_mujoco_length(bytes: &[u8]) -> bool {
     let Some((header, _)) = bytes.split_first_chunk::<16>() else {
         return false;
     };

@@ -15,8 +15,9 @@ const EXTENSIONS: &[&str] = &["msh", "vtk", "vtu", "mesh", "node", "ele", "inp"]
 ///   pieces.
 /// - `.mesh`: Medit, ASCII.
 /// - `.node`, `.ele`: the two files of TetGen. The path is that of either file. Indices begin at 0 or 1.
-/// - `.inp`: Abaqus with elements of the types C3D4 and C3D10. The displacement of a single instance is ignored. Files are refused if
-///   they have several instances with a displacement or of the same part, or keywords that generate, transform or include nodes or elements.
+/// - `.inp`: Abaqus with elements of the types C3D4 and C3D10. The displacement of a single instance is ignored. Files are refused if they
+///   have several instances of one part, or several instances and a displacement. Files are also refused if keywords generate, transform or
+///   include nodes or elements.
 ///
 /// Elements of lower dimension (points, lines, surface triangles) and vertices that no tetrahedron uses are ignored.
 ///

@@ -10,7 +10,7 @@ use crate::mesh::TriangleSoup;
 use nalgebra::Vector3;
 use std::path::Path;
 
-/// Description of a valid line for messages.
+/// Error message for a line that is not part of a PLY header.
 const HEADER_LINES: &str = "expected a line of a PLY header: \"format\" with ascii, binary_little_endian or binary_big_endian, \
     \"element\" with a name and a count, \"property\" with a known type and a name, \"comment\" or \"end_header\"";
 
@@ -56,7 +56,7 @@ fn header<'a>(cursor: &mut Cursor<'a>) -> Result<Vec<Element<'a>>, FileError> {
         let is_known = match *cursor.line_words() {
             ["end_header"] if has_format => return Ok(elements),
             ["end_header"] => {
-                let cause = "the header has no line \"format\": expected \"format ascii 1.0\" or a binary format above";
+                let cause = "the header has no line \"format\": expected \"format ascii 1.0\" or a binary format before \"end_header\"";
                 return Err(start.error(cause));
             }
             ["format", name, ..] => {

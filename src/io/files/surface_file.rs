@@ -50,8 +50,8 @@ pub fn read_triangle_surface(
 /// - `.glb`, `.gltf`: glTF 2.0 with embedded buffers. The parts of the scene are placed by their nodes.
 /// - `.dae`: COLLADA. The parts of the scene are placed by their nodes, and the unit of the file is converted to meters.
 ///
-/// The up axis of glTF files (y) and COLLADA files is rotated onto z before the placement is applied, except for [`Placement::scale`], whose
-/// factors are for the axes of the file.
+/// The up axis of glTF files (y) and COLLADA files is rotated onto z before the placement is applied. Only the factors of
+/// [`Placement::scale`] refer to the axes of the file.
 ///
 /// Text files are read in double precision. STL, OBJ, OFF, PLY and VTK files have no unit: set [`Placement::unit`], for example to 0.001
 /// for most CAD programs. glTF and COLLADA files are converted to meters, so their unit is 1.
@@ -69,7 +69,7 @@ pub fn read_triangles(
     for vertex in &mut soup.vertices {
         *vertex = rotation * *vertex;
     }
-    // The rotation exchanges axes, and their factors with them.
+    // The scale factors refer to the axes before the rotation, so that the rotation permutes the factors as well.
     let placement = Placement {
         scale: rotation.abs() * placement.scale,
         ..placement.clone()

@@ -31,8 +31,8 @@ pub struct ShapeOptions {
 #[non_exhaustive]
 pub enum MeshShape {
     /// Rigid shape of the surface. A surface that is turned inwards is flipped, or else its components that are turned inwards. If
-    /// [`TriangleSoup::closed`] still returns an error, the shape consists of the convex hulls of the connected components, or is the
-    /// convex hull of all if a component is flat. All of this is reported.
+    /// [`TriangleSoup::closed`] still returns an error, the shape consists of the convex hulls of the connected components. If a component
+    /// is flat, the shape is the convex hull of all triangles. Each of these changes is reported.
     Rigid,
     /// Rigid shape of the convex hull.
     Hull,
@@ -118,8 +118,8 @@ impl Collision {
         Ok((Shape::new(field).into(), warnings))
     }
 
-    /// Closed surface of the triangles, with components reversed that are turned inwards. If they are not closed, the surfaces of the
-    /// convex hulls of their components, or else of all. Also returns a report of the change.
+    /// Closed surface of the triangles, with components reversed that are turned inwards. If the surface is still not closed, returns the
+    /// convex hulls of the components, or the convex hull of all triangles. Also returns a report of the change.
     fn closed_or_hull(
         &self,
         soup: &TriangleSoup,

@@ -180,12 +180,12 @@ impl Refinement {
         sine_c * cosine_d + cosine_c * sine_d < -OBTUSE
     }
 
-    /// Divides edges longer than the resolution (m), the longest ones first. The limits of a larger resolution are the first ones of a
-    /// smaller resolution if their ratio is a power of [`RATIO`].
+    /// Divides edges longer than the resolution (m), the longest ones first. If the ratio of two resolutions is a power of [`RATIO`], the
+    /// sequence of limits for the larger resolution is the start of the sequence for the smaller resolution.
     fn refine(&mut self, resolution: f64) -> Result<(), MeshError> {
         let lengths = self.edges().into_iter().map(|edge| self.length(edge));
         let longest = lengths.fold(0.0, f64::max);
-        // Halving the longest edge to a smaller length makes too many points.
+        // Below this length, the divided longest edge alone would have too many points.
         let finest = resolution.max(longest / MOST_POINTS as f64);
         let limits = std::iter::successors(Some(finest), |limit| Some(limit / RATIO));
         let limits: Vec<_> = limits.take_while(|&limit| limit < longest).collect();
@@ -205,7 +205,7 @@ impl Refinement {
         Ok(())
     }
 
-    /// Divides edges longer than a limit (m). Returns false if that makes too many points.
+    /// Divides edges longer than a limit (m). Returns false if there are more than [`MOST_POINTS`] points.
     fn divide_longer_than(&mut self, limit: f64) -> bool {
         loop {
             let mut long = self.edges();

@@ -34,7 +34,7 @@ pub use torus::{torus, torus_rates};
 use super::MeshError;
 use crate::scalar::DenseDual;
 
-/// Largest mean error of the distances that fields of outlines interpolate, over the mean distance.
+/// Largest mean error of the interpolated distance in extrusions and solids of revolution, over the mean distance.
 const DISTANCE_ERROR: f64 = 0.005;
 
 /// Returns the lengths (m) as independent dual variables, in order.

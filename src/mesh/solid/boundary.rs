@@ -73,7 +73,7 @@ pub(super) struct Gap {
     pub length: f64,
     /// Whether the surface is smooth above the triangle.
     pub is_smooth: bool,
-    /// Whether a small change of the boundary changes the gap.
+    /// Whether a small change of the boundary can change `is_smooth`.
     pub is_at_tie: bool,
 }
 

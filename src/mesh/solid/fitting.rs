@@ -121,7 +121,7 @@ impl<'a> Input<'a> {
             // A vertex in a slit narrower than a spacing has no triangles around it.
             let height_by_gap = MEAN_OVER_MIDDLE / triangle_counts[*vertex].max(1.0);
             let share = height_by_gap * sums[*vertex] * follows.over_slope();
-            // A power of two does not depend on small changes of the boundary.
+            // The limit is rounded down to a power of two, so that small changes of the boundary do not change the limit.
             let limit = power_below(LARGEST_MOVE * heights[*vertex] / edge.norm(), [2.0, 0.5]);
             is_at_tie[*vertex] |= (share.abs() / limit - 1.0).abs() < TIE;
             vertices[*vertex] += *edge * share.clamp(-limit, limit);
@@ -137,7 +137,7 @@ impl<'a> Input<'a> {
         vertices
     }
 
-    /// Returns the gaps of the triangles. Vertices at a tie may have other normals, so that their gaps are at a tie too.
+    /// Returns the gaps of the triangles. A gap is also at a tie if one of its vertices is, because the normal at that vertex may jump.
     fn gaps(&self, mesh: &TetMesh, boundary: &[BoundaryVertex], is_at_tie: &[bool]) -> Vec<Gap> {
         // Outer normals of the triangles that the vertices follow, or 0.
         let mut normals = vec![Vector3::zeros(); mesh.vertex_count()];

@@ -35,9 +35,9 @@ use std::sync::Mutex;
 ///
 /// Each vertex is either a node of the lattice, which is fixed, or on the boundary, at an edge of the lattice that crosses it. Vertices on
 /// smooth, curved parts of the surface then move along these edges, until the mean gap between the surface and the triangles around each
-/// vertex is zero. Edges and corners of the surface are cut off by less than a spacing, so that contact patches with radii below about
-/// three spacings have too little force. [`Self::pullback`] and [`Self::rates`] have the derivatives with respect
-/// to the vertices of the triangles.
+/// vertex is zero. Edges and corners of the surface are cut off by less than a spacing. The force of a contact patch with a radius below
+/// about three spacings is therefore too small. [`Self::pullback`] and [`Self::rates`] return the derivatives with respect to the vertices
+/// of the triangles.
 ///
 /// ```
 /// use hydroelastic::mesh::{Resolution, Solid, TriangleSoup, TriangleSurface, shapes};
@@ -206,14 +206,14 @@ impl Solid {
     }
 
     /// Returns the vertices of the mesh, in ascending order, whose derivatives may not exist. Derivatives of other vertices are exact up to
-    /// rounding error while no vertex comes to be listed.
+    /// rounding error, for changes of the surface that add no vertex to this list.
     ///
     /// A vertex is listed in these cases:
     ///
     /// - A small change of the boundary changes the tetrahedra, or the edge of the lattice along which the vertex moves.
     /// - The vertex is on an edge of the surface between triangles that are not in one plane.
-    /// - The boundary has no triangle to follow, as in a hole or where an edge of the lattice grazes it.
-    /// - A neighbor on the boundary is listed for one of these reasons, because the fit depends on it.
+    /// - The vertex has no triangle to follow, because it is in a hole or because an edge of the lattice grazes the boundary.
+    /// - A neighbor on the boundary is listed for one of these reasons, because the fit of the vertex depends on the neighbor.
     #[must_use]
     pub fn ambiguous(&self) -> &[usize] {
         &self.0.boundary.ambiguous

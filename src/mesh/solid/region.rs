@@ -19,7 +19,8 @@ const SAME_PLACE: f64 = 1e-9;
 /// Winding number above which a point is inside.
 const INSIDE: f64 = 0.5;
 
-/// Largest difference of a winding number from a whole number away from holes. It exceeds the error of the dipoles.
+/// Difference from an integer up to which a winding number counts as an integer. This tolerance exceeds the error of the dipole
+/// approximation. Far from holes, winding numbers are integers.
 const NEARLY_WHOLE: f64 = 0.1;
 
 /// Cosine of the angle between two normals above which the triangles are in one plane.
@@ -33,10 +34,10 @@ pub(super) trait Region: Sync {
     /// Returns lower bounds of the distances (m) of the points to the boundary.
     fn clearances(&self, points: &[Vector3<f64>]) -> Vec<f64>;
 
-    /// Returns which points are inside. No point outside of the bounds is.
+    /// Returns which points are inside. Points beyond the bounds are never inside.
     fn contains(&self, points: &[Vector3<f64>]) -> Vec<bool>;
 
-    /// Returns whether the balls around these centers, with this radius (m), are inside, or `None` if the boundary may cross a ball.
+    /// Returns for each center whether the ball of this radius (m) is inside. Returns `None` for a ball that the boundary may cross.
     fn balls_inside(&self, centers: &[Vector3<f64>], radius: f64) -> Vec<Option<bool>> {
         let clearances = self.clearances(centers);
         let clear: Vec<usize> = (0..centers.len())
@@ -99,8 +100,8 @@ fn halved(
     ranges.into_iter().map(crossing).collect()
 }
 
-/// Returns a lower bound of the distance (m) of a point to the inside of a box, or minus its distance to the faces.
-fn outside(bounds: &Aabb, point: &Vector3<f64>) -> f64 {
+/// Returns a lower bound of the distance (m) from a point to a box. For a point inside, returns the negative distance to the nearest face.
+fn signed_box_distance(bounds: &Aabb, point: &Vector3<f64>) -> f64 {
     (bounds.lower - point).sup(&(point - bounds.upper)).max()
 }
 
@@ -148,10 +149,11 @@ impl InsideTriangles {
         self.winding.at(point, &self.bvh, &self.triangles).abs()
     }
 
-    /// Returns whether a point is inside. The region ends at the bounds of the triangles, beyond which triangles with holes may wind around
-    /// a point, too.
+    /// Returns whether a point is inside. Points beyond the bounds of the triangles are outside. Their winding number is not used, because
+    /// it can exceed [`INSIDE`] if the triangles have holes.
     fn contains(&self, point: &Vector3<f64>) -> bool {
-        outside(&self.bvh.bounds(), point) <= 0.0 && self.winding_number(point) >= INSIDE
+        signed_box_distance(&self.bvh.bounds(), point) <= 0.0
+            && self.winding_number(point) >= INSIDE
     }
 
     /// Returns where a segment leaves the region through a triangle, if it does.
@@ -199,7 +201,7 @@ impl Region for InsideTriangles {
         let bounds = self.bvh.bounds();
         parallel::map(points, |point| {
             let distance = self.nearest_triangle(point).1;
-            distance.min(outside(&bounds, point).abs())
+            distance.min(signed_box_distance(&bounds, point).abs())
         })
     }
 
@@ -207,7 +209,8 @@ impl Region for InsideTriangles {
         parallel::values_of(points.len(), |index| self.contains(&points[index]))
     }
 
-    /// The winding number changes between triangles too if there are holes. It is then not a whole number.
+    /// Also returns `None` if the winding number is not close to an integer, or if a ball inside the triangles reaches beyond the bounds.
+    /// If the triangles have holes, the winding number varies away from the triangles, also inside of a ball.
     fn balls_inside(&self, centers: &[Vector3<f64>], radius: f64) -> Vec<Option<bool>> {
         let bounds = self.bounds();
         parallel::map(centers, |center| {
@@ -217,7 +220,7 @@ impl Region for InsideTriangles {
             let winding_number = self.winding_number(center);
             let is_inside = winding_number >= INSIDE;
             let is_whole = (winding_number - winding_number.round()).abs() < NEARLY_WHOLE;
-            let is_within = outside(&bounds, center) <= -radius;
+            let is_within = signed_box_distance(&bounds, center) <= -radius;
             (is_whole && (!is_inside || is_within)).then_some(is_inside)
         })
     }
@@ -247,14 +250,16 @@ impl<F: Fn(&[Vector3<f64>]) -> Vec<f64> + Sync> Region for WhereNegative<F> {
     fn clearances(&self, points: &[Vector3<f64>]) -> Vec<f64> {
         let distances = points.iter().zip((self.distances)(points));
         distances
-            .map(|(point, distance)| distance.max(outside(&self.bounds, point)).abs())
+            .map(|(point, distance)| distance.max(signed_box_distance(&self.bounds, point)).abs())
             .collect()
     }
 
     fn contains(&self, points: &[Vector3<f64>]) -> Vec<bool> {
         let distances = points.iter().zip((self.distances)(points));
         distances
-            .map(|(point, distance)| distance < 0.0 && outside(&self.bounds, point) <= 0.0)
+            .map(|(point, distance)| {
+                distance < 0.0 && signed_box_distance(&self.bounds, point) <= 0.0
+            })
             .collect()
     }
 }

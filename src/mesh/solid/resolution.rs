@@ -183,7 +183,7 @@ fn within(
     mut error_of: impl FnMut(&mut Refined) -> f64,
 ) -> Result<Refined, SolidError> {
     check_number("largest error", tolerance)?;
-    // A power of √2 m does not depend on small changes of the region.
+    // The spacing is a power of √2 m, so that small changes of the region do not change the spacing.
     let length = 2.0 * bounds.half_extents().max() / FIRST_CELLS;
     let first_spacing = power_below(length, [SQRT_2, FRAC_1_SQRT_2]);
     let mut spacing = first_spacing;
@@ -213,7 +213,7 @@ fn within(
     }
 }
 
-/// Returns a power of a base of at most this positive number. The arguments are the base and its inverse.
+/// Returns the largest power of a base that is at most `number`, which must be positive. The second argument is the base and its inverse.
 pub(super) fn power_below(number: f64, [base, inverse]: [f64; 2]) -> f64 {
     let mut power = 1.0;
     while power < number {

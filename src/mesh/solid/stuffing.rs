@@ -182,8 +182,8 @@ fn cuts(region: &impl Region, lattice: &Lattice, sides: &[Side]) -> Vec<Cut> {
 
 /// Moves the nodes that are close to a cut onto it, in order. A node that moves takes the other cuts of its edges away.
 ///
-/// A node moves to the nearest cut. All cuts of a node on the boundary are at the node. If the boundary moves a little, the nearest one is
-/// the cut whose edge is closest to the normal.
+/// A node moves to the nearest cut. If the node is on the boundary, all of its cuts have the distance zero. The node then moves to the cut
+/// whose edge is closest to the normal of the boundary, because that cut is the nearest after a small motion of the boundary.
 fn warp(lattice: &Lattice, sides: &mut [Side], cuts: &mut [Cut]) {
     let slope = |cut: &Cut| {
         let [from, to] = cut.nodes.map(|node| lattice.position(node));

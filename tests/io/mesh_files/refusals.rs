@@ -320,7 +320,7 @@ fn entries_beyond_the_stated_number_are_refused() {
 }
 
 #[test]
-fn binary_meshes_of_mujoco_are_named() {
+fn errors_name_binary_meshes_of_mujoco() {
     let counts = [4_u32, 0, 4, 4];
     let mut bytes: Vec<u8> = counts
         .iter()
@@ -333,7 +333,7 @@ fn binary_meshes_of_mujoco_are_named() {
 }
 
 #[test]
-fn abaqus_parts_at_their_places_are_read() {
+fn abaqus_parts_without_displacements_are_read() {
     let part = |name: &str, first: i64| {
         let [a, b, c, d] = [0, 1, 2, 3].map(|k| first + k);
         format!(

@@ -133,7 +133,7 @@ fn meshes_that_are_not_closed_become_their_hulls() {
 }
 
 #[test]
-fn components_that_are_not_closed_become_one_hull_each() {
+fn each_open_component_becomes_its_convex_hull() {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/field_files");
     let boxes = [0.0, 3.0].map(|x| {
         let soup = read_triangles(format!("{folder}/open_box.obj"), &Placement::default()).unwrap();

@@ -67,7 +67,7 @@ fn solids_of_revolution_and_extrusions_have_the_volume_of_their_outlines() {
     assert!(center.z.abs() < ROUND_OFF, "{center}");
 }
 
-/// The distance inside a box is concave, so that its interpolation is not above it.
+/// The distance inside a box is concave, so that the interpolated distance is at most the exact distance.
 #[test]
 fn an_extruded_square_has_the_force_of_its_distance() {
     let square = [[-0.1, -0.1], [0.1, -0.1], [0.1, 0.1], [-0.1, 0.1]];
