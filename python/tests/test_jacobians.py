@@ -95,9 +95,10 @@ def test_rollout_by_every_parameter(bounce):
     assert check.best < ROLLOUT, str(check)
 
     derivatives = world.derivative_check(plan, by[:2])
-    # The orientation moves the ball by less than the noise of the rollouts over the width.
-    assert derivatives.verdicts == ["right"] * 3 + ["noisy"] * 3, str(derivatives)
-    assert derivatives.errors[:3].max() < 0.03 < derivatives.errors[3:].min() and not derivatives.is_right
+    # A rotation about the vertical axis hardly moves the ball, so that noise exceeds 3 % of the slope.
+    assert derivatives.verdicts == ["right"] * 5 + ["noisy"], str(derivatives)
+    assert derivatives.errors[:5].max() < 0.03 < derivatives.errors[5] and not derivatives.is_right
+    assert (derivatives.widths > 0.0).all()
     assert world.derivative_check(plan, by[:1]).is_right
     assert derivatives.numbers == check.numbers[: len(derivatives.numbers)] and not any(derivatives.first_mismatch)
 
