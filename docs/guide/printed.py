@@ -76,7 +76,8 @@ def written_package(folder, programs):
     (folder / "src" / "bin").mkdir(parents=True)
     for name, source in programs.items():
         (folder / "src" / "bin" / f"{name}.rs").write_text(source)
-    wanted = {item["name"]: item["req"] for item in metadata()["packages"][0]["dependencies"]}
+    library = next(package for package in metadata()["packages"] if package["name"] == "hydroelastic")
+    wanted = {item["name"]: item["req"] for item in library["dependencies"]}
     libraries = [f'{name} = "{wanted[name]}"' for name in LIBRARIES]
     libraries.append(f"hydroelastic = {{ path = {json.dumps(str(REPOSITORY))}, features = [\"serde\"] }}")
     package = '[package]\nname = "guide_programs"\nversion = "0.0.0"\nedition = "2024"\n\n[workspace]\n'
