@@ -298,21 +298,21 @@ impl<'a> MotionCheck<'a> {
     fn slopes(&self, column: usize) -> Result<Vec<Slopes>, GradientError> {
         let mut levels: Vec<Slopes> = Vec::new();
         let mut last_error = None;
-        let mut wide = self.both_sides(column, 0);
+        let mut full_outcomes = self.both_sides(column, 0);
         for level in 0..HALVINGS {
-            let half = self.both_sides(column, level + 1);
-            let slopes = match (&wide, &half) {
-                (Ok(wide), Ok(half)) => self.slopes_over((column, level), wide, half),
+            let half_outcomes = self.both_sides(column, level + 1);
+            let slopes = match (&full_outcomes, &half_outcomes) {
+                (Ok(full), Ok(half)) => self.slopes_over((column, level), full, half),
                 (Err(error), _) | (_, Err(error)) => {
                     if !is_avoidable(error) {
                         return Err(error.clone());
                     }
                     last_error = Some(error.clone());
-                    wide = half;
+                    full_outcomes = half_outcomes;
                     continue;
                 }
             };
-            wide = half;
+            full_outcomes = half_outcomes;
             let is_known = self.is_known(column, &slopes);
             if is_known || levels.is_empty() {
                 levels.push(slopes);
