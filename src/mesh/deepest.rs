@@ -58,20 +58,21 @@ pub(super) fn deepest_point(
     surface: &SurfaceDistance,
     distances: &[f64],
 ) -> Option<DeepestPoint> {
-    let mut largest = distances.iter().copied().fold(0.0, f64::max);
-    let corners = |tet: usize| mesh.tetrahedron(tet).corners;
+    let at_vertices = distances.iter().copied().fold(0.0, f64::max);
     let is_near = |&tet: &usize| {
         let of_corners = mesh.tets()[tet].map(|vertex| distances[vertex]);
         let largest_of_corners = of_corners.into_iter().fold(0.0, f64::max);
-        largest_of_corners + JUNG_RATIO * longest_edge(&corners(tet)) > (1.0 - GAIN) * largest
+        let reach = JUNG_RATIO * mesh.tetrahedron(tet).longest_edge();
+        largest_of_corners + reach > (1.0 - GAIN) * at_vertices
     };
     let near: Vec<usize> = (0..mesh.tet_count()).filter(is_near).collect();
-    let at_centroids = parallel::map(&near, |&tet| surface.to(&centroid(&corners(tet))));
-    largest = at_centroids.iter().copied().fold(largest, f64::max);
+    let centroid = |tet: usize| mesh.tetrahedron(tet).corners.iter().sum::<Vector3<f64>>() / 4.0;
+    let at_centroids = parallel::map(&near, |&tet| surface.to(&centroid(tet)));
+    let largest = at_centroids.iter().copied().fold(at_vertices, f64::max);
     // Distances of two points differ by at most the distance between the points.
     let can_be_deepest = |&(tet, at_centroid): &(usize, f64)| {
-        let corners = corners(tet);
-        let centroid = centroid(&corners);
+        let centroid = centroid(tet);
+        let corners = mesh.tetrahedron(tet).corners;
         let radius = corners.map(|corner| (corner - centroid).norm());
         at_centroid + radius.into_iter().fold(0.0, f64::max) > (1.0 - GAIN) * largest
     };
@@ -83,7 +84,6 @@ pub(super) fn deepest_point(
     let deepest = parallel::map(&near, |&(tet, _)| deepest_in(mesh, surface, tet));
     let deeper = |a: DeepestPoint, b| if is_deeper(&b, &a) { b } else { a };
     let deepest = deepest.into_iter().reduce(deeper)?;
-    let at_vertices = distances.iter().copied().fold(0.0, f64::max);
     (deepest.distance > (1.0 + GAIN) * at_vertices).then_some(deepest)
 }
 
@@ -124,13 +124,4 @@ fn deepest_in(mesh: &TetMesh, surface: &SurfaceDistance, tet: usize) -> DeepestP
 /// tie, so that rounding error does not select the point.
 fn is_deeper(a: &DeepestPoint, b: &DeepestPoint) -> bool {
     a.distance > (1.0 + TIE) * b.distance
-}
-
-fn centroid(corners: &[Vector3<f64>; 4]) -> Vector3<f64> {
-    corners.iter().sum::<Vector3<f64>>() / 4.0
-}
-
-fn longest_edge(corners: &[Vector3<f64>; 4]) -> f64 {
-    let edges = EDGES.map(|[a, b]| (corners[a] - corners[b]).norm());
-    edges.into_iter().fold(0.0, f64::max)
 }

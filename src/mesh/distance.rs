@@ -53,14 +53,9 @@ pub(super) fn distances_from(first: usize, mesh: &TetMesh, surface: &SurfaceDist
 /// vertex lies inside.
 pub(super) fn normalized(mesh: &TetMesh) -> Result<MadeOfDistances, MeshError> {
     let (mesh, centers) = splitting::with_inner_vertices(mesh)?;
-    Ok(normalized_unsplit(mesh.into_owned(), centers))
-}
-
-/// Builds the mesh of [`normalized`] without splitting simplices. `centers` are the last vertices of `mesh`.
-fn normalized_unsplit(mesh: TetMesh, centers: Vec<Center>) -> MadeOfDistances {
     let surface = SurfaceDistance::of(&mesh);
     let distances = distances(&mesh, &surface);
-    with_extents(mesh, centers, surface, distances)
+    Ok(with_extents(mesh.into_owned(), centers, surface, distances))
 }
 
 /// Builds the mesh of [`normalized`] without splitting simplices. If a point inside a tetrahedron is farther from the surface than all

@@ -87,17 +87,32 @@ fn check((label, world, plan): (&str, &World, &Plan), by: &Parameter, change: f6
     }
 }
 
-/// The ball of the guide: E 1e9 Pa, friction and dissipation, four heights.
+/// Returns the ball of the guide: E 1e9 Pa, friction and dissipation, thrown from 0.25 m plus a rise (m).
+pub fn throw(rise: f64) -> World {
+    let skin = rubbing(1e9, 0.3, 0.4);
+    let body = ball(0.05, skin)
+        .with_pose(at(0.013, 0.017, 0.25 + rise))
+        .with_velocity(vector![0.3, 0.1, 0.0]);
+    let floor = Shape::new(shapes::cuboid([2.0, 2.0, 0.4]).unwrap());
+    let floor = fixed("floor", floor, skin).with_pose(at(0.0, 0.0, -0.2));
+    falling(vec![body, floor])
+}
+
+/// Returns two elastic balls of radius 0.1 m, of which "left" moves at 1 m/s towards "body". Their centers are `distance` (m) apart.
+pub fn head_on(distance: f64) -> World {
+    let skin = Material::elastic(1e9);
+    let [left, right] = ["left", "body"].map(|name| dynamic(name, icosphere(0.1, 1), skin, 1.0));
+    World::new(vec![
+        left.with_velocity(vector![1.0, 0.0, 0.0]),
+        right.with_pose(at(distance, 0.0, 0.0)),
+    ])
+    .unwrap()
+}
+
 #[test]
 fn a_thrown_ball_has_the_derivatives_of_its_motion() {
-    let skin = rubbing(1e9, 0.3, 0.4);
     for rise in [0.0, 0.002, 0.004, 0.006] {
-        let body = ball(0.05, skin)
-            .with_pose(at(0.013, 0.017, 0.25 + rise))
-            .with_velocity(vector![0.3, 0.1, 0.0]);
-        let floor = Shape::new(shapes::cuboid([2.0, 2.0, 0.4]).unwrap());
-        let floor = fixed("floor", floor, skin).with_pose(at(0.0, 0.0, -0.2));
-        let world = falling(vec![body, floor]);
+        let world = throw(rise);
         let label = format!("throw from {rise}");
         check(
             (&label, &world, &plan(60)),
@@ -155,15 +170,7 @@ fn a_flat_fall_has_the_derivatives_of_the_closed_form() {
 
 #[test]
 fn two_balls_exchange_their_velocities() {
-    let shape = || icosphere(0.1, 1);
-    let skin = Material::elastic(1e9);
-    let left = dynamic("left", shape(), skin, 1.0);
-    let right = dynamic("body", shape(), skin, 1.0);
-    let world = World::new(vec![
-        left.with_velocity(vector![1.0, 0.0, 0.0]),
-        right.with_pose(at(0.52, 0.0, 0.0)),
-    ])
-    .unwrap();
+    let world = head_on(0.52);
     let by = [
         Parameter::initial_position("left"),
         Parameter::initial_position("body"),

@@ -149,6 +149,12 @@ impl InsideTriangles {
         self.winding.at(point, &self.bvh, &self.triangles).abs()
     }
 
+    /// Returns a lower bound of the distance (m) from a point to the triangles and to their bounds.
+    fn clearance(&self, point: &Vector3<f64>) -> f64 {
+        let distance = self.nearest_triangle(point).1;
+        distance.min(signed_box_distance(&self.bvh.bounds(), point).abs())
+    }
+
     /// Returns whether a point is inside. Points beyond the bounds of the triangles are outside. Their winding number is not used, because
     /// it can exceed [`INSIDE`] if the triangles have holes.
     fn contains(&self, point: &Vector3<f64>) -> bool {
@@ -198,30 +204,24 @@ impl Region for InsideTriangles {
     }
 
     fn clearances(&self, points: &[Vector3<f64>]) -> Vec<f64> {
-        let bounds = self.bvh.bounds();
-        parallel::map(points, |point| {
-            let distance = self.nearest_triangle(point).1;
-            distance.min(signed_box_distance(&bounds, point).abs())
-        })
+        parallel::map(points, |point| self.clearance(point))
     }
 
     fn contains(&self, points: &[Vector3<f64>]) -> Vec<bool> {
         parallel::values_of(points.len(), |index| self.contains(&points[index]))
     }
 
-    /// Also returns `None` if the winding number is not close to an integer, or if a ball inside the triangles reaches beyond the bounds.
-    /// If the triangles have holes, the winding number varies away from the triangles, also inside of a ball.
+    /// Also returns `None` if the winding number is not close to an integer. If the triangles have holes, the winding number varies away from
+    /// the triangles, also inside of a ball.
     fn balls_inside(&self, centers: &[Vector3<f64>], radius: f64) -> Vec<Option<bool>> {
-        let bounds = self.bounds();
         parallel::map(centers, |center| {
-            if self.nearest_triangle(center).1 <= radius {
+            if self.clearance(center) <= radius {
                 return None;
             }
             let winding_number = self.winding_number(center);
-            let is_inside = winding_number >= INSIDE;
             let is_whole = (winding_number - winding_number.round()).abs() < NEARLY_WHOLE;
-            let is_within = signed_box_distance(&bounds, center) <= -radius;
-            (is_whole && (!is_inside || is_within)).then_some(is_inside)
+            let is_within = signed_box_distance(&self.bvh.bounds(), center) <= 0.0;
+            is_whole.then_some(is_within && winding_number >= INSIDE)
         })
     }
 
