@@ -1,4 +1,4 @@
-//! Guide to the library, in seven chapters. This module has no code.
+//! Guide to the library, in eight chapters. This module has no code.
 //!
 //! 1. [`pressure_fields`]: shapes, your own meshes, and the choice of a modulus.
 //! 2. [`contact`]: wrench, surface, energy and Jacobian of two posed bodies.
@@ -7,6 +7,7 @@
 //! 5. [`performance`]: cost of each stage.
 //! 6. [`time_steps`]: choice of an integrator, and cost of implicit steps.
 //! 7. [`robots`]: joints, robots from files, and equations of motion.
+//! 8. [`identification`]: estimates of moduli, friction and other numbers from measured motions.
 //!
 //! The chapters are the files of `docs/guide`. `cargo test --doc` runs every Rust block in them.
 
@@ -30,3 +31,6 @@ pub mod time_steps {}
 
 #[doc = include_str!("../docs/guide/7_robots.md")]
 pub mod robots {}
+
+#[doc = include_str!("../docs/guide/8_identification.md")]
+pub mod identification {}

@@ -8,7 +8,7 @@
 //! The modules are the stages of a pipeline. Each module uses only the modules before it:
 //!
 //! [`scalar`] → [`spatial`] → [`geometry`] → [`mesh`] → [`broad_phase`] → [`contact`] →
-//! [`dynamics`] → [`gradient`], with [`io`] for files. Start with [`contact`], or with the six chapters of the [`guide`].
+//! [`dynamics`] → [`gradient`] → [`identification`], with [`io`] for files. Start with [`contact`], or with the chapters of the [`guide`].
 //!
 //! # Conventions
 //!
@@ -49,6 +49,8 @@
 //!   Techniques 6(1), 2017.
 //! - \[Hunt 1975\] K. Hunt, F. Crossley, "Coefficient of restitution interpreted as damping in
 //!   vibroimpact", Journal of Applied Mechanics 42(2), 1975.
+//! - \[Nielsen 1999\] H. B. Nielsen, "Damping parameter in Marquardt's method", report IMM-REP-1999-05, Technical University of
+//!   Denmark, 1999.
 //! - \[Okabe 2008\] M. Okabe, K. Ito, "Color Universal Design: how to make figures and presentations
 //!   that are friendly to colorblind people", 2008.
 
@@ -64,6 +66,7 @@ mod friction;
 pub mod geometry;
 pub mod gradient;
 pub mod guide;
+pub mod identification;
 #[cfg(any(feature = "files", feature = "parry"))]
 pub mod io;
 mod lanes;

@@ -144,6 +144,36 @@ impl Model {
         check_finite("gravity", self.gravity.as_slice())
     }
 
+    /// The model with another initial state and its time. Fixed and kinematic bodies have their prescribed states.
+    ///
+    /// # Errors
+    /// If the state does not fit the model, a path is not finite at its time, or a loop joint is open.
+    pub(crate) fn with_initial_state(mut self, state: &State) -> Result<Self, WorldError> {
+        let placed = self.placed(state)?;
+        self.start = placed.time;
+        for (body, initial) in self.bodies.iter_mut().zip(placed.bodies) {
+            (body.initial, body.start) = (initial, placed.time);
+        }
+        let joints = self
+            .bodies
+            .iter_mut()
+            .filter_map(Body::joint_with_state_mut);
+        for (joint, initial) in joints.zip(placed.joints) {
+            joint.initial = initial;
+        }
+        self.check()?;
+        Ok(self)
+    }
+
+    /// State in which fixed and kinematic bodies have their prescribed states, and bodies on joints have the states that their joints
+    /// determine.
+    pub(super) fn placed(&self, state: &State) -> Result<State, WorldError> {
+        state.check_fits(&self.bodies)?;
+        let placed = self.with_prescribed_states(state.clone());
+        placed.check_fits(&self.bodies)?;
+        Ok(placed)
+    }
+
     /// The model with zero derivatives.
     pub(crate) fn lifted<T: Scalar>(&self) -> Model<T> {
         Model {

@@ -1,5 +1,6 @@
 use super::{RolloutError, State, WorldError};
 use crate::scalar::Scalar;
+use std::ops::Range;
 
 /// Recorded states in the order of time.
 #[derive(Debug, Clone)]
@@ -90,6 +91,12 @@ impl<T: Scalar> Trajectory<T> {
     #[must_use]
     pub fn thinned(&self, every: usize) -> Self {
         let states = self.states.iter().step_by(every.max(1)).cloned().collect();
+        Self { states }
+    }
+
+    /// Trajectory with a range of the states, which must not be empty.
+    pub(crate) fn part(&self, range: Range<usize>) -> Self {
+        let states = self.states[range].to_vec();
         Self { states }
     }
 

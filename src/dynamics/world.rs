@@ -159,20 +159,7 @@ impl<F: Force> World<f64, F> {
     /// # Errors
     /// If the state does not fit the world, a path is not finite at its time, or a loop joint is open.
     pub fn with_initial_state(mut self, state: &State) -> Result<Self, WorldError> {
-        let placed = self.placed(state)?;
-        self.model.start = placed.time;
-        for (body, initial) in self.model.bodies.iter_mut().zip(placed.bodies) {
-            (body.initial, body.start) = (initial, placed.time);
-        }
-        let joints = self
-            .model
-            .bodies
-            .iter_mut()
-            .filter_map(Body::joint_with_state_mut);
-        for (joint, initial) in joints.zip(placed.joints) {
-            joint.initial = initial;
-        }
-        self.model.check()?;
+        self.model = self.model.with_initial_state(state)?;
         Ok(self)
     }
 
@@ -182,10 +169,7 @@ impl<F: Force> World<f64, F> {
     /// # Errors
     /// If the state does not fit the world, or a pose or twist that a joint determines is not finite.
     pub fn placed(&self, state: &State) -> Result<State, WorldError> {
-        state.check_fits(self.bodies())?;
-        let placed = self.model.with_prescribed_states(state.clone());
-        placed.check_fits(self.bodies())?;
-        Ok(placed)
+        self.model.placed(state)
     }
 
     /// Adds a control, or replaces the control of the same body.

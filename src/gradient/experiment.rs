@@ -1,9 +1,11 @@
 use super::dual_widths::{DifferentiableOutcome, DifferentiableWorld, OutcomeIn, WIDE};
 use super::error::{check_outcome, loss_of};
 use super::slots::Slots;
-use super::values::{perturbed, with_values};
+use super::values::{perturbed, values, with_values};
 use super::{GradientError, Mode, Outcome, OutcomeJacobian, Parameter};
-use crate::dynamics::{Body, DynWorld, Force, Model, Plan, Rollout, RolloutResult, World};
+use crate::dynamics::{
+    Body, DynWorld, Force, Model, Plan, Rollout, RolloutResult, State, World, WorldError,
+};
 use crate::parallel::contained;
 use crate::scalar::Scalar;
 use nalgebra::DVector;
@@ -85,12 +87,48 @@ impl Experiment {
         count.ok_or(GradientError::TooManySteps { steps, rollouts })
     }
 
+    /// Values of the parameters, as in [`World::values`].
+    ///
+    /// # Errors
+    /// If the world does not have one of the parameters.
+    pub fn values(&self, parameters: &[Parameter]) -> Result<DVector<f64>, GradientError> {
+        values(self.model(), parameters)
+    }
+
+    /// Index of the body with this name in every state.
+    ///
+    /// # Errors
+    /// If no body has the name.
+    pub fn index_of(&self, name: &str) -> Result<usize, WorldError> {
+        self.model().index_of(name)
+    }
+
     /// The experiment with new values of the parameters, which are in the order of [`World::values`].
     ///
     /// # Errors
     /// As [`World::with_values`].
     pub fn at(&self, parameters: &[Parameter], values: &[f64]) -> Result<Self, GradientError> {
         self.rebuilt(with_values(self.model(), parameters, values)?)
+    }
+
+    /// The experiment after changes of the parameters, as in [`World::perturbed`].
+    ///
+    /// # Errors
+    /// As [`World::perturbed`].
+    pub fn perturbed(
+        &self,
+        parameters: &[Parameter],
+        changes: &[f64],
+    ) -> Result<Self, GradientError> {
+        self.rebuilt(perturbed(self.model(), parameters, changes)?)
+    }
+
+    /// The experiment with another initial state and its time.
+    ///
+    /// # Errors
+    /// As [`World::with_initial_state`].
+    pub fn starting_from(&self, state: &State) -> Result<Self, GradientError> {
+        self.rebuilt(self.model().clone().with_initial_state(state)?)
     }
 
     /// The experiment on the world with another model.
@@ -101,8 +139,9 @@ impl Experiment {
         })
     }
 
-    /// Returns the experiment with another plan.
-    pub(super) fn with_plan(&self, plan: Plan) -> Self {
+    /// The experiment with another plan.
+    #[must_use]
+    pub fn with_plan(&self, plan: Plan) -> Self {
         Self {
             plan,
             ..self.clone()
@@ -253,8 +292,7 @@ impl Experiment {
         changes: &[f64],
         outcome: &impl Outcome,
     ) -> Result<Vec<f64>, GradientError> {
-        let model = perturbed(self.model(), parameters, changes)?;
-        self.rebuilt(model)?.value(outcome)
+        self.perturbed(parameters, changes)?.value(outcome)
     }
 
     /// Outcome after changes of the parameters. Only masses are validated, because the step of a difference may take a number of a

@@ -229,6 +229,14 @@ impl Parameter {
         }
     }
 
+    /// Whether the numbers are a rotation vector.
+    pub(crate) fn is_orientation(&self) -> bool {
+        matches!(
+            self,
+            Self::InitialOrientation(_) | Self::Joint(_, JointQuantity::InitialOrientation)
+        )
+    }
+
     /// Name of each number, for messages.
     pub(super) fn number_names(&self) -> Vec<String> {
         let numbers: &[&str] = match self.dimension() {

@@ -1,4 +1,3 @@
-use super::values::values;
 use super::{Experiment, GradientError, Outcome, OutcomeJacobian, Parameter};
 use nalgebra::DVector;
 
@@ -59,7 +58,7 @@ impl Experiment {
             experiment: self.clone(),
             parameters: parameters.to_vec(),
             outcome,
-            initial_values: values(self.model(), parameters)?,
+            initial_values: self.values(parameters)?,
         })
     }
 }

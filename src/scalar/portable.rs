@@ -46,6 +46,16 @@ pub(crate) fn ln_1p<T: Scalar>(x: T) -> T {
     about_zero(relative, T::ln_1p, relative) + logarithm
 }
 
+/// Computes the exponential function.
+pub(crate) fn exp(x: f64) -> f64 {
+    libm::exp(x)
+}
+
+/// Computes the natural logarithm.
+pub(crate) fn ln(x: f64) -> f64 {
+    libm::log(x)
+}
+
 /// Computes xʸ.
 pub(crate) fn power(x: f64, y: f64) -> f64 {
     libm::pow(x, y)

@@ -7,7 +7,7 @@ use std::fs;
 use std::path::Path;
 
 /// Modules in order of dependency. A module uses only modules before it.
-const MODULES: [&str; 18] = [
+const MODULES: [&str; 19] = [
     "guide",
     "parallel",
     "lanes",
@@ -25,6 +25,7 @@ const MODULES: [&str; 18] = [
     "contact",
     "dynamics",
     "gradient",
+    "identification",
     "io",
 ];
 
@@ -45,7 +46,10 @@ const DOORS: [(&str, &[&str]); 16] = [
     ("parry3d_f64", &["io"]),
     ("parquet", &["io"]),
     ("roxmltree", &["io"]),
-    ("serde", &["spatial", "mesh", "dynamics", "gradient"]),
+    (
+        "serde",
+        &["spatial", "mesh", "dynamics", "gradient", "identification"],
+    ),
 ];
 
 /// Libraries whose types are in public interfaces. The crate's root re-exports these libraries.

@@ -1,0 +1,155 @@
+//! Which modulus, dissipation and friction explain recorded tosses of a cube onto a table, and how well do they predict other tosses?
+//!
+//! `cargo run --release -p hydroelastic-examples --example cube_tosses [-- --tosses FILE.csv --fit 100 --held-out 100]`
+//!
+//! Without a file, the tosses are simulated with noise, and the estimates are compared with the true values. Each toss is divided into
+//! windows of 24 frames, because motions through several impacts are too sensitive to their initial state.
+
+mod tosses;
+
+use hydroelastic::dynamics::{Accuracy, Integrator, Plan};
+use hydroelastic::gradient::Parameter;
+use hydroelastic::identification::{
+    Fit, Identification, IdentificationError, Measurement, Noise, Nuisance, RobustLoss,
+    StartingState, Unknown,
+};
+use hydroelastic::parallel;
+use std::error::Error;
+use std::ops::ControlFlow;
+
+/// True values of simulated tosses, and the first guess: modulus (Pa), dissipation (s/m), friction and height (m) of the table.
+const TRUTH: [f64; 4] = [1e6, 5.0, 0.2, -0.001];
+const GUESS: [f64; 4] = [3e5, 8.0, 0.3, 0.0];
+/// Number of states of a window.
+const WINDOW: usize = 25;
+/// Duration (s) of the flight to which initial states of predictions are fitted.
+const FLIGHT: f64 = 0.1;
+/// Errors of the pressure field as a model of a hard cube: position (m) and rotation (rad).
+const MODEL_ERROR: [f64; 2] = [2e-3, 0.03];
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let option = |name: &str| {
+        std::env::args()
+            .skip_while(|argument| argument != name)
+            .nth(1)
+    };
+    let count = |name, default| option(name).map_or(Ok(default), |count| count.parse::<usize>());
+    let (fitted, held_out) = (count("--fit", 2)?, count("--held-out", 1)?);
+    let plan = Plan::new(1.0 / tosses::RATE, 60)?.with_integrator(Integrator::Sdirk3);
+    let plan = plan.with_accuracy(Accuracy::new(3e-3, 3e-2)?);
+    let template = tosses::world(GUESS)?;
+    let file = option("--tosses");
+    let all = match &file {
+        Some(file) => tosses::read(file.as_ref(), &template)?,
+        None => tosses::simulated(&tosses::world(TRUTH)?, &plan, fitted + held_out)?,
+    };
+    let (training, rest) = all.split_at_checked(fitted).ok_or("too few tosses")?;
+    let identification = Identification::new(&template, &plan, &unknowns())?
+        .with_nuisances(&nuisances())?
+        .with_noise(Noise::new(MODEL_ERROR[0], MODEL_ERROR[1])?)
+        .with_loss(RobustLoss::Cauchy(4.0))?
+        .with_iterations(if file.is_some() { 10 } else { 30 })
+        .with_progress(|iteration| {
+            println!(
+                "{}: cost {:.2}, {:.5?}",
+                iteration.index, iteration.cost, iteration.values
+            );
+            ControlFlow::Continue(())
+        });
+    let windows: Vec<Measurement> = training
+        .iter()
+        .flat_map(|toss| toss.windows(WINDOW))
+        .collect();
+    let fit = identification.fit(&windows)?;
+    print_fit(&fit);
+    for start in [StartingState::Measured, StartingState::Fitted(FLIGHT)] {
+        let held_out = &rest[rest.len() - held_out..];
+        print_errors(&identification, &fit.values(), held_out, start)?;
+    }
+    if file.is_none() {
+        for (estimate, truth) in fit.estimates.iter().zip(TRUTH) {
+            let [lower, upper] = estimate.interval;
+            assert!(
+                lower < truth && truth < upper,
+                "{estimate} instead of {truth}"
+            );
+        }
+    }
+    Ok(())
+}
+
+/// Returns the numbers that all tosses share. Measured accelerations in flight differ from 9.81 m/s², so gravity is among them.
+fn unknowns() -> [Unknown; 5] {
+    [
+        Unknown::new(Parameter::modulus("cube")).logarithmic(),
+        Unknown::new(Parameter::dissipation("cube")).logarithmic(),
+        Unknown::new(Parameter::friction("cube")).logarithmic(),
+        Unknown::new(Parameter::initial_position("table"))
+            .component(2)
+            .named("height of the table"),
+        Unknown::new(Parameter::Gravity)
+            .component(2)
+            .named("gravity")
+            .with_prior(-9.81, 0.1),
+    ]
+}
+
+/// Returns the errors of the first state of each window.
+fn nuisances() -> [Nuisance; 4] {
+    let [position, rotation, velocity, angular] = tosses::NOISE;
+    [
+        Nuisance::new(Parameter::initial_position("cube"), position),
+        Nuisance::new(Parameter::initial_orientation("cube"), rotation),
+        Nuisance::new(Parameter::initial_velocity("cube"), velocity),
+        Nuisance::new(Parameter::initial_angular_velocity("cube"), angular),
+    ]
+}
+
+fn print_fit(fit: &Fit) {
+    println!("{:?} after {} iterations", fit.termination, fit.iterations);
+    for estimate in &fit.estimates {
+        println!(
+            "{estimate}, between tosses {:.4?}",
+            estimate.sandwich_interval
+        );
+    }
+    fit.directions
+        .iter()
+        .for_each(|direction| println!("{direction}"));
+}
+
+/// Prints errors of predictions: means along the path, and at the end.
+fn print_errors(
+    identification: &Identification,
+    values: &[f64],
+    measurements: &[Measurement],
+    start: StartingState,
+) -> Result<(), IdentificationError> {
+    let predictions = parallel::map(measurements, |toss| {
+        identification.predict(values, toss, start)
+    });
+    let mut errors = [Vec::new(), Vec::new(), Vec::new()];
+    for prediction in predictions {
+        let prediction = prediction?;
+        let mean = |errors: &[Vec<f64>]| errors.iter().flatten().sum::<f64>() / errors.len() as f64;
+        let last = prediction.position_errors.iter().flatten().last();
+        errors[0].push(100.0 * mean(&prediction.position_errors) / tosses::EDGE);
+        errors[1].push(100.0 * last.unwrap_or(&f64::NAN) / tosses::EDGE);
+        errors[2].push(mean(&prediction.rotation_errors).to_degrees());
+    }
+    println!("{} predictions, {start:?}:", measurements.len());
+    let names = [
+        "position (% of the edge)",
+        "last position (% of the edge)",
+        "rotation (°)",
+    ];
+    for (name, mut errors) in names.into_iter().zip(errors) {
+        errors.sort_by(f64::total_cmp);
+        let mean = errors.iter().sum::<f64>() / errors.len() as f64;
+        println!(
+            "  {name}: median {:.1}, mean {mean:.1}",
+            errors[errors.len() / 2]
+        );
+    }
+    Ok(())
+}

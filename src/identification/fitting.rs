@@ -1,0 +1,70 @@
+use super::error::check_count;
+use super::minimizer::Minimizer;
+use super::{Checkpoint, Fit, Identification, IdentificationError, Measurement, Termination};
+use nalgebra::DVector;
+
+impl Identification {
+    /// Fits the unknowns to measurements.
+    ///
+    /// Measurements whose rollouts end early at the initial guess are omitted, and reported in [`Fit::measurements`].
+    ///
+    /// # Errors
+    /// - If there is no measurement, or a measurement does not fit the world or the time steps of the plan.
+    /// - [`IdentificationError::NoRollout`] if no measurement can be simulated.
+    pub fn fit(&self, measurements: &[Measurement]) -> Result<Fit, IdentificationError> {
+        let checkpoint = Checkpoint {
+            horizon: 0,
+            unknowns: self.unknowns.start(),
+            nuisances: vec![DVector::zeros(self.nuisances.len()); measurements.len()],
+        };
+        self.resume(measurements, checkpoint)
+    }
+
+    /// Continues a fit from a checkpoint with the same measurements.
+    ///
+    /// # Errors
+    /// - As [`Self::fit`].
+    /// - If the counts of the checkpoint do not match.
+    pub fn resume(
+        &self,
+        measurements: &[Measurement],
+        checkpoint: Checkpoint,
+    ) -> Result<Fit, IdentificationError> {
+        self.check(measurements, &checkpoint)?;
+        let (mut point, mut iterations) = (checkpoint, 0);
+        loop {
+            let horizon = self.horizons.get(point.horizon).copied();
+            let duration = horizon.unwrap_or(f64::INFINITY);
+            let mut minimizer = Minimizer::new(self, measurements, duration, (point, iterations))?;
+            let termination = minimizer.run()?;
+            if horizon.is_none() || termination == Termination::Stopped {
+                return Ok(Fit::new(&self.unknowns, minimizer, termination));
+            }
+            iterations = minimizer.iterations;
+            point = minimizer.point;
+            point.horizon += 1;
+        }
+    }
+
+    fn check(
+        &self,
+        measurements: &[Measurement],
+        checkpoint: &Checkpoint,
+    ) -> Result<(), IdentificationError> {
+        let count = measurements.len();
+        if count == 0 {
+            return Err(IdentificationError::NoMeasurement);
+        }
+        let Checkpoint {
+            unknowns,
+            nuisances,
+            ..
+        } = checkpoint;
+        check_count("unknowns", unknowns.len(), self.unknowns.len())?;
+        check_count("measurements", nuisances.len(), count)?;
+        let mut nuisances = nuisances.iter();
+        nuisances.try_for_each(|nuisances| {
+            check_count("nuisances", nuisances.len(), self.nuisances.len())
+        })
+    }
+}

@@ -1,0 +1,168 @@
+use super::coordinates::Coordinates;
+use super::error::check_positive;
+use super::{IdentificationError, Iteration, Noise, Nuisance, RobustLoss, Unknown};
+use crate::dynamics::{Force, Plan, World};
+use crate::gradient::Experiment;
+use std::fmt;
+use std::ops::ControlFlow;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+/// Default of the largest number of iterations for each horizon.
+const ITERATIONS: usize = 50;
+
+type ProgressFunction = dyn Fn(&Iteration) -> ControlFlow<()> + Send + Sync;
+
+/// A world with unknown numbers, which measured motions determine: see the [module](super).
+#[derive(Clone)]
+pub struct Identification {
+    /// World of the template, with the plan of the rollouts. The plan's number of steps is not used.
+    pub(super) template: Experiment,
+    pub(super) unknowns: Coordinates,
+    pub(super) nuisances: Coordinates,
+    /// Indices of the bodies whose measured poses count.
+    pub(super) observed: Vec<usize>,
+    pub(super) noise: Noise,
+    pub(super) loss: RobustLoss,
+    /// Durations (s) of the beginnings of the measurements that are fitted first, in increasing order.
+    pub(super) horizons: Vec<f64>,
+    pub(super) iterations: usize,
+    progress: Option<Arc<ProgressFunction>>,
+}
+
+impl Identification {
+    /// Creates an identification with a world as the template, without nuisances and with the default noise.
+    ///
+    /// The values of the unknowns in the world are the initial guess. Rollouts use the time step, the integrator and the tolerances of
+    /// the plan, and end at the last state of each measurement. All dynamic bodies are observed.
+    ///
+    /// # Errors
+    /// - If the world does not have a parameter of an unknown.
+    /// - If the initial guess or the prior of an unknown is out of range.
+    /// - If two unknowns set the same number.
+    pub fn new<F: Force>(
+        world: &World<f64, F>,
+        plan: &Plan,
+        unknowns: &[Unknown],
+    ) -> Result<Self, IdentificationError> {
+        let template = Experiment::new(world, plan);
+        let bodies = world.bodies().iter().enumerate();
+        let dynamic = bodies.filter(|(_, body)| body.inertia().is_some());
+        Ok(Self {
+            unknowns: Coordinates::of_unknowns(unknowns, &template)?,
+            nuisances: Coordinates::default(),
+            observed: dynamic.map(|(index, _)| index).collect(),
+            noise: Noise::default(),
+            loss: RobustLoss::default(),
+            horizons: Vec::new(),
+            iterations: ITERATIONS,
+            progress: None,
+            template,
+        })
+    }
+
+    /// Adds errors that each measurement has of its own, such as the errors of its initial state.
+    ///
+    /// # Errors
+    /// If the world does not have a parameter of a nuisance, or a deviation is not positive.
+    pub fn with_nuisances(self, nuisances: &[Nuisance]) -> Result<Self, IdentificationError> {
+        let nuisances = Coordinates::of_nuisances(nuisances, &self.template)?;
+        Ok(Self { nuisances, ..self })
+    }
+
+    /// Observes these bodies only.
+    ///
+    /// # Errors
+    /// If the world does not have one of the bodies.
+    pub fn observing(self, bodies: &[&str]) -> Result<Self, IdentificationError> {
+        let indices = bodies.iter().map(|body| self.template.index_of(body));
+        let observed = indices.collect::<Result<_, _>>()?;
+        Ok(Self { observed, ..self })
+    }
+
+    /// Sets the noise of measured poses.
+    #[must_use]
+    pub fn with_noise(self, noise: Noise) -> Self {
+        Self { noise, ..self }
+    }
+
+    /// Sets the loss of measured poses.
+    ///
+    /// # Errors
+    /// If the threshold or the scale of the loss is not positive and finite.
+    pub fn with_loss(self, loss: RobustLoss) -> Result<Self, IdentificationError> {
+        check_positive("the scale of the loss", loss.scale())?;
+        Ok(Self { loss, ..self })
+    }
+
+    /// Fits the beginnings of the measurements first, with these durations (s), and the whole measurements at the end. Each fit begins
+    /// at the result of the fit before.
+    ///
+    /// # Errors
+    /// If a duration is not positive and finite.
+    pub fn with_horizons(self, durations: &[f64]) -> Result<Self, IdentificationError> {
+        let mut durations = durations.iter();
+        let horizons = durations.clone().copied().collect();
+        durations
+            .try_for_each(|&duration| check_positive("the duration of a horizon", duration))?;
+        Ok(Self { horizons, ..self })
+    }
+
+    /// Sets the largest number of iterations for each horizon. The default is 50.
+    #[must_use]
+    pub fn with_iterations(self, iterations: usize) -> Self {
+        Self { iterations, ..self }
+    }
+
+    /// Sets a function that is called at the beginning of each iteration. [`ControlFlow::Break`] ends the fit with its present result.
+    #[must_use]
+    pub fn with_progress(
+        self,
+        progress: impl Fn(&Iteration) -> ControlFlow<()> + Send + Sync + 'static,
+    ) -> Self {
+        let progress: Option<Arc<ProgressFunction>> = Some(Arc::new(progress));
+        Self { progress, ..self }
+    }
+
+    /// Ends rollouts once the flag is true, and the fit with the error
+    /// [`RolloutError::Stopped`](crate::dynamics::RolloutError::Stopped). The progress function has received a checkpoint before.
+    #[must_use]
+    pub fn with_cancel_flag(self, flag: Arc<AtomicBool>) -> Self {
+        let template = self.template.with_cancel_flag(flag);
+        Self { template, ..self }
+    }
+
+    /// Calls the progress function, if there is one.
+    pub(super) fn tell(&self, iteration: impl FnOnce() -> Iteration) -> ControlFlow<()> {
+        match &self.progress {
+            None => ControlFlow::Continue(()),
+            Some(tell) => tell(&iteration()),
+        }
+    }
+
+    /// The identification with known values of the unknowns. Only the nuisances remain to be fitted.
+    pub(super) fn known(&self, values: &[f64]) -> Result<Self, IdentificationError> {
+        let coordinates = self.unknowns.of_values(values)?;
+        let changes = self.unknowns.changes(&coordinates);
+        let template = self
+            .template
+            .perturbed(&self.unknowns.parameters, &changes)?;
+        Ok(Self {
+            template,
+            unknowns: Coordinates::default(),
+            horizons: Vec::new(),
+            progress: None,
+            ..self.clone()
+        })
+    }
+}
+
+impl fmt::Debug for Identification {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter
+            .debug_struct("Identification")
+            .field("unknowns", &self.unknowns)
+            .field("nuisances", &self.nuisances)
+            .finish_non_exhaustive()
+    }
+}

@@ -1,0 +1,41 @@
+use crate::scalar::portable::ln_1p;
+
+/// Loss ρ(s) of a measured pose, with the squared deviation s in units of the noise. For a right model, s has the mean 6: three
+/// components of the position and three of the rotation.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[non_exhaustive]
+pub enum RobustLoss {
+    /// ρ(s) = s: least squares.
+    #[default]
+    Squared,
+    /// ρ(s) = s up to the squared threshold d², and 2d√s − d² above it.
+    Huber(f64),
+    /// ρ(s) = c² ln(1 + s/c²). Poses that deviate by much more than the scale c hardly count.
+    Cauchy(f64),
+}
+
+impl RobustLoss {
+    /// Threshold or scale of the loss, or 1 for least squares.
+    pub(super) fn scale(self) -> f64 {
+        match self {
+            Self::Squared => 1.0,
+            Self::Huber(scale) | Self::Cauchy(scale) => scale,
+        }
+    }
+
+    /// Loss ρ and its derivative at a squared deviation.
+    pub(super) fn at(self, squared: f64) -> [f64; 2] {
+        match self {
+            Self::Huber(threshold) if squared > threshold * threshold => {
+                let deviation = squared.sqrt();
+                let loss = 2.0 * threshold * deviation - threshold * threshold;
+                [loss, threshold / deviation]
+            }
+            Self::Squared | Self::Huber(_) => [squared, 1.0],
+            Self::Cauchy(scale) => {
+                let area = scale * scale;
+                [area * ln_1p(squared / area), area / (area + squared)]
+            }
+        }
+    }
+}

@@ -1,0 +1,106 @@
+use crate::tosses::{TRUTH, clean, plan, unknowns, world};
+use hydroelastic::dynamics::{Plan, Trajectory};
+use hydroelastic::gradient::Parameter;
+use hydroelastic::identification::{
+    Identification, IdentificationError, Measurement, Noise, Nuisance, RobustLoss, StartingState,
+    Unknown,
+};
+
+fn refused(unknowns: &[Unknown]) -> String {
+    let result = Identification::new(&world(TRUTH), &plan(), unknowns);
+    result.unwrap_err().to_string()
+}
+
+#[test]
+fn wrong_unknowns_are_refused() {
+    let friction = || Unknown::new(Parameter::friction("ball"));
+    assert_eq!(
+        refused(&[friction().bounded(0.3, 0.5)]),
+        "a value of the unknown \"the friction of \\\"ball\\\"\" is 0.2, but must be between 0.3 and 0.5, both excluded: change the value or the range"
+    );
+    assert!(refused(&[friction().component(1)]).contains("has no number 1"));
+    assert!(refused(&[friction(), friction().named("other")]).contains("set the same number"));
+    assert!(refused(&[friction().with_prior(0.2, 0.0)]).contains("must be positive and finite"));
+    assert!(
+        refused(&[friction().logarithmic().with_prior(-1.0, 1.0)])
+            .contains("is -1, but must be between 0 and inf")
+    );
+    assert!(refused(&[Unknown::new(Parameter::modulus("table"))]).contains("is rigid"));
+}
+
+#[test]
+fn wrong_settings_are_refused() {
+    assert!(Noise::new(0.0, 1.0).is_err());
+    let identification = || Identification::new(&world(TRUTH), &plan(), &unknowns()).unwrap();
+    let nuisance = Nuisance::new(Parameter::initial_velocity("ball"), -1.0);
+    assert!(identification().with_nuisances(&[nuisance]).is_err());
+    let nuisance = Nuisance::new(Parameter::initial_velocity("ball"), 1.0).component(3);
+    assert!(identification().with_nuisances(&[nuisance]).is_err());
+    assert!(
+        identification()
+            .with_loss(RobustLoss::Cauchy(f64::NAN))
+            .is_err()
+    );
+    assert!(identification().with_horizons(&[0.1, 0.0]).is_err());
+    assert!(identification().observing(&["cube"]).is_err());
+    let start = StartingState::Measured;
+    let error = identification()
+        .predict(&[1.0], &clean(1)[0], start)
+        .unwrap_err();
+    assert_eq!(error.to_string(), "expected 3 values, but found 1");
+    let negative = [-1.0, 1.0, 0.2];
+    let error = identification()
+        .predict(&negative, &clean(1)[0], start)
+        .unwrap_err();
+    assert!(
+        matches!(error, IdentificationError::OutOfRange { .. }),
+        "{error}"
+    );
+}
+
+#[test]
+fn wrong_measurements_are_refused() {
+    let identification = Identification::new(&world(TRUTH), &plan(), &unknowns()).unwrap();
+    let fitted = |measurement: Measurement| identification.fit(&[measurement]).unwrap_err();
+    assert_eq!(
+        identification.fit(&[]).unwrap_err(),
+        IdentificationError::NoMeasurement
+    );
+    let states = clean(1)[0].trajectory().states().to_vec();
+    let measurement = |states| Measurement::new("toss", Trajectory::new(states).unwrap());
+    assert_eq!(
+        fitted(measurement(states[..1].to_vec())),
+        IdentificationError::Short("toss".into())
+    );
+    let mut late = states.clone();
+    late[30].time += 0.004;
+    assert!(
+        fitted(measurement(late))
+            .to_string()
+            .contains("must be a multiple of the time step")
+    );
+    let mut lost = states.clone();
+    lost[7].bodies[0].pose = lost[7].bodies[0]
+        .pose
+        .with_translation([f64::NAN; 3].into());
+    assert!(
+        fitted(measurement(lost))
+            .to_string()
+            .starts_with("state 7 of measurement \"toss\", body 0")
+    );
+    let mut fewer = states;
+    for state in &mut fewer {
+        state.bodies.truncate(1);
+    }
+    assert!(matches!(
+        fitted(measurement(fewer)),
+        IdentificationError::Gradient(_)
+    ));
+    let explicit = Plan::new(0.01, 1).unwrap();
+    let identification = Identification::new(&world([1e9, 0.0, 0.0]), &explicit, &[]).unwrap();
+    let error = identification.fit(&clean(1)).unwrap_err();
+    assert!(
+        matches!(error, IdentificationError::NoRollout { .. }),
+        "{error}"
+    );
+}

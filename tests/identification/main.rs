@@ -1,0 +1,7 @@
+//! Identification of worlds from simulated recordings.
+
+mod errors;
+mod intervals;
+mod recovery;
+mod robustness;
+mod tosses;
