@@ -100,8 +100,8 @@ impl RigidShape {
         py.detach(|| Self::of(soup.convex_hull().and_then(TriangleSoup::closed)))
     }
 
-    /// Reads a surface from a file: STL (.stl), Wavefront (.obj), PLY (.ply), OFF (.off), glTF (.glb, .gltf), COLLADA (.dae) or VTK
-    /// PolyData (.vtk, .vtp).
+    /// Reads a surface from a file: STL (.stl), Wavefront (.obj), PLY (.ply), OFF (.off), glTF (.glb, .gltf), COLLADA (.dae), VTK
+    /// PolyData (.vtk, .vtp) or a binary mesh of MuJoCo (.msh).
     ///
     /// The surface is repaired as by RigidShape(vertices, triangles). Repairs that move vertices, overlapping components and an unlikely
     /// size are warnings (UserWarning).

@@ -94,14 +94,14 @@ pub enum FileError {
         vertex: i64,
     },
     /// The file has a surface, but was read as a mesh of tetrahedra.
-    #[error("{} has a surface of polygons (PolyData), not tetrahedra: read_triangles reads it", path.display())]
+    #[error("{} has a surface, not tetrahedra: read_triangles reads it", path.display())]
     HoldsSurface {
         /// The file.
         path: PathBuf,
     },
-    /// The file has a grid of cells, but was read as a surface.
+    /// The file has solid cells, such as tetrahedra, but was read as a surface.
     #[error(
-        "{} has an unstructured grid, not a surface of polygons (PolyData): read_mesh reads it",
+        "{} has solid cells, not a surface: read_mesh reads it",
         path.display()
     )]
     HoldsGrid {

@@ -14,6 +14,7 @@ mod medit;
 mod mesh_file;
 mod mesh_reader;
 mod mesh_warnings;
+mod mujoco;
 mod obj;
 mod off;
 mod placement;

@@ -320,7 +320,7 @@ fn entries_beyond_the_stated_number_are_refused() {
 }
 
 #[test]
-fn errors_name_binary_meshes_of_mujoco() {
+fn errors_name_the_reader_of_binary_meshes_of_mujoco() {
     let counts = [4_u32, 0, 4, 4];
     let mut bytes: Vec<u8> = counts
         .iter()
@@ -328,8 +328,8 @@ fn errors_name_binary_meshes_of_mujoco() {
         .collect();
     bytes.resize(16 + 4 * (12 + 8 + 12), 0);
     let error = read_bytes("mujoco.msh", &bytes).unwrap_err();
-    assert!(matches!(error, FileError::Unsupported { .. }), "{error:?}");
-    assert!(error.to_string().contains("MuJoCo"), "{error}");
+    assert!(matches!(error, FileError::HoldsSurface { .. }), "{error:?}");
+    assert!(error.to_string().contains("read_triangles"), "{error}");
 }
 
 #[test]
