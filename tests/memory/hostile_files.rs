@@ -235,11 +235,14 @@ const REFUSED: &[(&str, &str)] = &[
     ("endless_header.ply", "expected a line of a PLY header"),
     ("missing_point.dae", "refers to vertex 9"),
     ("missing_point.off", "their indices below 4"),
-    ("missing_point.ply", "a vertex that does not precede it"),
+    (
+        "missing_point.ply",
+        "vertex -4 is not one of the 4 vertices",
+    ),
     ("missing_view.glb", "a view of a buffer does not exist"),
     (
         "most_corners_binary.ply",
-        "a vertex that does not precede it",
+        "vertex 512 is not one of the 4 vertices",
     ),
     ("most_points.glb", "longer than its buffer"),
     ("nan_vertex.off", r#"line 5, "0 nan 0""#),
