@@ -101,7 +101,7 @@ impl RigidShape {
     }
 
     /// Reads a surface from a file: STL (.stl), Wavefront (.obj), PLY (.ply), OFF (.off), glTF (.glb, .gltf), COLLADA (.dae), VTK
-    /// PolyData (.vtk, .vtp) or a binary mesh of MuJoCo (.msh).
+    /// with faces only (.vtk, .vtp, .vtu) or a binary mesh of MuJoCo (.msh).
     ///
     /// The surface is repaired as by RigidShape(vertices, triangles). Repairs that move vertices, overlapping components and an unlikely
     /// size are warnings (UserWarning).

@@ -9,7 +9,7 @@ use std::path::Path;
 
 /// Extensions of surface files.
 const EXTENSIONS: &[&str] = &[
-    "dae", "glb", "gltf", "msh", "obj", "off", "ply", "stl", "vtk", "vtp",
+    "dae", "glb", "gltf", "msh", "obj", "off", "ply", "stl", "vtk", "vtp", "vtu",
 ];
 
 /// Reads the closed surface (m) of a rigid body: the triangles of [`read_triangles`] as [`TriangleSoup::closed`] repairs them.
@@ -47,7 +47,8 @@ pub fn read_triangle_surface(
 ///   corners determines the outer side.
 /// - `.obj`, `.off`, `.ply`: PLY files may be binary. All groups are merged. Faces with more than 3 corners are cut into triangles.
 ///   Faces with fewer corners are ignored.
-/// - `.vtk`, `.vtp`: VTK PolyData, legacy or XML. The contents decide between these two. Polygons and triangle strips are read.
+/// - `.vtk`, `.vtp`, `.vtu`: VTK PolyData or unstructured grid, legacy or XML. The contents decide. Polygons and triangle strips are
+///   read. Points and lines are ignored. A grid with tetrahedra or other solids is an error, because its faces may be inside them.
 /// - `.msh`: binary mesh of MuJoCo. The normals in the file are ignored. A file of Gmsh is an error that names
 ///   [`read_mesh`](super::read_mesh).
 /// - `.glb`, `.gltf`: glTF 2.0 with embedded buffers. The parts of the scene are placed by their nodes.
@@ -96,7 +97,7 @@ pub(in crate::io) fn read_in_file_axes(
         "obj" => obj::read(path, &bytes),
         "off" => off::read(path, &bytes),
         "ply" => ply::read(path, &bytes),
-        "vtk" | "vtp" => vtk::read_polygons(path, &bytes),
+        "vtk" | "vtp" | "vtu" => vtk::read_polygons(path, &bytes),
         _ => stl::read(path, &bytes),
     };
     Ok((soup?, Matrix3::identity()))

@@ -27,16 +27,17 @@ fn damaged(path: &Path, cause: impl Into<String>) -> FileError {
 /// Reads the tetrahedra of an unstructured grid.
 pub(super) fn read_grid(path: &Path, bytes: &[u8]) -> Result<FileContents, FileError> {
     let data = read(path, bytes)?;
-    if data.is_poly_data {
+    if data.is_surface() {
         return Err(FileError::HoldsSurface { path: path.into() });
     }
     data.into_contents().map_err(|cause| damaged(path, cause))
 }
 
-/// Reads the triangles of polygons and triangle strips, in the unit of the file.
+/// Reads the triangles of polygons and triangle strips, in the unit of the file. A grid with solid cells is an error, because its faces
+/// may be parts of its surface or lie inside.
 pub(super) fn read_polygons(path: &Path, bytes: &[u8]) -> Result<TriangleSoup, FileError> {
     let data = read(path, bytes)?;
-    if !data.is_poly_data {
+    if data.has_solids() {
         return Err(FileError::HoldsGrid { path: path.into() });
     }
     data.triangles().map_err(|cause| damaged(path, cause))

@@ -3,7 +3,7 @@
 use super::FileError;
 use super::cursor::Cursor;
 use super::scalar::{ByteOrder, Scalar};
-use super::vtk_data_set::{DataSet, Lists};
+use super::vtk_data_set::{DataSet, Lists, POLYGON, STRIP};
 use std::path::Path;
 
 /// Reads a legacy file.
@@ -54,9 +54,14 @@ impl Reader<'_> {
                 self.data.points = points.ok_or_else(cause)?;
             }
             ("CELLS", [_, first, second]) => self.data.cells = self.lists(first, second)?,
-            ("POLYGONS", [_, first, second]) => self.data.polygons = self.lists(first, second)?,
-            ("TRIANGLE_STRIPS", [_, first, second]) => {
-                self.data.strips = self.lists(first, second)?;
+            ("POLYGONS" | "TRIANGLE_STRIPS", [_, first, second]) => {
+                let kind = if keyword == "POLYGONS" {
+                    POLYGON
+                } else {
+                    STRIP
+                };
+                let cells = self.lists(first, second)?;
+                self.data.add_cells(&cells, 0, kind);
             }
             ("VERTICES" | "LINES", [_, first, second]) => drop(self.lists(first, second)?),
             ("CELL_TYPES", [_, count]) => {

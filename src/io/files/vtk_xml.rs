@@ -3,7 +3,7 @@
 
 use super::FileError;
 use super::scalar::{ByteOrder, Scalar};
-use super::vtk_data_set::{DataSet, Lists};
+use super::vtk_data_set::{DataSet, Lists, POLYGON, STRIP};
 use super::vtk_encoding::{Encoding, Stream};
 use roxmltree::{Document, Node};
 use std::borrow::Cow;
@@ -124,9 +124,9 @@ impl<'a> Reader<'a> {
             data.points.extend(points);
             if data.is_poly_data {
                 let polygons = self.lists(piece, "Polys", "NumberOfPolys")?;
-                data.polygons.append(&polygons, first_vertex);
+                data.add_cells(&polygons, first_vertex, POLYGON);
                 let strips = self.lists(piece, "Strips", "NumberOfStrips")?;
-                data.strips.append(&strips, first_vertex);
+                data.add_cells(&strips, first_vertex, STRIP);
             } else {
                 let cells = self.lists(piece, "Cells", "NumberOfCells")?;
                 let types = self.integers(named(child(piece, "Cells")?, "types")?, cells.len())?;
