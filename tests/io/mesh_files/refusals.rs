@@ -348,6 +348,15 @@ fn abaqus_parts_without_displacements_are_read() {
 }
 
 #[test]
+fn abaqus_nodes_in_the_plane_are_refused() {
+    for node in ["1, 0.5, 2", "1, 0.5, 2,"] {
+        let text = format!("*NODE\n{node}\n*ELEMENT, TYPE=CPS3\n1,1,1,1\n");
+        assert_damaged("plane.inp", &text, "line 2, \"1, 0.5, 2");
+        assert_damaged("plane.inp", &text, "a model in the plane has no tetrahedra");
+    }
+}
+
+#[test]
 fn abaqus_keywords_that_make_or_move_nodes_are_refused() {
     let nodes = "*NODE\n1, 0,0,0\n2,1,0,0\n3,0,1,0\n4,0,0,1\n";
     let model = format!("{nodes}*ELEMENT, TYPE=C3D4\n1,1,2,3,4\n");
