@@ -38,7 +38,8 @@ use std::sync::Arc;
 pub struct RigidShape(pub Arc<contact::RigidShape>);
 
 impl RigidShape {
-    fn of(surface: Result<TriangleSurface, SurfaceError>) -> PyResult<Self> {
+    /// Creates a rigid shape from a surface.
+    pub fn of(surface: Result<TriangleSurface, SurfaceError>) -> PyResult<Self> {
         let surface = surface.map_err(value_error)?;
         Ok(Self(Arc::new(contact::RigidShape::new(surface))))
     }
