@@ -4,8 +4,8 @@ use crate::mesh::{MeshError, SurfaceError};
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SolidError {
-    /// There are no triangles.
-    #[error("a solid needs triangles, but there are none")]
+    /// There are no triangles with an area that is a number in double precision.
+    #[error("a solid needs triangles with an area in double precision, but there are none")]
     NoTriangles,
     /// A triangle refers to a vertex that does not exist, or a coordinate is NaN or infinite.
     #[error(transparent)]
@@ -38,7 +38,7 @@ pub enum SolidError {
     },
     /// No point of the lattice lies inside.
     #[error(
-        "no point of a lattice with a spacing of {spacing:e} m lies inside: the region is thinner than the spacing, or the triangles do not enclose a solid"
+        "no point of a lattice with a spacing of {spacing:e} m lies inside: the region is thinner than the spacing, or the triangles do not enclose a solid; choose a smaller spacing, or bounds close to the region"
     )]
     Empty {
         /// The smallest spacing that was tried (m).

@@ -4,6 +4,7 @@ use super::winding::WindingNumbers;
 use crate::bvh::Bvh;
 use crate::geometry::{Aabb, Foot, Triangle};
 use crate::mesh::surface_distance::nearest;
+use crate::mesh::triangle_checks::is_thin;
 use crate::parallel;
 use nalgebra::Vector3;
 
@@ -113,15 +114,15 @@ pub(super) struct InsideTriangles {
 }
 
 impl InsideTriangles {
-    /// Prepares the queries in O(n log n) time. There must be a triangle.
+    /// Prepares the queries in O(n log n) time. There must be a triangle with an area. Triangles without an area are ignored, because
+    /// their winding numbers at points on them are rounding errors.
     pub fn new(corners: impl Iterator<Item = [Vector3<f64>; 3]>) -> Self {
         let triangles: Vec<_> = corners.map(Triangle::new).collect();
-        let bvh = Bvh::new(
-            triangles
-                .iter()
-                .map(|triangle| *triangle.corners())
-                .enumerate(),
-        );
+        let corners = triangles.iter().map(|triangle| *triangle.corners());
+        let with_area = corners
+            .enumerate()
+            .filter(|(_, corners)| !is_thin(*corners));
+        let bvh = Bvh::new(with_area);
         Self {
             winding: WindingNumbers::of(&bvh, &triangles),
             triangles,
