@@ -119,28 +119,14 @@ fn byte_order(format: &str) -> Option<ByteOrder> {
 
 fn property<'a>(words: &[&'a str]) -> Option<Property<'a>> {
     let (length, number, name) = match *words {
-        ["list", length, number, name] => (Some(number_type(length)?), number, name),
+        ["list", length, number, name] => (Some(Scalar::named(length)?), number, name),
         [number, name] => (None, number, name),
         _ => return None,
     };
     Some(Property {
         name,
         length,
-        number: number_type(number)?,
-    })
-}
-
-fn number_type(word: &str) -> Option<Scalar> {
-    Some(match word {
-        "char" | "int8" => Scalar::I8,
-        "short" | "int16" => Scalar::I16,
-        "int" | "int32" => Scalar::I32,
-        "uchar" | "uint8" => Scalar::U8,
-        "ushort" | "uint16" => Scalar::U16,
-        "uint" | "uint32" => Scalar::U32,
-        "float" | "float32" => Scalar::F32,
-        "double" | "float64" => Scalar::F64,
-        _ => return None,
+        number: Scalar::named(number)?,
     })
 }
 

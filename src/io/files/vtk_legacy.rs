@@ -136,7 +136,7 @@ impl Reader<'_> {
         let cause = || start.error(format!("expected {name} and its type"));
         match *self.cursor.line_words() {
             [found, kind] if found == name => {
-                let scalar = Scalar::of_vtk(kind).ok_or_else(cause)?;
+                let scalar = Scalar::named(kind).ok_or_else(cause)?;
                 self.cursor.integers(scalar, count)
             }
             _ => Err(cause()),
@@ -145,7 +145,7 @@ impl Reader<'_> {
 
     /// Reads an array. Returns `None` for the types bit and string, whose values are skipped.
     fn array(&mut self, kind: &str, count: usize) -> Result<Option<Vec<f64>>, FileError> {
-        if let Some(scalar) = Scalar::of_vtk(kind) {
+        if let Some(scalar) = Scalar::named(kind) {
             return self.cursor.reals(scalar, count).map(Some);
         }
         let is_binary = self.cursor.binary.is_some();

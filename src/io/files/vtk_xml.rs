@@ -230,7 +230,7 @@ impl<'a> Reader<'a> {
             found => return Err(format!("the format {found:?} is unknown")),
         };
         let kind = array.attribute("type").unwrap_or_default();
-        let scalar = Scalar::of_vtk(kind).ok_or_else(|| format!("the type {kind:?} is unknown"))?;
+        let scalar = Scalar::named(kind).ok_or_else(|| format!("the type {kind:?} is unknown"))?;
         let check = |length: usize| self.check_encoded(length / scalar.size, limit);
         let bytes = self.encoding.decoded(stream, check)?;
         check_count("bytes after the last number", bytes.len() % scalar.size, 0)?;
