@@ -1,6 +1,6 @@
 use crate::mesh::{MeshError, SurfaceError};
 use std::error::Error;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Reason why a file cannot be read or written.
 #[derive(Debug, thiserror::Error)]
@@ -188,6 +188,21 @@ pub enum FileError {
         /// Cause.
         source: SurfaceError,
     },
+}
+
+impl FileError {
+    /// Error for a file that is not valid in its format.
+    pub(super) fn syntax(
+        path: &Path,
+        format: &'static str,
+        source: impl Into<Box<dyn Error + Send + Sync>>,
+    ) -> Self {
+        Self::Syntax {
+            path: path.into(),
+            format,
+            source: source.into(),
+        }
+    }
 }
 
 /// Indefinite article before the name of a format.

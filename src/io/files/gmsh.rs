@@ -3,7 +3,7 @@
 use super::cursor::Cursor;
 use super::file_contents::{Cell, FileContents};
 use super::scalar::{ByteOrder, Scalar};
-use super::{FileError, mujoco, syntax_error::excerpt};
+use super::{FileError, mujoco, text_lines::excerpt};
 use std::path::Path;
 
 /// Version of the format, as far as it determines the layout of nodes and elements.
@@ -41,8 +41,7 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<FileContents, FileError>
         if mujoco::has_stated_length(bytes) {
             return Err(FileError::HoldsSurface { path: path.into() });
         }
-        let line = bytes.trim_ascii_start().split(|&b| b == b'\n').next();
-        let found = excerpt(line.unwrap_or(bytes));
+        let found = excerpt(bytes.trim_ascii_start());
         return Err(unsupported(path, &format!("the header {found:?}")));
     }
     let mut reader = Reader::new(path, bytes);

@@ -26,7 +26,6 @@ mod scene;
 mod seams;
 mod stl;
 mod surface_file;
-mod syntax_error;
 mod tetgen;
 mod text_lines;
 mod trajectory;

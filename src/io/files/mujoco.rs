@@ -18,11 +18,7 @@ const HEADER: usize = 4;
 const WORD_COUNTS: [u64; HEADER] = [3, 3, 2, 3];
 
 pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<TriangleSoup, FileError> {
-    soup(bytes).map_err(|cause| FileError::Syntax {
-        path: path.into(),
-        format: "MuJoCo .msh",
-        source: cause.into(),
-    })
+    soup(bytes).map_err(|cause| FileError::syntax(path, "MuJoCo .msh", cause))
 }
 
 /// Returns true if the bytes have the length that their header states.
