@@ -443,6 +443,29 @@ fn triangles_without_an_area_change_no_solid() {
 }
 
 #[test]
+fn sizes_with_moments_beyond_double_precision_are_refused_at_once() {
+    let start = Instant::now();
+    for size in [1e-300, 1e-110, 1e-70, 1e70, 1e110, 1e200] {
+        let mut soup = egg();
+        soup.vertices.iter_mut().for_each(|vertex| *vertex *= size);
+        let error = soup.solid(Resolution::default()).unwrap_err();
+        let is_size = matches!(error, SolidError::NoSize { .. } | SolidError::NoTriangles);
+        assert!(is_size, "{size:e}: {error}");
+        let bounds = Aabb {
+            lower: Vector3::repeat(-size),
+            upper: Vector3::repeat(size),
+        };
+        let distances = |points: &[Vector3<f64>]| {
+            let distances = points.iter().map(|point| point.norm() - size / 2.0);
+            distances.collect()
+        };
+        let error = Solid::of_distance(distances, bounds, Resolution::default()).unwrap_err();
+        assert!(matches!(error, SolidError::NoSize { .. }), "{error}");
+    }
+    assert!(start.elapsed() < TIME, "{:?}", start.elapsed());
+}
+
+#[test]
 fn nan_distances_stop_the_refinement() {
     let calls = AtomicUsize::new(0);
     let distances = |points: &[Vector3<f64>]| {

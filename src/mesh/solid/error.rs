@@ -10,9 +10,9 @@ pub enum SolidError {
     /// A triangle refers to a vertex that does not exist, or a coordinate is NaN or infinite.
     #[error(transparent)]
     Surface(#[from] SurfaceError),
-    /// The bounds of the points or of a distance function have no interior, or are not finite.
+    /// The bounds of the triangles or of a distance function have no interior, or moments that overflow or underflow.
     #[error(
-        "the region is {size:?} m large, but must have a positive, finite size along each axis"
+        "the region is {size:?} m large, but must have a size along each axis whose fifth power is positive and finite in double precision"
     )]
     NoSize {
         /// Size of the box around the region (m).
