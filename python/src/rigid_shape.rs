@@ -38,7 +38,8 @@ use std::sync::Arc;
 pub struct RigidShape(pub Arc<contact::RigidShape>);
 
 impl RigidShape {
-    fn of(surface: Result<TriangleSurface, SurfaceError>) -> PyResult<Self> {
+    /// Creates a rigid shape from a surface.
+    pub fn of(surface: Result<TriangleSurface, SurfaceError>) -> PyResult<Self> {
         let surface = surface.map_err(value_error)?;
         Ok(Self(Arc::new(contact::RigidShape::new(surface))))
     }
@@ -100,8 +101,8 @@ impl RigidShape {
         py.detach(|| Self::of(soup.convex_hull().and_then(TriangleSoup::closed)))
     }
 
-    /// Reads a surface from a file: STL (.stl), Wavefront (.obj), PLY (.ply), OFF (.off), glTF (.glb, .gltf), COLLADA (.dae) or VTK
-    /// PolyData (.vtk, .vtp).
+    /// Reads a surface from a file: STL (.stl), Wavefront (.obj), PLY (.ply), OFF (.off), glTF (.glb, .gltf), COLLADA (.dae), VTK
+    /// with faces only (.vtk, .vtp, .vtu) or a binary mesh of MuJoCo (.msh).
     ///
     /// The surface is repaired as by RigidShape(vertices, triangles). Repairs that move vertices, overlapping components and an unlikely
     /// size are warnings (UserWarning).

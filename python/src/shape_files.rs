@@ -12,7 +12,7 @@ use std::fmt::Display;
 const SURFACES: &[&str] = &["stl", "obj", "ply", "off", "glb", "gltf", "dae", "vtp"];
 
 /// Extensions of files that only hold tetrahedra.
-const MESHES: &[&str] = &["msh", "vtu", "mesh", "node", "ele", "inp"];
+const MESHES: &[&str] = &["mesh", "node", "ele", "inp"];
 
 /// Reads the arguments `unit`, `scale` and `pose`.
 pub fn placement(

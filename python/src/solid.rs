@@ -93,6 +93,11 @@ impl Solid {
         })
     }
 
+    fn of_closed(surface: RigidShape, resolution: ResolutionArguments) -> PyResult<Self> {
+        let solid = mesh::Solid::of_surface(surface.surface(), resolution.resolution()?);
+        Self::new(Region::Surface(surface), resolution, solid)
+    }
+
     fn of_soup(soup: TriangleSoup, resolution: ResolutionArguments) -> PyResult<Self> {
         let solid = soup.solid(resolution.resolution()?);
         Self::new(Region::Triangles(soup), resolution, solid)
@@ -158,12 +163,8 @@ impl Solid {
         #[pyo3(from_py_with = optional_real)] volume_error: Option<f64>,
         #[pyo3(from_py_with = optional_real)] distance_error: Option<f64>,
     ) -> PyResult<Self> {
-        let arguments = ResolutionArguments([spacing, volume_error, distance_error]);
-        let resolution = arguments.resolution()?;
-        let solid = py.detach(|| {
-            let solid = mesh::Solid::of_surface(surface.surface(), resolution);
-            Self::new(Region::Surface(surface.clone()), arguments, solid)
-        })?;
+        let resolution = ResolutionArguments([spacing, volume_error, distance_error]);
+        let solid = py.detach(|| Self::of_closed(surface.clone(), resolution))?;
         solid.warned(py, "the surface")
     }
 
@@ -286,8 +287,8 @@ impl Solid {
         solid.warned(py, "the region")
     }
 
-    /// Fills the triangles of a file that RigidShape.read reads, also with holes. The triangles may be turned inwards as a whole, and may
-    /// overlap.
+    /// Fills the triangles of a file that RigidShape.read reads: a closed surface as by of_surface, and other triangles as by
+    /// of_triangles.
     ///
     /// Parameters
     /// ----------
@@ -336,7 +337,10 @@ impl Solid {
         let soup = py.detach(|| read_triangles(&path, &placement).map_err(surface_error))?;
         let warning = SurfaceWarning::of_size(&Aabb::around(&soup.vertices));
         warn(py, path.display(), warning, unit.is_some())?;
-        let solid = py.detach(|| Self::of_soup(soup, resolution));
+        let solid = py.detach(|| match soup.clone().closed() {
+            Ok(surface) => Self::of_closed(RigidShape::of(Ok(surface))?, resolution),
+            Err(_) => Self::of_soup(soup, resolution),
+        });
         let solid = solid.map_err(|error| named_error(&path.display().to_string(), &error))?;
         solid.warned(py, path.display())
     }

@@ -150,8 +150,9 @@ def test_surface_files_are_repaired_with_warnings_and_on_request(recwarn):
         assert he.RigidShape.read(FIELD_FILES / name, hull=True).volume == pytest.approx(1.0)
     mirrored = he.RigidShape.read(FIELD_FILES / "tetrahedron.off", 0.1, scale=[-1, 2, 1], pose=he.pose([1.0, 0.0, 0.0]))
     assert mirrored.volume == pytest.approx(1e-3 / 3) and mirrored.vertices[:, 0].min() == pytest.approx(0.9)
-    # The contents of .vtk files decide.
-    assert he.RigidShape.read(FIELD_FILES / "polygons.vtk").volume == pytest.approx(1 / 6)
+    # The contents of .vtk and .msh files decide.
+    for name in ("polygons.vtk", "../hostile_files/mujoco.msh"):
+        assert he.RigidShape.read(FIELD_FILES / name).volume == pytest.approx(1 / 6)
     with pytest.raises(FileNotFoundError, match="nothing.vtk"):
         he.RigidShape.read("nothing.vtk")
     assert not recwarn

@@ -150,7 +150,10 @@ def refusals():
         "polygons.vtk holds a surface, not a mesh of tetrahedra: RigidShape.read": lambda: he.Shape.read(FIELD / "polygons.vtk"),
         "no_seam.vtk holds a mesh of tetrahedra, not a surface: Shape.read": lambda: he.Solid.read(FIELD / "no_seam.vtk"),
         "part.stl holds a surface, not a mesh of tetrahedra: RigidShape.read": lambda: he.Shape.read("part.stl"),
-        "part.msh holds a mesh of tetrahedra, not a surface: Shape.read": lambda: he.RigidShape.read("part.msh"),
+        "part.mesh holds a mesh of tetrahedra, not a surface: Shape.read": lambda: he.RigidShape.read("part.mesh"),
+        "mujoco.msh holds a surface, not a mesh of tetrahedra: RigidShape.read": lambda: he.Shape.read(
+            FIELD.parent / "hostile_files/mujoco.msh"
+        ),
         "body \"floor\" has no friction of its own": lambda: he.World(
             [body, he.Body.fixed("floor", he.HalfSpace(), he.Material.rigid())]
         ).jacobian(plan, [he.Parameter.friction("floor")]),

@@ -65,13 +65,14 @@ def test_files_are_placed_with_warnings_about_their_unit(recwarn):
     solid = he.Solid.read(FIELD_FILES / "tetrahedron.off", 0.1, scale=[-1.0, 2.0, 1.0], pose=pose, spacing=0.02)
     assert solid.shape.volume == pytest.approx(1e-3 / 3, rel=0.2)
     assert solid.vertices[:, 2].min() > 2.99 and solid.vertices[:, 0].max() < 0.01
+    assert solid.volume_error == pytest.approx(abs(3e3 * solid.shape.volume - 1.0))  # The file is closed.
     solid = he.Solid.read(FIELD_FILES / "polygons.vtk", unit=1e3, spacing=200.0)
     assert not recwarn
     with pytest.warns(UserWarning, match="tetrahedron.off: the surface is 1.000e3 m large.*unit=1.0 reads meters"):
         he.Solid.read(FIELD_FILES / "tetrahedron.off", scale=[1e3] * 3, spacing=200.0)
     with pytest.raises(FileNotFoundError, match="nothing.stl"):
         he.Solid.read("nothing.stl")
-    with pytest.raises(he.HydroelasticError, match="points.obj: a solid needs triangles, but there are none"):
+    with pytest.raises(he.HydroelasticError, match="points.obj: a solid needs triangles with an area .*, but there are none"):
         he.Solid.read(FIELD_FILES / "points.obj")
 
 

@@ -61,7 +61,7 @@ GRID = "# vtk DataFile Version 3.0\nmesh\nASCII\nDATASET UNSTRUCTURED_GRID\nPOIN
     [
         (8, range(8), 12, "solid elements that are not tetrahedra .hexahedron: 1."),
         (10, range(10), 24, "tetrahedra of second or higher order"),
-        (3, range(3), 5, "has no tetrahedra: was only its surface meshed"),
+        (3, range(3), 5, "holds a surface, not a mesh of tetrahedra"),
     ],
 )
 def test_other_solids_are_refused(tmp_path, points, cells, kind, reason):

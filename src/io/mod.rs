@@ -4,8 +4,8 @@
 //! - [`read_mesh`] reads the file of a mesher (Gmsh, VTK, Medit, TetGen, Abaqus) into a [`MeshFile`]: a mesh (m), and point data.
 //!   Extents are either an array of the point data ([`MeshFile::pressure_field`]) or computed from the distance to the surface
 //!   ([`PressureField::from_distance`](crate::mesh::PressureField::from_distance)).
-//! - [`read_triangle_surface`] reads the closed surface of a rigid body (STL, OBJ, OFF, PLY, glTF, COLLADA, VTK). [`read_triangles`] reads
-//!   triangles that need not be closed.
+//! - [`read_triangle_surface`] reads the closed surface of a rigid body (STL, OBJ, OFF, PLY, glTF, COLLADA, VTK, MuJoCo).
+//!   [`read_triangles`] reads triangles that need not be closed.
 //! - [`write_surface`] writes a contact surface for ParaView and similar programs.
 //! - [`write_trajectory`] writes the motion of all bodies as a table (CSV, or Parquet with the feature `parquet`).
 //! - [`Recording`] writes an animation for any 3-D viewer.

@@ -168,22 +168,14 @@ pub enum MeshError {
         highest: usize,
     },
     /// The resolution of a shape needs too many elements.
-    #[error("a resolution of {value} m needs too many elements: try at least {suggested} m")]
+    #[error(
+        "a resolution of {value} m needs too many elements: try at least {suggested} m (or fewer segments of a lathe)"
+    )]
     FineResolution {
         /// The resolution (m).
         value: f64,
         /// A larger resolution (m) to try.
         suggested: f64,
-    },
-    /// A swept cross-section has too many tetrahedra.
-    #[error(
-        "the shape would have {count} tetrahedra, but at most {limit} are supported: choose a larger resolution (or fewer lathe segments)"
-    )]
-    FineSweep {
-        /// Number of tetrahedra.
-        count: usize,
-        /// Largest number of tetrahedra.
-        limit: usize,
     },
     /// Two edges of an outline touch or cross, or one of them has no length.
     #[error(

@@ -153,6 +153,10 @@ impl TriangleSoup {
         let corners = self.triangles.as_flattened().iter();
         let aabb = Aabb::around(corners.map(|&vertex| &self.vertices[vertex]));
         let size = (aabb.upper - aabb.lower).norm();
+        // Triangles whose area overflows would count as thin.
+        if !(self.triangles.is_empty() || size.powi(5).is_finite()) {
+            return Err(SurfaceError::BeyondPrecision { diagonal: size });
+        }
         let mut first_error = None;
         for tolerance in TOLERANCES {
             let error =

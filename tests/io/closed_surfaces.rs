@@ -70,6 +70,20 @@ fn binary_stl(surface: &TriangleSurface, header: &[u8]) -> Vec<u8> {
     bytes
 }
 
+/// Returns a mesh of MuJoCo with these numbers of normals and texture coordinates, which are NaN.
+fn mujoco(surface: &TriangleSurface, normal_count: usize, texture_count: usize) -> Vec<u8> {
+    let (vertices, triangles) = (surface.vertices(), surface.triangles());
+    let counts = [vertices.len(), normal_count, texture_count, triangles.len()];
+    let whole = |number: usize| u32::try_from(number).unwrap().to_le_bytes();
+    let reals = vertices.iter().map(|vertex| vertex.cast::<f32>());
+    let reals = reals.flat_map(<[f32; 3]>::from);
+    let ignored = std::iter::repeat_n(f32::NAN, 3 * normal_count + 2 * texture_count);
+    let words = counts.into_iter().map(whole);
+    let words = words.chain(reals.chain(ignored).map(f32::to_le_bytes));
+    let corners = triangles.as_flattened().iter().copied();
+    words.chain(corners.map(whole)).flatten().collect()
+}
+
 /// Returns the triangles as two solids, with the keywords of the format and arbitrary text after them.
 fn ascii_stl(surface: &TriangleSurface) -> String {
     let mut text = String::from("solid\n");
@@ -112,6 +126,61 @@ fn a_binary_stl_file_holds_the_surface_in_single_precision() {
         }
         assert!((read.volume() / ball.volume() - 1.0).abs() < SINGLE);
     }
+}
+
+#[test]
+fn binary_meshes_of_mujoco_have_the_surface_in_single_precision() {
+    let ball = ball();
+    let count = ball.vertices().len();
+    for (normal_count, texture_count) in [(0, 0), (count, count), (count, 0), (1, 2)] {
+        let bytes = mujoco(&ball, normal_count, texture_count);
+        let read = read_bytes("ball.msh", &bytes).unwrap();
+        assert_eq!(read.triangles(), ball.triangles());
+        for (actual, expected) in read.vertices().iter().zip(ball.vertices()) {
+            assert_eq!(*actual, expected.cast::<f32>().cast::<f64>());
+        }
+    }
+}
+
+#[test]
+fn wrong_binary_meshes_of_mujoco_are_located_errors() {
+    let whole = mujoco(&ball(), 0, 1);
+    let with = |word: usize, value: i32| {
+        let mut bytes = whole.clone();
+        bytes[4 * word..4 * word + 4].copy_from_slice(&value.to_le_bytes());
+        refusal("wrong.msh", &bytes)
+    };
+    let (nan, last) = (f32::NAN.to_bits().cast_signed(), whole.len() / 4 - 1);
+    for (message, expected) in [
+        (with(4 + 3 * 5, nan), "vertex 5 has the coordinate NaN"),
+        (
+            with(last, 162),
+            "triangle 319 refers to vertex 162, but the file has 162",
+        ),
+        (with(last - 3, -1), "triangle 318 refers to vertex -1,"),
+        (
+            with(3, 321),
+            "162 positions, 0 normals, 1 texture coordinates and 321 triangles in 5820 bytes, but the file has 5808",
+        ),
+        (with(0, -1), "states 4294967295 positions"),
+        (
+            refusal("wrong.msh", &whole[..15]),
+            "needs 16 bytes, but the file has 15",
+        ),
+        (
+            refusal("wrong.msh", &whole[..whole.len() - 4]),
+            "but the file has 5804",
+        ),
+    ] {
+        assert!(message.contains(expected), "{message}");
+    }
+}
+
+#[test]
+fn errors_name_the_reader_of_gmsh_files() {
+    let error = read_bytes("gmsh.msh", b"$MeshFormat\n4.1 0 8\n$EndMeshFormat\n").unwrap_err();
+    assert!(matches!(error, FileError::HoldsGrid { .. }), "{error:?}");
+    assert!(error.to_string().contains("read_mesh"), "{error}");
 }
 
 #[test]
@@ -286,6 +355,7 @@ fn files_that_are_cut_or_have_wrong_bytes_never_panic() {
     for (name, bytes) in [
         ("damaged.stl", binary_stl(&ball, b"solid")),
         ("damaged_ascii.stl", ascii),
+        ("damaged.msh", mujoco(&ball, 1, 1)),
         ("damaged.obj", OBJ.as_bytes().to_vec()),
     ] {
         for offset in (0..bytes.len()).step_by(1 + bytes.len() / 200) {

@@ -3,6 +3,7 @@
 mod broken_writes;
 mod closed_surfaces;
 mod data_set_fields;
+mod face_grids;
 mod field_surfaces;
 mod mesh_files;
 mod recording;

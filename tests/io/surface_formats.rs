@@ -105,6 +105,18 @@ fn ply_files_of_all_encodings_have_their_solid() {
 }
 
 #[test]
+fn ply_faces_may_precede_their_vertices() {
+    let text = "ply\nformat ascii 1.0\nelement face 3\nproperty list uchar int vertex_indices\nelement edge 2\nproperty int vertex1\n\
+        element vertex 4\nproperty float x\nproperty float y\nproperty float z\nelement tristrips 1\nproperty list int int vertex_indices\n\
+        end_header\n3 0 2 1\n3 0 1 3\n3 0 3 2\n7\n8\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 1 2 3\n";
+    let surface = read("early.ply", text.as_bytes()).unwrap();
+    assert_box(&surface, 1.0 / 6.0, [0.0; 3], [1.0; 3]);
+    let missing = refusal("early.ply", text.replace("3 0 3 2", "3 0 4 2").as_bytes());
+    let expected = "line 16, \"3 0 4 2\": vertex 4 is not one of the 4 vertices";
+    assert!(missing.contains(expected), "{missing}");
+}
+
+#[test]
 fn ply_headers_without_a_format_are_refused() {
     let text = String::from_utf8(ply("ascii")).unwrap();
     let without = refusal(

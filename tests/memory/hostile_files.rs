@@ -183,6 +183,17 @@ const REFUSED: &[(&str, &str)] = &[
         "elements of the unknown type 9999",
     ),
     ("word_for_a_number.msh", r#"line 13, "one 0"#),
+    ("mujoco_cut.msh", "in 112 bytes, but the file has 111 bytes"),
+    (
+        "mujoco_infinite_vertex.msh",
+        "vertex 3 has the coordinate inf",
+    ),
+    (
+        "mujoco_missing_vertex.msh",
+        "triangle 3 refers to vertex 2147483647",
+    ),
+    ("mujoco_most_triangles.msh", "2147483647 triangles in"),
+    ("mujoco_negative_count.msh", "4294967295 triangles in"),
     ("word_for_a_number.vtk", r#"line 11, "two 3"#),
     ("cut_in_facet_ascii.stl", r#"one of ["endloop"]"#),
     (
@@ -224,11 +235,14 @@ const REFUSED: &[(&str, &str)] = &[
     ("endless_header.ply", "expected a line of a PLY header"),
     ("missing_point.dae", "refers to vertex 9"),
     ("missing_point.off", "their indices below 4"),
-    ("missing_point.ply", "a vertex that does not precede it"),
+    (
+        "missing_point.ply",
+        "vertex -4 is not one of the 4 vertices",
+    ),
     ("missing_view.glb", "a view of a buffer does not exist"),
     (
         "most_corners_binary.ply",
-        "a vertex that does not precede it",
+        "vertex 512 is not one of the 4 vertices",
     ),
     ("most_points.glb", "longer than its buffer"),
     ("nan_vertex.off", r#"line 5, "0 nan 0""#),
@@ -266,6 +280,7 @@ const ACCEPTED: &[&str] = &[
     "trillion_points.msh",
     "sound.msh",
     "sound_binary.msh",
+    "mujoco.msh",
     "sound.vtk",
     "sound_5_1.vtk",
     "sound_binary.vtk",
@@ -300,9 +315,16 @@ fn messages(error: &dyn Error) -> String {
 
 /// Returns the number of tetrahedra in a mesh file, or of components in a surface file.
 fn counted(path: &Path) -> Result<usize, FileError> {
-    if SURFACES
-        .map(OsStr::new)
-        .contains(&path.extension().unwrap())
+    let is_mujoco = path
+        .file_stem()
+        .unwrap()
+        .to_str()
+        .unwrap()
+        .starts_with("mujoco");
+    if is_mujoco
+        || SURFACES
+            .map(OsStr::new)
+            .contains(&path.extension().unwrap())
     {
         return Ok(read_triangle_surface(path, &Placement::default())?.component_count());
     }

@@ -9,8 +9,12 @@ use hydroelastic::spatial::Pose;
 use nalgebra::{Vector3, vector};
 use std::f64::consts::PI;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::{Duration, Instant};
 
 const SPACING: Resolution = Resolution::Spacing(0.011);
+
+/// Time limit of a refusal. The last measurement had 1 s.
+const TIME: Duration = Duration::from_secs(20);
 
 /// An ellipsoid off the origin, whose triangles are not symmetric to the lattice.
 fn egg() -> TriangleSoup {
@@ -398,6 +402,70 @@ fn small_regions_in_large_boxes_warn_about_the_cell_limit() {
 }
 
 #[test]
+fn tiny_regions_in_huge_boxes_are_refused_at_once() {
+    let bounds = Aabb {
+        lower: Vector3::repeat(-1000.0),
+        upper: Vector3::repeat(1000.0),
+    };
+    let center = vector![3.3, 2.2, 1.1];
+    let distances = |points: &[Vector3<f64>]| {
+        let distances = points.iter().map(|point| (point - center).norm() - 1.0);
+        distances.collect()
+    };
+    let start = Instant::now();
+    let error = Solid::of_distance(distances, bounds, Resolution::default()).unwrap_err();
+    assert!(matches!(error, SolidError::Empty { .. }), "{error}");
+    assert!(error.to_string().contains("bounds close to the region"));
+    assert!(start.elapsed() < TIME, "{:?}", start.elapsed());
+}
+
+/// The winding number at a point on a triangle without an area is a rounding error.
+#[test]
+fn triangles_without_an_area_change_no_solid() {
+    let cube = box_soup([0.125; 3]);
+    let whole = cube.solid(Resolution::Spacing(1.0 / 64.0)).unwrap();
+    let diagonal = vector![0.0625, 0.0625, 0.0625];
+    for ends in [
+        [-diagonal, diagonal],
+        [-2.0 * diagonal, vector![0.1, 0.03, -0.05]],
+    ] {
+        for share in [0.0, 0.5, 0.3] {
+            let mut with_line = cube.clone();
+            let count = cube.vertices.len();
+            let middle = ends[0].lerp(&ends[1], share);
+            with_line.vertices.extend([ends[0], ends[1], middle]);
+            with_line.triangles.push([count, count + 1, count + 2]);
+            let solid = with_line.solid(Resolution::Spacing(1.0 / 64.0)).unwrap();
+            assert_eq!(solid.mesh().vertices(), whole.mesh().vertices());
+            assert_eq!(solid.mesh().tets(), whole.mesh().tets());
+        }
+    }
+}
+
+#[test]
+fn sizes_with_moments_beyond_double_precision_are_refused_at_once() {
+    let start = Instant::now();
+    for size in [1e-300, 1e-110, 1e-70, 1e70, 1e110, 1e200] {
+        let mut soup = egg();
+        soup.vertices.iter_mut().for_each(|vertex| *vertex *= size);
+        let error = soup.solid(Resolution::default()).unwrap_err();
+        let is_size = matches!(error, SolidError::NoSize { .. } | SolidError::NoTriangles);
+        assert!(is_size, "{size:e}: {error}");
+        let bounds = Aabb {
+            lower: Vector3::repeat(-size),
+            upper: Vector3::repeat(size),
+        };
+        let distances = |points: &[Vector3<f64>]| {
+            let distances = points.iter().map(|point| point.norm() - size / 2.0);
+            distances.collect()
+        };
+        let error = Solid::of_distance(distances, bounds, Resolution::default()).unwrap_err();
+        assert!(matches!(error, SolidError::NoSize { .. }), "{error}");
+    }
+    assert!(start.elapsed() < TIME, "{:?}", start.elapsed());
+}
+
+#[test]
 fn nan_distances_stop_the_refinement() {
     let calls = AtomicUsize::new(0);
     let distances = |points: &[Vector3<f64>]| {
@@ -439,6 +507,13 @@ fn what_cannot_be_filled_is_refused() {
             },
             SPACING,
         ),
+        (
+            TriangleSoup {
+                vertices: vec![Vector3::zeros(), Vector3::x(), Vector3::y()],
+                triangles: vec![[0, 1, 2]],
+            },
+            SPACING,
+        ),
         (egg.clone(), Resolution::Spacing(-1.0)),
         (egg.clone(), Resolution::VolumeWithin(f64::NAN)),
         (egg.clone(), Resolution::Spacing(1e-9)),
@@ -452,6 +527,7 @@ fn what_cannot_be_filled_is_refused() {
                 SolidError::NoTriangles,
                 SolidError::Surface(SurfaceError::VertexOutOfRange { .. }),
                 SolidError::Surface(SurfaceError::NonFiniteCoordinate { .. }),
+                SolidError::NoTriangles,
                 SolidError::NoSize { .. },
                 SolidError::InvalidResolution { .. },
                 SolidError::InvalidResolution { .. },

@@ -89,6 +89,10 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<FileContents, FileError>
 
 /// Label and position of a node.
 fn node(line: &str, start: &Cursor) -> Result<(i64, Vector3<f64>), FileError> {
+    if line.trim_end_matches(',').split(',').count() == 3 {
+        let cause = "the node has two coordinates, but tetrahedra need three: a model in the plane has no tetrahedra";
+        return Err(start.error(cause));
+    }
     let mut words = line.split(',').map(str::trim);
     let tag = words.next().and_then(|word| word.parse().ok());
     let mut position = Vector3::zeros();

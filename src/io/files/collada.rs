@@ -4,6 +4,7 @@
 use super::FileError;
 use super::polygons::add_polygon;
 use super::scene::{MAX_DEPTH, Scene, fan, strip};
+use super::text_lines::{excerpt, xml_words};
 use crate::mesh::TriangleSoup;
 use nalgebra::{
     Isometry3, Matrix3, Matrix4, Point3, Rotation3, Translation3, Unit, Vector3, Vector4,
@@ -23,11 +24,7 @@ pub(super) const Y_UP: Matrix3<f64> = Matrix3::new(1.0, 0.0, 0.0, 0.0, 0.0, -1.0
 
 /// Reads the triangles (m) of a file in its own axes, and the rotation of its up axis onto z.
 pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<(TriangleSoup, Matrix3<f64>), FileError> {
-    parse(bytes).map_err(|source| FileError::Syntax {
-        path: path.into(),
-        format: "COLLADA",
-        source,
-    })
+    parse(bytes).map_err(|source| FileError::syntax(path, "COLLADA", source))
 }
 
 fn parse(bytes: &[u8]) -> Result<(TriangleSoup, Matrix3<f64>), Cause> {
@@ -73,9 +70,7 @@ impl<'a> Reader<'a> {
             self.add_nodes(nodes.collect())?;
         } else {
             // A file without a scene is a library of geometries.
-            let geometries = root
-                .descendants()
-                .filter(|node| node.has_local_name("geometry"));
+            let geometries = root.descendants().filter(|node| has_tag(node, "geometry"));
             for geometry in geometries.collect::<Vec<_>>() {
                 self.add(geometry, &unit)?;
             }
@@ -174,7 +169,7 @@ impl<'a> Reader<'a> {
         }
         let Range { start, end } = sources.get(&vertices.id()).cloned().unwrap_or_default();
         let count = end - start;
-        let paths = list.descendants().filter(|node| node.has_local_name("p"));
+        let paths = list.descendants().filter(|node| has_tag(node, "p"));
         for path in paths {
             let indices: Vec<usize> = numbers(path)?;
             let corners = indices
@@ -205,9 +200,7 @@ impl<'a> Reader<'a> {
             .find(|input| input.attribute("semantic") == Some("POSITION"));
         let source = self.target(position.ok_or("vertices have no positions")?, "source")?;
         let numbers: Vec<f64> = child(source, "float_array").map_or(Ok(Vec::new()), numbers)?;
-        let accessor = source
-            .descendants()
-            .find(|node| node.has_local_name("accessor"));
+        let accessor = source.descendants().find(|node| has_tag(node, "accessor"));
         let attribute = |name: &str, default: usize| {
             let text = accessor.and_then(|accessor| accessor.attribute(name));
             text.map_or(Ok(default), str::parse::<usize>)
@@ -296,37 +289,25 @@ fn transform(node: Node) -> Result<Matrix4<f64>, Cause> {
 
 /// Whitespace-separated numbers of an element.
 fn numbers<T: std::str::FromStr>(element: Node) -> Result<Vec<T>, Cause> {
-    // Comments divide the text.
-    let texts = element.children().filter(Node::is_text);
-    let words = texts
-        .filter_map(|node| node.text())
-        .flat_map(str::split_ascii_whitespace);
     let tag = element.tag_name().name();
     let number = |word: &str| {
         word.parse().map_err(|_| {
-            let start: String = word.chars().take(40).collect();
+            let start = excerpt(word.as_bytes());
             format!("<{tag}> has {start:?} instead of a number").into()
         })
     };
-    words.map(number).collect()
+    xml_words(element).map(number).collect()
 }
 
 fn children<'a>(node: Node<'a, 'a>, tag: &str) -> impl Iterator<Item = Node<'a, 'a>> {
-    node.children()
-        .filter(move |child| child.has_local_name(tag))
+    node.children().filter(move |child| has_tag(child, tag))
 }
 
 fn child<'a>(node: Node<'a, 'a>, tag: &str) -> Option<Node<'a, 'a>> {
-    node.children().find(|child| child.has_local_name(tag))
+    children(node, tag).next()
 }
 
-trait LocalName {
-    /// Returns true for an element with this name in any namespace.
-    fn has_local_name(&self, tag: &str) -> bool;
-}
-
-impl LocalName for Node<'_, '_> {
-    fn has_local_name(&self, tag: &str) -> bool {
-        self.is_element() && self.tag_name().name() == tag
-    }
+/// Returns true for an element with this name in any namespace.
+fn has_tag(node: &Node, tag: &str) -> bool {
+    node.is_element() && node.tag_name().name() == tag
 }

@@ -1,7 +1,8 @@
+use super::FileError;
 use super::scalar::{ByteOrder, Scalar};
-use super::text_lines::TextFile;
-use super::{FileError, syntax_error::excerpt};
+use super::text_lines::{TextFile, excerpt};
 use nalgebra::Vector3;
+use std::fmt::Display;
 use std::path::Path;
 use std::str::FromStr;
 
@@ -37,7 +38,7 @@ impl<'a> Cursor<'a> {
     }
 
     /// Error at the position.
-    pub fn error(&self, cause: impl Into<String>) -> FileError {
+    pub fn error(&self, cause: impl Display) -> FileError {
         self.file.syntax_error(self.rest, cause)
     }
 

@@ -1,6 +1,6 @@
 use crate::mesh::{MeshError, SurfaceError};
 use std::error::Error;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Reason why a file cannot be read or written.
 #[derive(Debug, thiserror::Error)]
@@ -94,14 +94,14 @@ pub enum FileError {
         vertex: i64,
     },
     /// The file has a surface, but was read as a mesh of tetrahedra.
-    #[error("{} has a surface of polygons (PolyData), not tetrahedra: read_triangles reads it", path.display())]
+    #[error("{} has a surface, not tetrahedra: read_triangles reads it", path.display())]
     HoldsSurface {
         /// The file.
         path: PathBuf,
     },
-    /// The file has a grid of cells, but was read as a surface.
+    /// The file has solid cells, such as tetrahedra, but was read as a surface.
     #[error(
-        "{} has an unstructured grid, not a surface of polygons (PolyData): read_mesh reads it",
+        "{} has solid cells, not a surface: read_mesh reads it",
         path.display()
     )]
     HoldsGrid {
@@ -188,6 +188,21 @@ pub enum FileError {
         /// Cause.
         source: SurfaceError,
     },
+}
+
+impl FileError {
+    /// Error for a file that is not valid in its format.
+    pub(super) fn syntax(
+        path: &Path,
+        format: &'static str,
+        source: impl Into<Box<dyn Error + Send + Sync>>,
+    ) -> Self {
+        Self::Syntax {
+            path: path.into(),
+            format,
+            source: source.into(),
+        }
+    }
 }
 
 /// Indefinite article before the name of a format.

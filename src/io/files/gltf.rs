@@ -32,11 +32,7 @@ type Cause = Box<dyn std::error::Error + Send + Sync>;
 /// Reads the triangles (m) of a file in its own axes: y points upwards.
 pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<TriangleSoup, FileError> {
     let soup = document(bytes).and_then(|document| document.soup(bytes.len()));
-    soup.map_err(|source| FileError::Syntax {
-        path: path.into(),
-        format: "glTF 2.0",
-        source,
-    })
+    soup.map_err(|source| FileError::syntax(path, "glTF 2.0", source))
 }
 
 struct Document<'a> {

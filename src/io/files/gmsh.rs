@@ -3,7 +3,7 @@
 use super::cursor::Cursor;
 use super::file_contents::{Cell, FileContents};
 use super::scalar::{ByteOrder, Scalar};
-use super::{FileError, syntax_error::excerpt};
+use super::{FileError, mujoco, text_lines::excerpt};
 use std::path::Path;
 
 /// Version of the format, as far as it determines the layout of nodes and elements.
@@ -29,30 +29,22 @@ struct Reader<'a> {
     contents: FileContents,
 }
 
+/// Returns true if the first section of the bytes is that of a Gmsh file.
+pub(super) fn has_header(path: &Path, bytes: &[u8]) -> bool {
+    let section = Reader::new(path, bytes).next_section();
+    matches!(section, Some("MeshFormat" | "NOD"))
+}
+
 /// Reads a Gmsh file. Sections other than nodes and elements are skipped.
 pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<FileContents, FileError> {
-    let mut reader = Reader {
-        cursor: Cursor::new(path, "Gmsh", bytes),
-        version: Version::V1,
-        contents: FileContents::default(),
-    };
-    if !matches!(reader.next_section(), Some("MeshFormat" | "NOD")) {
-        if has_mujoco_length(bytes) {
-            return Err(unsupported(
-                path,
-                "the triangles of a binary MuJoCo mesh (convert the mesh to .stl or .obj)",
-            ));
+    if !has_header(path, bytes) {
+        if mujoco::has_stated_length(bytes) {
+            return Err(FileError::HoldsSurface { path: path.into() });
         }
-        let found = excerpt(
-            bytes
-                .trim_ascii_start()
-                .split(|&b| b == b'\n')
-                .next()
-                .unwrap_or(bytes),
-        );
+        let found = excerpt(bytes.trim_ascii_start());
         return Err(unsupported(path, &format!("the header {found:?}")));
     }
-    reader.cursor = Cursor::new(path, "Gmsh", bytes);
+    let mut reader = Reader::new(path, bytes);
     while let Some(section) = reader.next_section() {
         match section {
             "MeshFormat" => reader.read_format()?,
@@ -74,25 +66,15 @@ fn unsupported(path: &Path, found: &str) -> FileError {
     }
 }
 
-/// Returns true if the bytes have the length of a binary mesh of MuJoCo. The file begins with the numbers of positions, normals, texture
-/// coordinates and triangles, in four bytes each. The data follow.
-fn has_mujoco_length(bytes: &[u8]) -> bool {
-    let Some((header, _)) = bytes.split_first_chunk::<16>() else {
-        return false;
-    };
-    let counts = header
-        .as_chunks::<4>()
-        .0
-        .iter()
-        .map(|&count| u64::from(u32::from_le_bytes(count)));
-    let length: u64 = counts
-        .zip([12, 12, 8, 12])
-        .map(|(count, size)| count * size)
-        .sum();
-    16 + length == bytes.len() as u64
-}
-
 impl<'a> Reader<'a> {
+    fn new(path: &'a Path, bytes: &'a [u8]) -> Self {
+        Self {
+            cursor: Cursor::new(path, "Gmsh", bytes),
+            version: Version::V1,
+            contents: FileContents::default(),
+        }
+    }
+
     /// Moves to the contents of the next section and returns its name.
     fn next_section(&mut self) -> Option<&'a str> {
         while !self.cursor.is_at_end() {

@@ -8,7 +8,7 @@ const EXTENSIONS: &[&str] = &["msh", "vtk", "vtu", "mesh", "node", "ele", "inp"]
 
 /// Reads a tetrahedral mesh. The extension of the file name, in upper or lower case, selects the format:
 ///
-/// - `.msh`: Gmsh versions 1, 2, 4.0 and 4.1, ASCII or binary. Data sections (`$NodeData`) are ignored, so compute the extents from
+/// - `.msh`: Gmsh versions 1, 2, 4.0 and 4.1, ASCII or binary. [`read_triangles`](super::read_triangles) reads MuJoCo's files. Data sections (`$NodeData`) are ignored, so compute the extents from
 ///   the distance to the surface, or use a VTK file.
 /// - `.vtk`, `.vtu`: VTK unstructured grid, legacy (up to version 5.1) or XML. The contents decide between these two. Legacy files
 ///   are ASCII or binary. XML files have ASCII, inline base64 or appended data, uncompressed or compressed with zlib, in any number of

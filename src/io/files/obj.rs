@@ -12,8 +12,7 @@
 
 use super::FileError;
 use super::polygons::add_polygon;
-use super::syntax_error::excerpt;
-use super::text_lines::{TextFile, number};
+use super::text_lines::{TextFile, excerpt, number};
 use crate::mesh::TriangleSoup;
 use nalgebra::Vector3;
 use std::path::Path;

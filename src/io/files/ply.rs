@@ -1,5 +1,5 @@
-//! Reader of PLY files (Stanford), in text and in binary of either byte order: vertices and faces. Other elements and properties are
-//! skipped.
+//! Reader of PLY files (Stanford), in text and in binary of either byte order: vertices and faces, in any order. Other elements and
+//! properties are skipped.
 
 use super::FileError;
 use super::cursor::Cursor;
@@ -29,20 +29,38 @@ struct Element<'a> {
 
 pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<TriangleSoup, FileError> {
     let mut cursor = Cursor::new(path, "PLY", bytes);
-    let elements = header(&mut cursor)?;
-    let mut soup = TriangleSoup::default();
-    for element in elements
+    let mut elements = header(&mut cursor)?;
+    elements.retain(|element| !element.properties.is_empty());
+    let is_vertex = |element: &Element| element.name == "vertex";
+    let vertex_end = elements
         .iter()
-        .filter(|element| !element.properties.is_empty())
-    {
+        .rposition(is_vertex)
+        .map_or(0, |last| last + 1);
+    let (mut soup, mut faces) = (TriangleSoup::default(), Vec::new());
+    for element in &elements[..vertex_end] {
+        if !is_vertex(element) {
+            faces.push((cursor, element));
+        }
         for _ in 0..element.count {
-            match element.name {
-                "vertex" => soup.vertices.push(vertex(&mut cursor, element)?),
-                _ => read_faces(&mut cursor, element, &mut soup)?,
+            if is_vertex(element) {
+                soup.vertices.push(vertex(&mut cursor, element)?);
+            } else {
+                skip(&mut cursor, element)?;
             }
         }
     }
+    for (mut cursor, element) in faces {
+        read_faces(&mut cursor, element, &mut soup)?;
+    }
+    for element in &elements[vertex_end..] {
+        read_faces(&mut cursor, element, &mut soup)?;
+    }
     Ok(soup)
+}
+
+fn skip(cursor: &mut Cursor, element: &Element) -> Result<(), FileError> {
+    let mut properties = element.properties.iter();
+    properties.try_for_each(|property| values(cursor, property).map(drop))
 }
 
 /// Reads the encoding and the elements.
@@ -101,28 +119,14 @@ fn byte_order(format: &str) -> Option<ByteOrder> {
 
 fn property<'a>(words: &[&'a str]) -> Option<Property<'a>> {
     let (length, number, name) = match *words {
-        ["list", length, number, name] => (Some(number_type(length)?), number, name),
+        ["list", length, number, name] => (Some(Scalar::named(length)?), number, name),
         [number, name] => (None, number, name),
         _ => return None,
     };
     Some(Property {
         name,
         length,
-        number: number_type(number)?,
-    })
-}
-
-fn number_type(word: &str) -> Option<Scalar> {
-    Some(match word {
-        "char" | "int8" => Scalar::I8,
-        "short" | "int16" => Scalar::I16,
-        "int" | "int32" => Scalar::I32,
-        "uchar" | "uint8" => Scalar::U8,
-        "ushort" | "uint16" => Scalar::U16,
-        "uint" | "uint32" => Scalar::U32,
-        "float" | "float32" => Scalar::F32,
-        "double" | "float64" => Scalar::F64,
-        _ => return None,
+        number: Scalar::named(number)?,
     })
 }
 
@@ -143,20 +147,21 @@ fn vertex(cursor: &mut Cursor, element: &Element) -> Result<Vector3<f64>, FileEr
     Err(start.error("expected three finite coordinates x, y and z"))
 }
 
-/// Reads the properties of an element, and adds its faces if it has any.
+/// Reads all entries of an element, and adds their faces if they have any.
 fn read_faces(
     cursor: &mut Cursor,
     element: &Element,
     soup: &mut TriangleSoup,
 ) -> Result<(), FileError> {
-    for property in &element.properties {
+    let properties = (0..element.count).flat_map(|_| &element.properties);
+    for property in properties {
         let start = *cursor;
         let values = values(cursor, property)?;
         let is_list = matches!(property.name, "vertex_indices" | "vertex_index");
         let added = match element.name {
             "face" if is_list => {
                 let corners = corners(&values, soup.vertices.len());
-                corners.and_then(|corners| add_polygon(soup, &corners))
+                corners.and_then(|corners| Ok(add_polygon(soup, &corners)?))
             }
             "tristrips" if is_list => values.split(|&value| value < 0.0).try_for_each(|values| {
                 let corners = corners(values, soup.vertices.len())?;
@@ -179,12 +184,14 @@ fn values(cursor: &mut Cursor, property: &Property) -> Result<Vec<f64>, FileErro
 /// Vertex indices of a face.
 ///
 /// # Errors
-/// Returns the cause if an index is out of range. The vertices must precede the faces.
-fn corners(values: &[f64], vertex_count: usize) -> Result<Vec<usize>, &'static str> {
+/// Returns the cause if an index is out of range.
+fn corners(values: &[f64], vertex_count: usize) -> Result<Vec<usize>, String> {
     let in_range =
         |&value: &f64| value >= 0.0 && value < vertex_count as f64 && value.fract() == 0.0;
-    if !values.iter().all(in_range) {
-        return Err("the face refers to a vertex that does not precede it");
+    if let Some(vertex) = values.iter().find(|value| !in_range(value)) {
+        return Err(format!(
+            "vertex {vertex} is not one of the {vertex_count} vertices"
+        ));
     }
     #[expect(
         clippy::cast_possible_truncation,

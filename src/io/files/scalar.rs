@@ -37,16 +37,16 @@ impl Scalar {
         Self { kind, size }
     }
 
-    /// Returns the type with a name in a VTK file, legacy or XML. Legacy files store the type `vtkIdType` in 4 bytes.
-    pub fn of_vtk(name: &str) -> Option<Self> {
+    /// Returns the type with a name in a PLY file or a VTK file, legacy or XML. Legacy files store the type `vtkIdType` in 4 bytes.
+    pub fn named(name: &str) -> Option<Self> {
         let name = name.to_ascii_lowercase();
         let (kind, size) = match name.trim_start_matches("vtktype") {
             "char" | "signed_char" | "int8" => (Kind::Signed, 1),
-            "unsigned_char" | "uint8" => (Kind::Unsigned, 1),
+            "uchar" | "unsigned_char" | "uint8" => (Kind::Unsigned, 1),
             "short" | "int16" => (Kind::Signed, 2),
-            "unsigned_short" | "uint16" => (Kind::Unsigned, 2),
+            "ushort" | "unsigned_short" | "uint16" => (Kind::Unsigned, 2),
             "int" | "vtkidtype" | "int32" => (Kind::Signed, 4),
-            "unsigned_int" | "uint32" => (Kind::Unsigned, 4),
+            "uint" | "unsigned_int" | "uint32" => (Kind::Unsigned, 4),
             "long" | "long_long" | "int64" => (Kind::Signed, 8),
             "unsigned_long" | "unsigned_long_long" | "uint64" => (Kind::Unsigned, 8),
             "float" | "float32" => (Kind::Float, 4),

@@ -75,11 +75,7 @@ fn check_length(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
             bytes.len()
         ),
     };
-    Err(FileError::Syntax {
-        path: path.into(),
-        format: "binary STL",
-        source: cause.into(),
-    })
+    Err(FileError::syntax(path, "binary STL", cause))
 }
 
 /// Corners of a triangle of a binary file.

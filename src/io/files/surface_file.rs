@@ -1,6 +1,7 @@
 use super::mesh_file::file_bytes;
 use super::{
-    FileError, Placement, collada, extension::known_extension, gltf, obj, off, ply, stl, vtk,
+    FileError, Placement, collada, extension::known_extension, gltf, gmsh, mujoco, obj, off, ply,
+    stl, vtk,
 };
 use crate::mesh::{TriangleSoup, TriangleSurface};
 use nalgebra::Matrix3;
@@ -8,7 +9,7 @@ use std::path::Path;
 
 /// Extensions of surface files.
 const EXTENSIONS: &[&str] = &[
-    "dae", "glb", "gltf", "obj", "off", "ply", "stl", "vtk", "vtp",
+    "dae", "glb", "gltf", "msh", "obj", "off", "ply", "stl", "vtk", "vtp", "vtu",
 ];
 
 /// Reads the closed surface (m) of a rigid body: the triangles of [`read_triangles`] as [`TriangleSoup::closed`] repairs them.
@@ -46,15 +47,18 @@ pub fn read_triangle_surface(
 ///   corners determines the outer side.
 /// - `.obj`, `.off`, `.ply`: PLY files may be binary. All groups are merged. Faces with more than 3 corners are cut into triangles.
 ///   Faces with fewer corners are ignored.
-/// - `.vtk`, `.vtp`: VTK PolyData, legacy or XML. The contents decide between these two. Polygons and triangle strips are read.
+/// - `.vtk`, `.vtp`, `.vtu`: VTK PolyData or unstructured grid, legacy or XML. The contents decide. Polygons and triangle strips are
+///   read. Points and lines are ignored. A grid with tetrahedra or other solids is an error, because its faces may be inside them.
+/// - `.msh`: binary mesh of MuJoCo. The normals in the file are ignored. A file of Gmsh is an error that names
+///   [`read_mesh`](super::read_mesh).
 /// - `.glb`, `.gltf`: glTF 2.0 with embedded buffers. The parts of the scene are placed by their nodes.
 /// - `.dae`: COLLADA. The parts of the scene are placed by their nodes, and the unit of the file is converted to meters.
 ///
 /// The up axis of glTF files (y) and COLLADA files is rotated onto z before the placement is applied. Only the factors of
 /// [`Placement::scale`] refer to the axes of the file.
 ///
-/// Text files are read in double precision. STL, OBJ, OFF, PLY and VTK files have no unit: set [`Placement::unit`], for example to 0.001
-/// for most CAD programs. glTF and COLLADA files are converted to meters, so their unit is 1.
+/// Text files are read in double precision. STL, OBJ, OFF, PLY, VTK and MuJoCo's files have no unit: set [`Placement::unit`], for example to
+/// 0.001 for most CAD programs. glTF and COLLADA files are converted to meters, so their unit is 1.
 ///
 /// # Errors
 /// - If the extension is unknown, or the file cannot be read or parsed.
@@ -86,10 +90,14 @@ pub(in crate::io) fn read_in_file_axes(
     let soup = match extension {
         "dae" => return collada::read(path, &bytes),
         "glb" | "gltf" => return Ok((gltf::read(path, &bytes)?, collada::Y_UP)),
+        "msh" if gmsh::has_header(path, &bytes) => {
+            return Err(FileError::HoldsGrid { path: path.into() });
+        }
+        "msh" => mujoco::read(path, &bytes),
         "obj" => obj::read(path, &bytes),
         "off" => off::read(path, &bytes),
         "ply" => ply::read(path, &bytes),
-        "vtk" | "vtp" => vtk::read_polygons(path, &bytes),
+        "vtk" | "vtp" | "vtu" => vtk::read_polygons(path, &bytes),
         _ => stl::read(path, &bytes),
     };
     Ok((soup?, Matrix3::identity()))

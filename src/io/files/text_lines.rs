@@ -1,7 +1,11 @@
 use super::FileError;
-use super::syntax_error::syntax_error_at;
 use nalgebra::Vector3;
+use roxmltree::Node;
+use std::fmt::Display;
 use std::path::Path;
+
+/// Length of an excerpt in a message, in characters.
+const EXCERPT_LENGTH: usize = 40;
 
 /// A text file in a line-based format.
 #[derive(Clone, Copy)]
@@ -17,9 +21,18 @@ impl<'a> TextFile<'a> {
         self.bytes.split_inclusive(|&byte| byte == b'\n')
     }
 
-    /// Returns the error for an invalid line of this file.
-    pub fn syntax_error(self, line: &[u8], cause: impl Into<String>) -> FileError {
-        syntax_error_at(line, cause.into(), (self.path, self.format, self.bytes))
+    /// Returns the error of a parser that failed at a part of the bytes of this file. It has the number of the line, counted from 1, and
+    /// the start of the part. In a binary file, the number is that of the preceding line feeds plus 1.
+    pub fn syntax_error(self, part: &[u8], cause: impl Display) -> FileError {
+        let part = part.trim_ascii_start();
+        let start = part
+            .as_ptr()
+            .addr()
+            .saturating_sub(self.bytes.as_ptr().addr());
+        let before = self.bytes.get(..start).unwrap_or(self.bytes);
+        let line = before.split(|&byte| byte == b'\n').count();
+        let source = format!("line {line}, {:?}: {cause}", excerpt(part));
+        FileError::syntax(self.path, self.format, source)
     }
 
     /// Parses the first three words of a line as coordinates.
@@ -42,10 +55,24 @@ impl<'a> TextFile<'a> {
     }
 }
 
+/// First characters of the first line of a text.
+pub(super) fn excerpt(text: &[u8]) -> String {
+    let text = String::from_utf8_lossy(&text[..text.len().min(4 * EXCERPT_LENGTH)]);
+    let line = text.split('\n').next().unwrap_or_default();
+    line.chars().take(EXCERPT_LENGTH).collect()
+}
+
 /// Whitespace-separated words of a line. Invalid UTF-8 is tolerated until a word is parsed.
 pub(super) fn words(line: &[u8]) -> impl Iterator<Item = &[u8]> {
     line.split(u8::is_ascii_whitespace)
         .filter(|word| !word.is_empty())
+}
+
+/// Whitespace-separated words of an XML element. Comments may divide its text.
+pub(super) fn xml_words<'a>(element: Node<'a, '_>) -> impl Iterator<Item = &'a str> {
+    let texts = element.children().filter(Node::is_text);
+    let texts = texts.filter_map(|node| node.text());
+    texts.flat_map(str::split_ascii_whitespace)
 }
 
 /// Parses a word as a number. Returns `None` if the word is not a number.

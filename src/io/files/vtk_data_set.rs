@@ -1,10 +1,18 @@
-//! Data sets of VTK files: unstructured grids and polygons.
+//! Data sets of VTK files: unstructured grids, and polygons as cells.
 
 use super::file_contents::{Cell, FileContents, PointData};
 use super::polygons::add_polygon;
 use super::scene::strip;
 use crate::mesh::TriangleSoup;
 use nalgebra::Vector3;
+use std::iter::repeat_n;
+
+/// Types of faces with straight edges.
+const TRIANGLE: i64 = 5;
+pub(super) const STRIP: i64 = 6;
+pub(super) const POLYGON: i64 = 7;
+const PIXEL: i64 = 8;
+const QUADRILATERAL: i64 = 9;
 
 /// Lists of vertex indices.
 #[derive(Debug, Default)]
@@ -23,8 +31,6 @@ pub(super) struct DataSet {
     pub cells: Lists,
     /// Type of each cell.
     pub types: Vec<i64>,
-    pub polygons: Lists,
-    pub strips: Lists,
     /// Arrays with one component. Their lengths may be wrong.
     pub point_data: PointData,
 }
@@ -89,19 +95,42 @@ impl Lists {
 }
 
 impl DataSet {
+    /// Adds cells of one type, and adds `first_vertex` to their indices.
+    pub fn add_cells(&mut self, cells: &Lists, first_vertex: i64, kind: i64) {
+        self.cells.append(cells, first_vertex);
+        self.types.extend(repeat_n(kind, cells.len()));
+    }
+
     fn vertices(&self) -> Vec<Vector3<f64>> {
         let points = self.points.as_chunks::<3>().0;
         points.iter().map(|&point| point.into()).collect()
     }
 
+    /// Returns true if there are solid cells, such as tetrahedra.
+    pub fn has_solids(&self) -> bool {
+        let is_solid = |kind| matches!(kind, Cell::Tet | Cell::HigherTet | Cell::Solid(_));
+        self.types.iter().copied().filter_map(cell).any(is_solid)
+    }
+
+    /// Returns true for polygons, and for a grid of faces without solid cells.
+    pub fn is_surface(&self) -> bool {
+        let mut cells = self.types.iter().copied().filter_map(cell);
+        self.is_poly_data || (cells.any(|cell| cell == Cell::Face) && !self.has_solids())
+    }
+
+    /// Checks that each cell of a grid has a type.
+    fn check_types(&self) -> Result<(), String> {
+        match (self.types.len(), self.cells.len()) {
+            (types, cells) if types == cells => Ok(()),
+            (types, cells) => Err(format!(
+                "there are {cells} cells, but {types} types of cells"
+            )),
+        }
+    }
+
     /// Returns the cells and the point data of a grid.
     pub fn into_contents(self) -> Result<FileContents, String> {
-        let (types, cells) = (self.types.len(), self.cells.len());
-        if types != cells {
-            return Err(format!(
-                "there are {cells} cells, but {types} types of cells"
-            ));
-        }
+        self.check_types()?;
         let mut contents = FileContents::default();
         contents.vertices = self.vertices();
         let count = contents.vertices.len();
@@ -119,8 +148,9 @@ impl DataSet {
         Ok(contents)
     }
 
-    /// Returns the triangles of polygons and strips.
+    /// Returns the triangles of polygons and strips, which may be cells of a grid. Points and lines are ignored.
     pub fn triangles(&self) -> Result<TriangleSoup, String> {
+        self.check_types()?;
         let vertices = self.vertices();
         let count = vertices.len();
         let index = |&vertex: &i64| {
@@ -131,16 +161,33 @@ impl DataSet {
             vertices,
             triangles: Vec::new(),
         };
-        for (number, polygon) in self.polygons.iter().enumerate() {
-            let corners = polygon.iter().map(index).collect::<Result<Vec<_>, _>>()?;
-            let added = add_polygon(&mut soup, &corners);
-            added.map_err(|cause| format!("polygon {number}: {cause}"))?;
-        }
-        for list in self.strips.iter() {
-            let corners = list.iter().map(index).collect::<Result<Vec<_>, _>>()?;
-            soup.triangles.extend(strip(&corners));
+        for (number, (&kind, cell)) in self.types.iter().zip(self.cells.iter()).enumerate() {
+            let corners = cell.iter().map(index).collect::<Result<Vec<_>, _>>();
+            let added = corners.and_then(|corners| add_cell(&mut soup, kind, &corners));
+            added.map_err(|cause| format!("cell {number}: {cause}"))?;
         }
         Ok(soup)
+    }
+}
+
+/// Adds the triangles of a cell of this type.
+///
+/// # Errors
+/// Returns the cause if the cell has curved edges or an unknown type. Also returns the errors of [`add_polygon`].
+fn add_cell(soup: &mut TriangleSoup, kind: i64, corners: &[usize]) -> Result<(), String> {
+    match (kind, corners) {
+        (TRIANGLE | POLYGON | QUADRILATERAL, _) => Ok(add_polygon(soup, corners)?),
+        // A pixel is a rectangle whose corners are sorted by their coordinates.
+        (PIXEL, &[a, b, c, d]) => Ok(add_polygon(soup, &[a, b, d, c])?),
+        (STRIP, _) => {
+            soup.triangles.extend(strip(corners));
+            Ok(())
+        }
+        _ if cell(kind) == Some(Cell::Line) => Ok(()),
+        _ => Err(format!(
+            "type {kind} with {} vertices is not a triangle, strip or polygon with straight edges",
+            corners.len()
+        )),
     }
 }
 

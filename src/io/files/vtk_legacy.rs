@@ -3,7 +3,7 @@
 use super::FileError;
 use super::cursor::Cursor;
 use super::scalar::{ByteOrder, Scalar};
-use super::vtk_data_set::{DataSet, Lists};
+use super::vtk_data_set::{DataSet, Lists, POLYGON, STRIP};
 use std::path::Path;
 
 /// Reads a legacy file.
@@ -54,9 +54,14 @@ impl Reader<'_> {
                 self.data.points = points.ok_or_else(cause)?;
             }
             ("CELLS", [_, first, second]) => self.data.cells = self.lists(first, second)?,
-            ("POLYGONS", [_, first, second]) => self.data.polygons = self.lists(first, second)?,
-            ("TRIANGLE_STRIPS", [_, first, second]) => {
-                self.data.strips = self.lists(first, second)?;
+            ("POLYGONS" | "TRIANGLE_STRIPS", [_, first, second]) => {
+                let kind = if keyword == "POLYGONS" {
+                    POLYGON
+                } else {
+                    STRIP
+                };
+                let cells = self.lists(first, second)?;
+                self.data.add_cells(&cells, 0, kind);
             }
             ("VERTICES" | "LINES", [_, first, second]) => drop(self.lists(first, second)?),
             ("CELL_TYPES", [_, count]) => {
@@ -131,7 +136,7 @@ impl Reader<'_> {
         let cause = || start.error(format!("expected {name} and its type"));
         match *self.cursor.line_words() {
             [found, kind] if found == name => {
-                let scalar = Scalar::of_vtk(kind).ok_or_else(cause)?;
+                let scalar = Scalar::named(kind).ok_or_else(cause)?;
                 self.cursor.integers(scalar, count)
             }
             _ => Err(cause()),
@@ -140,7 +145,7 @@ impl Reader<'_> {
 
     /// Reads an array. Returns `None` for the types bit and string, whose values are skipped.
     fn array(&mut self, kind: &str, count: usize) -> Result<Option<Vec<f64>>, FileError> {
-        if let Some(scalar) = Scalar::of_vtk(kind) {
+        if let Some(scalar) = Scalar::named(kind) {
             return self.cursor.reals(scalar, count).map(Some);
         }
         let is_binary = self.cursor.binary.is_some();

@@ -3,12 +3,12 @@
 
 use super::FileError;
 use super::scalar::{ByteOrder, Scalar};
-use super::vtk_data_set::{DataSet, Lists};
+use super::text_lines::xml_words;
+use super::vtk_data_set::{DataSet, Lists, POLYGON, STRIP};
 use super::vtk_encoding::{Encoding, Stream};
 use roxmltree::{Document, Node};
 use std::borrow::Cow;
 use std::cell::Cell;
-use std::error::Error;
 use std::path::Path;
 use std::str::FromStr;
 
@@ -19,11 +19,8 @@ const EXTRA_COUNT: usize = 1 << 22;
 
 /// Reads an XML file.
 pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<DataSet, FileError> {
-    let syntax_error = |source: Box<dyn Error + Send + Sync>| FileError::Syntax {
-        path: path.into(),
-        format: "VTK XML",
-        source,
-    };
+    type Cause = Box<dyn std::error::Error + Send + Sync>;
+    let syntax_error = |source: Cause| FileError::syntax(path, "VTK XML", source);
     let (text, appended) = split_appended(bytes);
     let text = std::str::from_utf8(&text).map_err(|error| syntax_error(error.into()))?;
     let document = Document::parse(text).map_err(|error| syntax_error(error.into()))?;
@@ -124,9 +121,9 @@ impl<'a> Reader<'a> {
             data.points.extend(points);
             if data.is_poly_data {
                 let polygons = self.lists(piece, "Polys", "NumberOfPolys")?;
-                data.polygons.append(&polygons, first_vertex);
+                data.add_cells(&polygons, first_vertex, POLYGON);
                 let strips = self.lists(piece, "Strips", "NumberOfStrips")?;
-                data.strips.append(&strips, first_vertex);
+                data.add_cells(&strips, first_vertex, STRIP);
             } else {
                 let cells = self.lists(piece, "Cells", "NumberOfCells")?;
                 let types = self.integers(named(child(piece, "Cells")?, "types")?, cells.len())?;
@@ -201,11 +198,7 @@ impl<'a> Reader<'a> {
         limit: usize,
         number: impl Fn(Scalar, &[u8]) -> Option<T>,
     ) -> Result<Vec<T>, String> {
-        // Comments divide the text.
-        let texts = array.children().filter(Node::is_text);
-        let words = texts
-            .filter_map(|node| node.text())
-            .flat_map(str::split_ascii_whitespace);
+        let words = xml_words(array);
         let inline: String;
         let stream = match array.attribute("format").unwrap_or("ascii") {
             "ascii" => {
@@ -230,7 +223,7 @@ impl<'a> Reader<'a> {
             found => return Err(format!("the format {found:?} is unknown")),
         };
         let kind = array.attribute("type").unwrap_or_default();
-        let scalar = Scalar::of_vtk(kind).ok_or_else(|| format!("the type {kind:?} is unknown"))?;
+        let scalar = Scalar::named(kind).ok_or_else(|| format!("the type {kind:?} is unknown"))?;
         let check = |length: usize| self.check_encoded(length / scalar.size, limit);
         let bytes = self.encoding.decoded(stream, check)?;
         check_count("bytes after the last number", bytes.len() % scalar.size, 0)?;

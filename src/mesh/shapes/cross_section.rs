@@ -29,6 +29,7 @@ pub(super) struct CrossSection {
     is_boundary: Vec<bool>,
     /// The two points whose midpoint is each further point, in order.
     parents: Vec<[usize; 2]>,
+    resolution: f64,
 }
 
 impl CrossSection {
@@ -57,7 +58,7 @@ impl CrossSection {
         refinement.legalize_all();
         refinement.refine(resolution)?;
         refinement.divide_chords();
-        Ok(refinement.done())
+        Ok(refinement.done(resolution))
     }
 
     /// Extends positions or velocities of the outline to all points.
@@ -83,9 +84,11 @@ impl CrossSection {
     ) -> Result<Vec<[usize; 4]>, MeshError> {
         let tet_count = self.triangles.len().saturating_mul(3 * count);
         if tet_count > MOST_TETS {
-            return Err(MeshError::FineSweep {
-                count: tet_count,
-                limit: MOST_TETS,
+            // The number of triangles grows with the inverse square of the resolution.
+            let excess = (tet_count as f64 / MOST_TETS as f64).sqrt();
+            return Err(MeshError::FineResolution {
+                value: self.resolution,
+                suggested: self.resolution * excess / RATIO,
             });
         }
         let mut tets = Vec::with_capacity(tet_count);
@@ -260,7 +263,7 @@ impl Refinement {
         around
     }
 
-    fn done(self) -> CrossSection {
+    fn done(self, resolution: f64) -> CrossSection {
         let triangles = self.triangles.iter().map(|(&[a, b], &c)| [a, b, c]);
         let mut triangles: Vec<_> = triangles.filter(|[a, b, c]| a < b && a < c).collect();
         triangles.sort_unstable();
@@ -269,6 +272,7 @@ impl Refinement {
             triangles,
             is_boundary: self.is_boundary,
             parents: self.parents,
+            resolution,
         }
     }
 }
@@ -288,6 +292,17 @@ mod tests {
             };
             assert!(value < suggested && suggested < 0.01, "{suggested}");
             assert!(CrossSection::new(&outline, false, suggested).is_ok());
+        }
+        let swept = |resolution: f64, count: usize| {
+            let section = CrossSection::new(&outline, false, resolution).unwrap();
+            section.swept(count, |_, _| 0, |_| 0).map(|_| ())
+        };
+        for count in [600, 4000] {
+            let Err(MeshError::FineResolution { suggested, .. }) = swept(0.02, count) else {
+                panic!("{count} layers are not too many");
+            };
+            assert!(suggested < 0.2, "{suggested}");
+            assert_eq!(swept(suggested, count), Ok(()));
         }
     }
 }

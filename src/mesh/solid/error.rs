@@ -4,15 +4,15 @@ use crate::mesh::{MeshError, SurfaceError};
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SolidError {
-    /// There are no triangles.
-    #[error("a solid needs triangles, but there are none")]
+    /// There are no triangles with an area that is a number in double precision.
+    #[error("a solid needs triangles with an area in double precision, but there are none")]
     NoTriangles,
     /// A triangle refers to a vertex that does not exist, or a coordinate is NaN or infinite.
     #[error(transparent)]
     Surface(#[from] SurfaceError),
-    /// The bounds of the points or of a distance function have no interior, or are not finite.
+    /// The bounds of the triangles or of a distance function have no interior, or moments that overflow or underflow.
     #[error(
-        "the region is {size:?} m large, but must have a positive, finite size along each axis"
+        "the region is {size:?} m large, but must have a size along each axis whose fifth power is positive and finite in double precision"
     )]
     NoSize {
         /// Size of the box around the region (m).
@@ -38,7 +38,7 @@ pub enum SolidError {
     },
     /// No point of the lattice lies inside.
     #[error(
-        "no point of a lattice with a spacing of {spacing:e} m lies inside: the region is thinner than the spacing, or the triangles do not enclose a solid"
+        "no point of a lattice with a spacing of {spacing:e} m lies inside: the region is thinner than the spacing, or the triangles do not enclose a solid; choose a smaller spacing, or bounds close to the region"
     )]
     Empty {
         /// The smallest spacing that was tried (m).

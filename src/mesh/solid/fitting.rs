@@ -41,7 +41,7 @@ pub(super) struct Input<'a> {
 }
 
 impl<'a> Input<'a> {
-    /// Prepares the queries in O(n log n) time. There must be a triangle.
+    /// Prepares the queries in O(n log n) time. There must be a triangle with an area.
     pub fn new(vertices: &'a [Vector3<f64>], triangles: &'a [[usize; 3]]) -> Self {
         let corners = triangles
             .iter()

@@ -58,7 +58,7 @@ impl TriangleSoup {
     /// so that small holes are closed, overlapping parts are united, and surfaces may be oriented inwards as a whole.
     ///
     /// # Errors
-    /// - If there are no triangles, an index is out of range, or a coordinate is not finite.
+    /// - If no triangle has an area, an index is out of range, or a coordinate is not finite.
     /// - If the resolution is not positive, or too fine.
     /// - If nothing is inside.
     pub fn solid(&self, resolution: Resolution) -> Result<Solid, SolidError> {
@@ -262,14 +262,16 @@ impl Solid {
 }
 
 fn check_triangles(vertices: &[Vector3<f64>], triangles: &[[usize; 3]]) -> Result<(), SolidError> {
-    if triangles.is_empty() {
+    triangle_checks::check_range(triangles, vertices.len())?;
+    if let Some((vertex, value)) = coordinates::first_non_finite(vertices) {
+        return Err(SurfaceError::NonFiniteCoordinate { vertex, value }.into());
+    }
+    let corners = |triangle: &[usize; 3]| triangle.map(|vertex| vertices[vertex]);
+    let is_thin = |triangle: &[usize; 3]| triangle_checks::is_thin(corners(triangle));
+    if triangles.iter().all(is_thin) {
         return Err(SolidError::NoTriangles);
     }
-    triangle_checks::check_range(triangles, vertices.len())?;
-    match coordinates::first_non_finite(vertices) {
-        Some((vertex, value)) => Err(SurfaceError::NonFiniteCoordinate { vertex, value }.into()),
-        None => Ok(()),
-    }
+    Ok(())
 }
 
 /// Returns what is wrong with distances that a function returned.

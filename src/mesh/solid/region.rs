@@ -4,6 +4,7 @@ use super::winding::WindingNumbers;
 use crate::bvh::Bvh;
 use crate::geometry::{Aabb, Foot, Triangle};
 use crate::mesh::surface_distance::nearest;
+use crate::mesh::triangle_checks::is_thin;
 use crate::parallel;
 use nalgebra::Vector3;
 
@@ -108,23 +109,26 @@ fn signed_box_distance(bounds: &Aabb, point: &Vector3<f64>) -> f64 {
 /// The region inside triangles: the points around which they wind, in either direction. Overlapping parts are united.
 pub(super) struct InsideTriangles {
     triangles: Vec<Triangle>,
+    bounds: Aabb,
     bvh: Bvh<usize>,
     winding: WindingNumbers,
 }
 
 impl InsideTriangles {
-    /// Prepares the queries in O(n log n) time. There must be a triangle.
+    /// Prepares the queries in O(n log n) time. There must be a triangle with an area. Triangles without an area only extend the
+    /// bounds, because their winding numbers at points on them are rounding errors.
     pub fn new(corners: impl Iterator<Item = [Vector3<f64>; 3]>) -> Self {
         let triangles: Vec<_> = corners.map(Triangle::new).collect();
-        let bvh = Bvh::new(
-            triangles
-                .iter()
-                .map(|triangle| *triangle.corners())
-                .enumerate(),
-        );
+        let corners = triangles.iter().map(|triangle| *triangle.corners());
+        let bounds = Aabb::around(triangles.iter().flat_map(Triangle::corners));
+        let with_area = corners
+            .enumerate()
+            .filter(|(_, corners)| !is_thin(*corners));
+        let bvh = Bvh::new(with_area);
         Self {
             winding: WindingNumbers::of(&bvh, &triangles),
             triangles,
+            bounds,
             bvh,
         }
     }
@@ -152,14 +156,13 @@ impl InsideTriangles {
     /// Returns a lower bound of the distance (m) from a point to the triangles and to their bounds.
     fn clearance(&self, point: &Vector3<f64>) -> f64 {
         let distance = self.nearest_triangle(point).1;
-        distance.min(signed_box_distance(&self.bvh.bounds(), point).abs())
+        distance.min(signed_box_distance(&self.bounds, point).abs())
     }
 
     /// Returns whether a point is inside. Points beyond the bounds of the triangles are outside. Their winding number is not used, because
     /// it can exceed [`INSIDE`] if the triangles have holes.
     fn contains(&self, point: &Vector3<f64>) -> bool {
-        signed_box_distance(&self.bvh.bounds(), point) <= 0.0
-            && self.winding_number(point) >= INSIDE
+        signed_box_distance(&self.bounds, point) <= 0.0 && self.winding_number(point) >= INSIDE
     }
 
     /// Returns where a segment leaves the region through a triangle, if it does.
@@ -200,7 +203,7 @@ impl InsideTriangles {
 
 impl Region for InsideTriangles {
     fn bounds(&self) -> Aabb {
-        self.bvh.bounds()
+        self.bounds
     }
 
     fn clearances(&self, points: &[Vector3<f64>]) -> Vec<f64> {
@@ -220,7 +223,7 @@ impl Region for InsideTriangles {
             }
             let winding_number = self.winding_number(center);
             let is_whole = (winding_number - winding_number.round()).abs() < NEARLY_WHOLE;
-            let is_within = signed_box_distance(&self.bvh.bounds(), center) <= 0.0;
+            let is_within = signed_box_distance(&self.bounds, center) <= 0.0;
             is_whole.then_some(is_within && winding_number >= INSIDE)
         })
     }

@@ -234,10 +234,8 @@ fn check_number(name: &'static str, value: f64) -> Result<(), SolidError> {
 
 pub(super) fn check_bounds(bounds: &Aabb) -> Result<(), SolidError> {
     let size = bounds.upper - bounds.lower;
-    if size
-        .iter()
-        .all(|&length| length > 0.0 && length.is_finite())
-    {
+    // The second moments (m⁵) of the region neither overflow nor underflow.
+    if size.iter().all(|&x| x > 0.0 && x.powi(5).is_normal()) {
         return Ok(());
     }
     Err(SolidError::NoSize { size: size.into() })

@@ -21,6 +21,7 @@ const TIE: f64 = 1e-6;
 const BLOCK: usize = 16;
 
 /// The tetrahedra that fill a region.
+#[derive(Default)]
 pub(super) struct Stuffing {
     pub vertices: Vec<Vector3<f64>>,
     pub tets: Vec<[usize; 4]>,
@@ -79,6 +80,9 @@ impl Cut {
 /// Fills the region with the tetrahedra of a lattice.
 pub(super) fn stuffed(region: &impl Region, lattice: &Lattice) -> Stuffing {
     let mut sides = sides(region, lattice);
+    if !sides.contains(&Side::Inside) {
+        return Stuffing::default();
+    }
     let mut cuts = cuts(region, lattice, &sides);
     warp(lattice, &mut sides, &mut cuts);
     let mut filling = Filling::new(lattice, &sides, &cuts);
@@ -258,11 +262,7 @@ impl<'a> Filling<'a> {
             cuts,
             by_nodes: by_nodes.collect(),
             vertices: FxHashMap::default(),
-            stuffing: Stuffing {
-                vertices: Vec::new(),
-                tets: Vec::new(),
-                cuts: Vec::new(),
-            },
+            stuffing: Stuffing::default(),
         }
     }
 

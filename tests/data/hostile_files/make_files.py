@@ -321,8 +321,23 @@ def write_formats_of_polygons(corners, triangles):
     write("sound_binary.ply", binary)
     write("cut_in_faces_binary.ply", binary[:-1])
     write("most_corners_binary.ply", header.format("binary_little_endian").replace("uchar", "uint").encode() + body)
+    write_mujoco(corners, triangles)
     write_glb(corners, triangles)
     write_dae(points, triangles)
+
+
+def write_mujoco(corners, triangles):
+    def mesh(normals=0, count=4, last=3, vertex=1.0):
+        numbers = [x for corner in corners for x in corner][:-1] + [vertex]
+        body = struct.pack("<12f", *numbers) + bytes(12 * normals)
+        return struct.pack("<4i", 4, normals, 0, count) + body + struct.pack("<12i", *sum(triangles, ())[:-1], last)
+
+    write("mujoco.msh", mesh(normals=4))
+    write("mujoco_most_triangles.msh", mesh(count=2**31 - 1))
+    write("mujoco_negative_count.msh", mesh(count=-1))
+    write("mujoco_missing_vertex.msh", mesh(last=2**31 - 1))
+    write("mujoco_infinite_vertex.msh", mesh(vertex=float("inf")))
+    write("mujoco_cut.msh", mesh()[:-1])
 
 
 def glb(document, data):

@@ -320,7 +320,7 @@ fn entries_beyond_the_stated_number_are_refused() {
 }
 
 #[test]
-fn errors_name_binary_meshes_of_mujoco() {
+fn errors_name_the_reader_of_binary_meshes_of_mujoco() {
     let counts = [4_u32, 0, 4, 4];
     let mut bytes: Vec<u8> = counts
         .iter()
@@ -328,8 +328,8 @@ fn errors_name_binary_meshes_of_mujoco() {
         .collect();
     bytes.resize(16 + 4 * (12 + 8 + 12), 0);
     let error = read_bytes("mujoco.msh", &bytes).unwrap_err();
-    assert!(matches!(error, FileError::Unsupported { .. }), "{error:?}");
-    assert!(error.to_string().contains("MuJoCo"), "{error}");
+    assert!(matches!(error, FileError::HoldsSurface { .. }), "{error:?}");
+    assert!(error.to_string().contains("read_triangles"), "{error}");
 }
 
 #[test]
@@ -345,6 +345,15 @@ fn abaqus_parts_without_displacements_are_read() {
     let text = format!("{}{}{instances}", part("P", 1), part("Q", 5));
     let mesh = read_bytes("parts.inp", text.as_bytes()).unwrap().mesh;
     assert_eq!(mesh.tet_count(), 2);
+}
+
+#[test]
+fn abaqus_nodes_in_the_plane_are_refused() {
+    for node in ["1, 0.5, 2", "1, 0.5, 2,"] {
+        let text = format!("*NODE\n{node}\n*ELEMENT, TYPE=CPS3\n1,1,1,1\n");
+        assert_damaged("plane.inp", &text, "line 2, \"1, 0.5, 2");
+        assert_damaged("plane.inp", &text, "a model in the plane has no tetrahedra");
+    }
 }
 
 #[test]

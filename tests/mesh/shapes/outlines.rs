@@ -193,7 +193,10 @@ fn invalid_dimensions_are_refused() {
         );
     }
     let refused = shapes::lathe(&CUP, 10_000, 0.001).unwrap_err();
-    assert!(matches!(refused, MeshError::FineSweep { .. }), "{refused}");
+    assert!(
+        matches!(refused, MeshError::FineResolution { value: 0.001, .. }),
+        "{refused}"
+    );
     for value in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         assert!(shapes::extrusion(&square, value, 0.5).is_err());
         assert!(shapes::extrusion(&square, 1.0, value).is_err());

@@ -266,6 +266,13 @@ fn spikes_of_finite_width_are_not_removed() {
             Err(error) => assert!(matches!(error, SurfaceError::Flat { .. }), "{error}"),
         }
     }
+    for length in [1e110, 1e200] {
+        let (mut vertices, triangles) = unit_block(Vector3::zeros());
+        vertices[2].y = length;
+        let error = of((vertices, triangles)).closed().unwrap_err();
+        let is_beyond_precision = matches!(error, SurfaceError::BeyondPrecision { .. });
+        assert!(is_beyond_precision, "{error}");
+    }
 }
 
 #[test]
