@@ -3,7 +3,7 @@
 //! `cargo run --release -p hydroelastic-examples --example cube_tosses [-- --tosses FILE.csv --fit 100 --held-out 100]`
 //!
 //! Without a file, the tosses are simulated with noise, and the estimates are compared with the true values. Each toss is divided into
-//! windows of 24 frames, because motions through several impacts are too sensitive to their initial state.
+//! windows of 25 frames, because motions through several impacts are too sensitive to their initial state.
 
 mod tosses;
 
@@ -17,11 +17,12 @@ use hydroelastic::parallel;
 use std::error::Error;
 use std::ops::ControlFlow;
 
-/// True values of simulated tosses, and the first guess: modulus (Pa), dissipation (s/m), friction and height (m) of the table.
+/// True values of simulated tosses: modulus (Pa), dissipation (s/m), friction and height (m) of the table.
 const TRUTH: [f64; 4] = [1e6, 5.0, 0.2, -0.001];
+/// First guess of the same values.
 const GUESS: [f64; 4] = [3e5, 8.0, 0.3, 0.0];
 /// Number of states of a window.
-const WINDOW: usize = 25;
+const WINDOW_STATE_COUNT: usize = 25;
 /// Duration (s) of the flight to which initial states of predictions are fitted.
 const FLIGHT: f64 = 0.1;
 /// Errors of the pressure field as a model of a hard cube: position (m) and rotation (rad).
@@ -48,7 +49,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         .with_nuisances(&nuisances())?
         .with_noise(Noise::new(MODEL_ERROR[0], MODEL_ERROR[1])?)
         .with_loss(RobustLoss::Cauchy(4.0))?
-        .with_iterations(if file.is_some() { 10 } else { 30 })
+        .with_max_iterations(if file.is_some() { 15 } else { 30 })
         .with_progress(|iteration| {
             println!(
                 "{}: cost {:.2}, {:.5?}",
@@ -58,7 +59,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         });
     let windows: Vec<Measurement> = training
         .iter()
-        .flat_map(|toss| toss.windows(WINDOW))
+        .flat_map(|toss| toss.windows(WINDOW_STATE_COUNT))
         .collect();
     let fit = identification.fit(&windows)?;
     print_fit(&fit);
@@ -109,7 +110,7 @@ fn print_fit(fit: &Fit) {
     println!("{:?} after {} iterations", fit.termination, fit.iterations);
     for estimate in &fit.estimates {
         println!(
-            "{estimate}, between tosses {:.4?}",
+            "{estimate}, sandwich interval {:.4?}",
             estimate.sandwich_interval
         );
     }
@@ -118,7 +119,7 @@ fn print_fit(fit: &Fit) {
         .for_each(|direction| println!("{direction}"));
 }
 
-/// Prints errors of predictions: means along the path, and at the end.
+/// Prints the median and the mean over tosses of three errors of predictions: mean position, last position and mean rotation.
 fn print_errors(
     identification: &Identification,
     values: &[f64],

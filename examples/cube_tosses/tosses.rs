@@ -79,7 +79,7 @@ pub fn simulated(
     count: usize,
 ) -> Result<Vec<Measurement>, Box<dyn Error>> {
     let mut random = StdRng::seed_from_u64(1);
-    // Uniform numbers between ∓√3 have standard deviation 1.
+    // Uniform numbers between −√3 and √3 have standard deviation 1.
     let mut uniform =
         |size: f64| Vector3::from_fn(|_, _| 3_f64.sqrt() * size * random.random_range(-1.0..1.0));
     let mut toss = |index: usize| {

@@ -72,7 +72,7 @@ def test_files_are_placed_with_warnings_about_their_unit(recwarn):
         he.Solid.read(FIELD_FILES / "tetrahedron.off", scale=[1e3] * 3, spacing=200.0)
     with pytest.raises(FileNotFoundError, match="nothing.stl"):
         he.Solid.read("nothing.stl")
-    with pytest.raises(he.HydroelasticError, match="points.obj: a solid needs triangles with an area .*, but there are none"):
+    with pytest.raises(he.HydroelasticError, match="points.obj: a solid needs triangles with a positive area, but there are none"):
         he.Solid.read(FIELD_FILES / "points.obj")
 
 

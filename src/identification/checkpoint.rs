@@ -5,9 +5,9 @@ use nalgebra::DVector;
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Checkpoint {
-    /// Index of the horizon.
+    /// Index of the horizon. The number of horizons stands for whole measurements.
     pub horizon: usize,
-    /// Coordinates of the unknowns.
+    /// Coordinates of the unknowns: see [`Unknown`](super::Unknown).
     pub unknowns: DVector<f64>,
     /// Coordinates of the nuisances of each measurement.
     pub nuisances: Vec<DVector<f64>>,
@@ -28,9 +28,9 @@ pub struct Iteration {
     pub index: usize,
     /// Horizon (s), or infinity for whole measurements.
     pub horizon: f64,
-    /// Cost.
+    /// Cost, in units of ½χ².
     pub cost: f64,
-    /// Values of the unknowns.
+    /// Values of the unknowns, in the units of their parameters.
     pub values: Vec<f64>,
     /// Coordinates, from which a fit can continue.
     pub checkpoint: Checkpoint,

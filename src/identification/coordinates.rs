@@ -118,10 +118,13 @@ impl Coordinates {
             None => None,
             Some((value, deviation)) => {
                 check_positive(format!("the deviation of the prior of {name:?}"), deviation)?;
-                Some([scale.checked(&name, value)?, deviation])
+                Some([
+                    scale.checked(("the mean of the prior", &name), value)?,
+                    deviation,
+                ])
             }
         };
-        let start = scale.checked(&name, self.references[numbers[0]])?;
+        let start = scale.checked(("the initial guess", &name), self.references[numbers[0]])?;
         Ok(Coordinate {
             name,
             scale,
@@ -157,7 +160,7 @@ impl Coordinates {
         };
         match self.entries.iter().find(shares) {
             None => Ok(()),
-            Some(earlier) => Err(IdentificationError::SameNumber {
+            Some(earlier) => Err(IdentificationError::DuplicateUnknown {
                 unknowns: [&earlier.name, &coordinate.name].map(Clone::clone),
             }),
         }
@@ -196,7 +199,8 @@ impl Coordinates {
     pub fn of_values(&self, values: &[f64]) -> Result<DVector<f64>, IdentificationError> {
         check_count("values", values.len(), self.len())?;
         let pairs = self.entries.iter().zip(values);
-        let coordinates = pairs.map(|(entry, &value)| entry.scale.checked(&entry.name, value));
+        let coordinates = pairs
+            .map(|(entry, &value)| entry.scale.checked(("the given value", &entry.name), value));
         Ok(DVector::from_vec(coordinates.collect::<Result<_, _>>()?))
     }
 
@@ -218,14 +222,13 @@ impl Coordinates {
 
     /// Derivatives of small changes of the parameters with respect to the coordinates: a row for each number of a parameter.
     ///
-    /// A small change of an orientation is a rotation after that of the change θ: exp\[θ + δ\] = exp\[J(θ)·δ\]·exp\[θ\], with the left
-    /// Jacobian J.
-    pub fn slopes(&self, at: &DVector<f64>) -> DMatrix<f64> {
-        let mut slopes = DMatrix::zeros(self.references.len(), self.len());
+    /// For an orientation, exp\[θ + δ\] ≈ exp\[J(θ)·δ\]·exp\[θ\] to first order in δ, with the change θ and the left Jacobian J.
+    pub fn jacobian(&self, at: &DVector<f64>) -> DMatrix<f64> {
+        let mut jacobian = DMatrix::zeros(self.references.len(), self.len());
         for (column, coordinate) in self.entries.iter().enumerate() {
             let [_, slope] = coordinate.scale.value(at[column]);
             for &number in &coordinate.numbers {
-                slopes[(number, column)] = slope;
+                jacobian[(number, column)] = slope;
             }
         }
         let changes = self.changes(at);
@@ -233,11 +236,11 @@ impl Coordinates {
         for parameter in &self.parameters {
             if parameter.is_orientation() {
                 let change = Vector3::from_column_slice(&changes[first..first + 3]);
-                let turned = left_jacobian(&change) * slopes.rows(first, 3);
-                slopes.rows_mut(first, 3).copy_from(&turned);
+                let turned = left_jacobian(&change) * jacobian.rows(first, 3);
+                jacobian.rows_mut(first, 3).copy_from(&turned);
             }
             first += parameter.dimension();
         }
-        slopes
+        jacobian
     }
 }

@@ -7,10 +7,10 @@ use std::f64::consts::SQRT_2;
 /// Number of deviations of a body in one state.
 pub(super) const PER_POSE: usize = 12;
 
-/// Deviations of the simulated poses of bodies from measured poses, in units of the noise: 12 for each state and body.
+/// Outcome with the deviations of simulated from measured poses, in units of the noise: 12 numbers for each state and body.
 ///
-/// The first three are the deviation of the position. The others are the deviation of the rotation matrix divided by √2. The norm of
-/// these nine is 2 sin(θ/2) for a rotation by θ, which is θ for small angles, and smooth for all.
+/// The first three are the deviation of the position. The others are the deviation of the rotation matrix, divided by √2. Before
+/// division by the noise, the norm of these nine numbers is 2 sin(θ/2) for a rotation by θ. It is near θ for small angles.
 pub(super) struct Deviations<'m> {
     /// Measured states, with the index of the recorded state of the rollout.
     pub states: Vec<(usize, &'m State)>,

@@ -1,6 +1,6 @@
 //! Normal equations of the measurements, and their Schur complement.
 //!
-//! The equations of a measurement with the shared coordinates θ and its own coordinates x are
+//! The equations of a measurement with the shared coordinates θ and its local coordinates x are
 //!
 //! | A  C | |δθ|     |g|
 //! | Cᵀ B | |δx| = − |h|
@@ -12,12 +12,12 @@ use super::coordinates::Coordinates;
 use super::deviations::PER_POSE;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
-/// Smallest diagonal entry of a damped matrix, relative to the largest.
-const SMALLEST_DIAGONAL: f64 = 1e-12;
+/// Smallest diagonal entry that scales the damping of the shared coordinates, relative to the largest entry.
+const DAMPING_FLOOR: f64 = 1e-12;
 
-/// Quadratic model of a cost: gradient and Gauss–Newton matrix.
+/// QuadraticModel model of a cost: gradient and Gauss–Newton matrix.
 #[derive(Debug, Clone)]
-pub(super) struct Quadratic {
+pub(super) struct QuadraticModel {
     pub gradient: DVector<f64>,
     pub matrix: DMatrix<f64>,
 }
@@ -26,21 +26,21 @@ pub(super) struct Quadratic {
 #[derive(Debug, Clone)]
 pub(super) struct Equations {
     pub cost: f64,
-    pub shared: Quadratic,
-    pub own: Quadratic,
+    pub shared: QuadraticModel,
+    pub local: QuadraticModel,
     /// C: rows for the shared coordinates, columns for its own.
     pub coupling: DMatrix<f64>,
 }
 
-/// Change of all coordinates that the damped equations give.
+/// Solution of the damped equations: changes of all coordinates.
 pub(super) struct Step {
     pub shared: DVector<f64>,
-    pub own: Vec<DVector<f64>>,
+    pub local: Vec<DVector<f64>>,
     /// Decrease of the cost that the quadratic model predicts.
     pub predicted_decrease: f64,
 }
 
-impl Quadratic {
+impl QuadraticModel {
     /// Adds the priors of coordinates. Returns their cost.
     pub fn add_priors(&mut self, coordinates: &Coordinates, at: &DVector<f64>) -> f64 {
         let mut cost = 0.0;
@@ -49,9 +49,9 @@ impl Quadratic {
                 continue;
             };
             let weight = 1.0 / (deviation * deviation);
-            let away = at[index] - mean;
-            cost += 0.5 * weight * away * away;
-            self.gradient[index] += weight * away;
+            let offset = at[index] - mean;
+            cost += 0.5 * weight * offset * offset;
+            self.gradient[index] += weight * offset;
             self.matrix[(index, index)] += weight;
         }
         cost
@@ -71,19 +71,19 @@ impl Quadratic {
         self.matrix += &other.matrix;
     }
 
-    /// Decrease of the model for a step.
+    /// Decrease of the model along a step.
     fn decrease(&self, step: &DVector<f64>) -> f64 {
         -self.gradient.dot(step) - 0.5 * step.dot(&(&self.matrix * step))
     }
 }
 
 impl Equations {
-    /// Equations for deviations and their derivatives with respect to shared and own coordinates. The loss weights each pose.
+    /// Equations for deviations and their derivatives with respect to shared and local coordinates. The loss weights each pose.
     pub fn new(
         loss: RobustLoss,
         deviations: &DVector<f64>,
         by_shared: &DMatrix<f64>,
-        by_own: &DMatrix<f64>,
+        by_local: &DMatrix<f64>,
     ) -> Self {
         let mut weights = DVector::zeros(deviations.len());
         let mut cost = 0.0;
@@ -100,53 +100,54 @@ impl Equations {
             }
             weighted
         };
-        let [shared, own] = [weighted(by_shared), weighted(by_own)];
+        let [shared, local] = [weighted(by_shared), weighted(by_local)];
         Self {
             cost,
-            shared: Quadratic {
+            shared: QuadraticModel {
                 gradient: shared.tr_mul(deviations),
                 matrix: shared.tr_mul(by_shared),
             },
-            coupling: shared.tr_mul(by_own),
-            own: Quadratic {
-                gradient: own.tr_mul(deviations),
-                matrix: own.tr_mul(by_own),
+            coupling: shared.tr_mul(by_local),
+            local: QuadraticModel {
+                gradient: local.tr_mul(deviations),
+                matrix: local.tr_mul(by_local),
             },
         }
     }
 
-    /// Reduced equations of the shared coordinates, with the own coordinates damped and eliminated. `None` if the equations of the own
+    /// Reduced equations of the shared coordinates, with its own coordinates damped and eliminated. `None` if the equations of the local
     /// coordinates are singular.
-    pub fn reduced(&self, damping: f64) -> Option<Quadratic> {
-        let factor = damped(&self.own.matrix, damping)?;
-        Some(Quadratic {
-            gradient: &self.shared.gradient - &self.coupling * factor.solve(&self.own.gradient),
+    pub fn reduced(&self, damping: f64) -> Option<QuadraticModel> {
+        let factor = damped(&self.local.matrix, damping)?;
+        Some(QuadraticModel {
+            gradient: &self.shared.gradient - &self.coupling * factor.solve(&self.local.gradient),
             matrix: &self.shared.matrix - &self.coupling * factor.solve(&self.coupling.transpose()),
         })
     }
 
-    /// Step of the own coordinates for a step of the shared coordinates.
-    fn own_step(&self, shared: &DVector<f64>, damping: f64) -> Option<DVector<f64>> {
-        let factor = damped(&self.own.matrix, damping)?;
-        Some(-factor.solve(&(&self.own.gradient + self.coupling.tr_mul(shared))))
+    /// Step of its own coordinates for a step of the shared coordinates.
+    fn local_step(&self, shared: &DVector<f64>, damping: f64) -> Option<DVector<f64>> {
+        let factor = damped(&self.local.matrix, damping)?;
+        Some(-factor.solve(&(&self.local.gradient + self.coupling.tr_mul(shared))))
     }
 
-    /// Decrease of the quadratic model for a step.
-    fn decrease(&self, shared: &DVector<f64>, own: &DVector<f64>) -> f64 {
-        self.shared.decrease(shared) + self.own.decrease(own) - shared.dot(&(&self.coupling * own))
+    /// Decrease of the quadratic model along a step.
+    fn decrease(&self, shared: &DVector<f64>, local: &DVector<f64>) -> f64 {
+        self.shared.decrease(shared) + self.local.decrease(local)
+            - shared.dot(&(&self.coupling * local))
     }
 }
 
 impl Step {
     /// Solves the damped equations of all measurements with the priors of the shared coordinates. `None` if they are singular.
-    pub fn new(equations: &[Equations], priors: &Quadratic, damping: f64) -> Option<Self> {
+    pub fn new(equations: &[Equations], priors: &QuadraticModel, damping: f64) -> Option<Self> {
         let mut reduced = priors.clone();
         let mut diagonal = priors.matrix.diagonal();
         for measurement in equations {
             reduced.add(&measurement.reduced(damping)?);
             diagonal += measurement.shared.matrix.diagonal();
         }
-        let floor = SMALLEST_DIAGONAL * diagonal.max();
+        let floor = DAMPING_FLOOR * diagonal.max();
         for (index, &entry) in diagonal.iter().enumerate() {
             reduced.matrix[(index, index)] += damping * entry.max(floor);
         }
@@ -155,18 +156,18 @@ impl Step {
         } else {
             -Cholesky::new(reduced.matrix)?.solve(&reduced.gradient)
         };
-        let own = equations
+        let local = equations
             .iter()
-            .map(|measurement| measurement.own_step(&shared, damping));
-        let own = own.collect::<Option<Vec<_>>>()?;
+            .map(|measurement| measurement.local_step(&shared, damping));
+        let local = local.collect::<Option<Vec<_>>>()?;
         let decreases = equations
             .iter()
-            .zip(&own)
-            .map(|(measurement, own)| measurement.decrease(&shared, own));
+            .zip(&local)
+            .map(|(measurement, local)| measurement.decrease(&shared, local));
         let predicted_decrease = priors.decrease(&shared) + decreases.sum::<f64>();
         Some(Self {
             shared,
-            own,
+            local,
             predicted_decrease,
         })
     }

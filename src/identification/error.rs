@@ -6,10 +6,10 @@ use crate::spatial::PoseError;
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum IdentificationError {
-    /// The world does not have a parameter of an unknown or of a nuisance.
+    /// A parameter or a measured initial state does not fit the world, a rollout ended early, or the cancel flag was set.
     #[error(transparent)]
     Gradient(#[from] GradientError),
-    /// A body or a state does not fit the world.
+    /// The world has no observed body of this name.
     #[error(transparent)]
     World(#[from] WorldError),
     /// A number is not positive and finite.
@@ -21,7 +21,7 @@ pub enum IdentificationError {
         value: f64,
     },
     /// A parameter does not have the component.
-    #[error("{parameter} has no number {component}, counted from 0: it has {dimension}")]
+    #[error("{parameter} has no component {component}: it has {dimension}, counted from 0")]
     NoComponent {
         /// The parameter.
         parameter: String,
@@ -30,11 +30,13 @@ pub enum IdentificationError {
         /// Number of components.
         dimension: usize,
     },
-    /// A value of an unknown is outside its range: the value in the world of the template, the mean of a prior, or a known value.
+    /// A value of an unknown is outside its range.
     #[error(
-        "a value of the unknown {unknown:?} is {value}, but must be between {lower} and {upper}, both excluded: change the value or the range"
+        "{role} of the unknown {unknown:?} is {value}, but must be between {lower} and {upper}, both excluded: change the value or the range"
     )]
     OutOfRange {
+        /// Role of the value: the initial guess, the mean of the prior, or the given value.
+        role: &'static str,
         /// Name of the unknown.
         unknown: String,
         /// The value.
@@ -44,18 +46,18 @@ pub enum IdentificationError {
         /// Upper bound.
         upper: f64,
     },
-    /// Two unknowns set the same number.
-    #[error("the unknowns {:?} and {:?} set the same number: remove one of them", .unknowns[0], .unknowns[1])]
-    SameNumber {
+    /// Two unknowns set the same component of a parameter.
+    #[error("the unknowns {:?} and {:?} set the same component of a parameter: remove one of them", .unknowns[0], .unknowns[1])]
+    DuplicateUnknown {
         /// Names of the unknowns.
         unknowns: [String; 2],
     },
     /// A measurement has fewer than two states.
     #[error("measurement {0:?} has fewer than two states")]
-    Short(String),
+    TooFewStates(String),
     /// The time of a measured state is not a multiple of the time step after the first state.
     #[error(
-        "state {state} of measurement {measurement:?} is {after} s after the first state, but must be a multiple of the time step of {time_step} s after it: change the time step of the plan"
+        "state {state} of measurement {measurement:?} is {after} s after the first state, which is not a multiple of the time step ({time_step} s): change the time step of the plan"
     )]
     OffGrid {
         /// Name of the measurement.
@@ -69,7 +71,7 @@ pub enum IdentificationError {
     },
     /// A measured pose is not a rigid transform.
     #[error(
-        "state {state} of measurement {measurement:?}, body {body}, both counted from 0: {source}"
+        "the pose of body {body} in state {state} of measurement {measurement:?} is invalid (indices from 0): {source}"
     )]
     Pose {
         /// Name of the measurement.
@@ -84,9 +86,9 @@ pub enum IdentificationError {
     /// No measurement is given.
     #[error("an identification needs at least one measurement")]
     NoMeasurement,
-    /// No rollout of any measurement reaches its end at the initial values.
+    /// No rollout of any measurement reaches its end at the beginning of a fit.
     #[error(
-        "no measurement can be simulated with the initial values of the unknowns; the first, {measurement:?}: {source}"
+        "no measurement can be simulated with the values at the beginning of the fit. The simulation of {measurement:?} fails: {source}"
     )]
     NoRollout {
         /// Name of the first measurement.
@@ -94,10 +96,10 @@ pub enum IdentificationError {
         /// Reason why its rollout ends early.
         source: GradientError,
     },
-    /// The number of values or of measurements differs from that of the identification.
+    /// A count of values, unknowns, nuisances or measurements is wrong.
     #[error("expected {expected} {quantity}, but found {found}")]
-    Count {
-        /// Name of the numbers.
+    WrongCount {
+        /// Name of the counted items.
         quantity: &'static str,
         /// Number that was found.
         found: usize,
@@ -127,7 +129,7 @@ pub(super) fn check_count(
     if found == expected {
         return Ok(());
     }
-    Err(IdentificationError::Count {
+    Err(IdentificationError::WrongCount {
         quantity,
         found,
         expected,

@@ -5,9 +5,9 @@ use nalgebra::{DMatrix, SymmetricEigen};
 use std::fmt;
 
 /// Half-width of a 95 % interval in standard deviations of a normal distribution.
-const INTERVAL: f64 = 1.959_963_984_540_054;
+const NORMAL_QUANTILE: f64 = 1.959_963_984_540_054;
 /// Smallest weight of an unknown that the text of a direction lists.
-const LISTED: f64 = 0.1;
+const SMALLEST_LISTED_WEIGHT: f64 = 0.1;
 
 /// Result of an identification.
 #[derive(Debug, Clone)]
@@ -16,7 +16,8 @@ pub struct Fit {
     /// Estimates of the unknowns, in their order.
     pub estimates: Vec<Estimate>,
     /// Covariance of the coordinates of the unknowns, for noise with the stated deviations and a right model. It is the inverse of the
-    /// Gauss–Newton matrix, with the nuisances eliminated. Entries are infinite or NaN if a direction has no information.
+    /// Gauss–Newton matrix, with the nuisances eliminated. All entries are infinite if the matrix is
+    /// singular.
     pub covariance: DMatrix<f64>,
     /// Covariance of the coordinates from the spread between measurements (sandwich estimator). It remains valid if the model is only
     /// approximate or the deviations of the noise are not known, and needs many more measurements than unknowns.
@@ -25,11 +26,11 @@ pub struct Fit {
     pub directions: Vec<Direction>,
     /// Results for each measurement, in their order.
     pub measurements: Vec<FittedMeasurement>,
-    /// Cost at the estimates.
+    /// Cost at the estimates, in units of ½χ²: see the [module](super).
     pub cost: f64,
     /// Number of iterations, over all horizons.
     pub iterations: usize,
-    /// Reason of the end.
+    /// Reason why the fit of the last horizon ended.
     pub termination: Termination,
     /// Coordinates at the estimates.
     pub checkpoint: Checkpoint,
@@ -43,7 +44,7 @@ pub struct Estimate {
     pub name: String,
     /// Value.
     pub value: f64,
-    /// 95 % interval of the value, from [`Fit::covariance`].
+    /// 95 % interval of the value, from [`Fit::covariance`]. Its ends are infinite or NaN if the matrix is singular.
     pub interval: [f64; 2],
     /// 95 % interval of the value, from [`Fit::sandwich_covariance`].
     pub sandwich_interval: [f64; 2],
@@ -53,9 +54,9 @@ pub struct Estimate {
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Direction {
-    /// Standard deviation along the direction (unit of the coordinates). Infinite without information. A deviation of 1 along
-    /// logarithms means that the data determine the values only up to a factor e.
-    pub deviation: f64,
+    /// Standard deviation along the direction (unit of the coordinates). Infinity if the data do not determine the direction.
+    /// For logarithmic unknowns, a deviation of 1 is an uncertainty by a factor of e.
+    pub standard_deviation: f64,
     /// Names of the unknowns, with the components of the unit vector along the direction.
     pub weights: Vec<(String, f64)>,
 }
@@ -78,7 +79,7 @@ impl Fit {
         let intervals = [&covariance, &sandwich_covariance].map(|covariance| {
             let half = covariance
                 .diagonal()
-                .map(|variance| INTERVAL * variance.sqrt());
+                .map(|variance| NORMAL_QUANTILE * variance.sqrt());
             [
                 unknowns.values(&(at - &half)),
                 unknowns.values(&(at + half)),
@@ -134,7 +135,7 @@ pub(super) fn directions(information: &DMatrix<f64>, names: &[String]) -> Vec<Di
         let sign = eigenvectors[(largest, index)].signum();
         let weights = eigenvectors.column(index) * sign;
         Direction {
-            deviation: 1.0 / eigenvalues[index].max(0.0).sqrt(),
+            standard_deviation: 1.0 / eigenvalues[index].max(0.0).sqrt(),
             weights: names.iter().cloned().zip(weights.iter().copied()).collect(),
         }
     };
@@ -158,11 +159,15 @@ impl fmt::Display for Estimate {
 
 impl fmt::Display for Direction {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(formatter, "deviation {:.3} along", self.deviation)?;
+        write!(
+            formatter,
+            "standard deviation {:.3} along",
+            self.standard_deviation
+        )?;
         let listed = self
             .weights
             .iter()
-            .filter(|(_, weight)| weight.abs() >= LISTED);
+            .filter(|(_, weight)| weight.abs() >= SMALLEST_LISTED_WEIGHT);
         for (name, weight) in listed {
             write!(formatter, " {weight:+.2} {name}")?;
         }

@@ -6,11 +6,13 @@ use nalgebra::DVector;
 impl Identification {
     /// Fits the unknowns to measurements.
     ///
-    /// Measurements whose rollouts end early at the initial guess are omitted, and reported in [`Fit::measurements`].
+    /// At the start of each horizon, measurements whose rollouts end early are omitted. [`Fit::measurements`] reports the omissions of
+    /// the last horizon.
     ///
     /// # Errors
     /// - If there is no measurement, or a measurement does not fit the world or the time steps of the plan.
     /// - [`IdentificationError::NoRollout`] if no measurement can be simulated.
+    /// - [`RolloutError::Stopped`](crate::dynamics::RolloutError::Stopped) if the cancel flag is set.
     pub fn fit(&self, measurements: &[Measurement]) -> Result<Fit, IdentificationError> {
         let checkpoint = Checkpoint {
             horizon: 0,
@@ -20,11 +22,11 @@ impl Identification {
         self.resume(measurements, checkpoint)
     }
 
-    /// Continues a fit from a checkpoint with the same measurements.
+    /// Continues a fit from a checkpoint with the same measurements. Iterations are counted from zero.
     ///
     /// # Errors
     /// - As [`Self::fit`].
-    /// - If the counts of the checkpoint do not match.
+    /// - If the checkpoint has another number of unknowns, nuisances or measurements.
     pub fn resume(
         &self,
         measurements: &[Measurement],

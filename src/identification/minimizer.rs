@@ -1,6 +1,6 @@
 //! Levenberg–Marquardt method for the beginnings of the measurements up to one horizon.
 
-use super::equations::{Equations, Quadratic, Step};
+use super::equations::{Equations, QuadraticModel, Step};
 use super::trial::Trial;
 use super::{Checkpoint, Identification, IdentificationError, Iteration, Measurement};
 use crate::dynamics::RolloutError;
@@ -8,9 +8,11 @@ use crate::gradient::GradientError;
 use crate::parallel;
 use std::ops::ControlFlow;
 
-/// Damping at the beginning, its largest value, and the largest value at which a small predicted decrease is convergence.
+/// Damping at the beginning.
 const FIRST_DAMPING: f64 = 1e-3;
+/// Damping at which the fit ends.
 const LARGEST_DAMPING: f64 = 1e10;
+/// Largest damping at which a small predicted decrease is convergence.
 const CONVERGED_DAMPING: f64 = 0.1;
 /// Predicted decrease of the cost at convergence: absolute, in units of ½χ², and relative to the cost.
 const CONVERGED: [f64; 2] = [1e-3, 1e-6];
@@ -34,12 +36,12 @@ pub enum Termination {
     /// The predicted decrease of the cost was below 1e-3 plus a millionth of the cost in the last step. A decrease of 1e-3 is 0.045
     /// standard deviations.
     Converged,
-    /// No step along the derivatives decreases the cost, although they predict a decrease. The motions may be chaotic: use shorter
-    /// horizons or windows.
+    /// No step of useful size decreases the cost. The motions may be chaotic (use shorter horizons or windows), or the tolerances of
+    /// the plan may be too loose.
     Stalled,
     /// The largest number of iterations was reached.
     IterationLimit,
-    /// The progress function or the cancel flag stopped the fit.
+    /// The progress function returned [`ControlFlow::Break`].
     Stopped,
 }
 
@@ -53,7 +55,7 @@ pub(super) struct Minimizer<'a> {
     /// Equations of the trials, in their order.
     pub equations: Vec<Equations>,
     /// Priors of the unknowns.
-    pub priors: Quadratic,
+    pub priors: QuadraticModel,
     pub cost: f64,
     /// Number of iterations, over all horizons.
     pub iterations: usize,
@@ -120,7 +122,7 @@ impl<'a> Minimizer<'a> {
             trials: Vec::new(),
             point,
             equations: Vec::new(),
-            priors: Quadratic::zeros(problem.unknowns.len()),
+            priors: QuadraticModel::zeros(problem.unknowns.len()),
             cost: 0.0,
             iterations,
             measurements: Vec::new(),
@@ -161,7 +163,7 @@ impl<'a> Minimizer<'a> {
 
     /// Updates priors, costs and total cost after a change of the point.
     fn update_cost(&mut self) {
-        self.priors = Quadratic::zeros(self.problem.unknowns.len());
+        self.priors = QuadraticModel::zeros(self.problem.unknowns.len());
         self.cost = self
             .priors
             .add_priors(&self.problem.unknowns, &self.point.unknowns);
@@ -178,7 +180,7 @@ impl<'a> Minimizer<'a> {
     pub fn run(&mut self) -> Result<Termination, IdentificationError> {
         let end = self.iterations + self.problem.iterations;
         loop {
-            if self.problem.tell(|| self.progress()) == ControlFlow::Break(()) {
+            if self.problem.report_progress(|| self.progress()) == ControlFlow::Break(()) {
                 return Ok(Termination::Stopped);
             }
             if self.iterations == end {
@@ -208,14 +210,14 @@ impl<'a> Minimizer<'a> {
             let damping = self.damping.factor;
             if let Some(step) = Step::new(&self.equations, &self.priors, damping) {
                 let is_small = step.predicted_decrease <= CONVERGED[0] + CONVERGED[1] * self.cost;
-                let is_taken = self.take(&step)?;
+                let is_accepted = self.take(&step)?;
                 if is_small && damping <= CONVERGED_DAMPING {
                     return Ok(Some(Termination::Converged));
                 }
                 if is_small {
                     return Ok(Some(Termination::Stalled));
                 }
-                if is_taken {
+                if is_accepted {
                     return Ok(None);
                 }
             }
@@ -224,10 +226,7 @@ impl<'a> Minimizer<'a> {
         Ok(Some(Termination::Stalled))
     }
 
-    /// Takes a step if it decreases the cost. Returns whether it does.
-    ///
-    /// A measurement whose cost increases keeps its nuisances if its cost is lower with them. A single chaotic motion then does not
-    /// shorten the steps of all.
+    /// Takes a step if all rollouts reach their end and the cost decreases. Returns whether the step was taken.
     fn take(&mut self, step: &Step) -> Result<bool, IdentificationError> {
         let Some((point, cost)) = self.moved(step)? else {
             return Ok(false);
@@ -245,12 +244,15 @@ impl<'a> Minimizer<'a> {
         Ok(true)
     }
 
-    /// Point after a step, and its cost. `None` if a rollout ends early.
+    /// Returns the point after a step, and its cost. `None` if a rollout ends early.
+    ///
+    /// If a step increases the cost of a measurement, its old nuisances are kept if they have a lower cost. One chaotic motion then does
+    /// not shorten the steps of all measurements.
     fn moved(&self, step: &Step) -> Result<Option<(Checkpoint, f64)>, IdentificationError> {
         let mut point = self.point.clone();
         point.unknowns += &step.shared;
-        for ((index, _), own) in self.trials.iter().zip(&step.own) {
-            point.nuisances[*index] += own;
+        for ((index, _), local) in self.trials.iter().zip(&step.local) {
+            point.nuisances[*index] += local;
         }
         let least = |index: usize, trial: &Trial| {
             let moved = trial.cost(point.of(index))?;
@@ -264,7 +266,7 @@ impl<'a> Minimizer<'a> {
             return Ok(None);
         };
         let unknowns = &self.problem.unknowns;
-        let mut cost = Quadratic::zeros(unknowns.len()).add_priors(unknowns, &point.unknowns);
+        let mut cost = QuadraticModel::zeros(unknowns.len()).add_priors(unknowns, &point.unknowns);
         for ((index, _), (least, is_moved)) in self.trials.iter().zip(costs) {
             cost += least;
             if !is_moved {

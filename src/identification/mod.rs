@@ -9,8 +9,8 @@
 //!
 //! over unknowns and nuisances. The first sum is over all measured poses, with the squared deviation s of the simulated pose in units
 //! of the [`Noise`], and a [`RobustLoss`] ρ. The minimizer is the Levenberg–Marquardt method with exact derivatives of the rollouts.
-//! The nuisances of each measurement are eliminated by Schur complements, so that the cost is proportional to the number of
-//! measurements. Rollouts are spread over all threads.
+//! The nuisances of each measurement are eliminated by Schur complements, so that the computing time is proportional to the number
+//! of measurements. Rollouts are spread over all threads.
 //!
 //! Motions through impacts are sensitive to their initial state. Two methods help:
 //!

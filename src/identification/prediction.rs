@@ -20,27 +20,28 @@ pub enum StartingState {
 pub struct Prediction {
     /// Simulated states at the measured times.
     pub trajectory: Trajectory,
-    /// Distance (m) of the simulated position from the measured position of each observed body, for each state.
+    /// `position_errors[i][k]` is the distance (m) of the simulated from the measured position in state i, for observed body k. The
+    /// bodies have the order of [`Identification::with_observed_bodies`], or of the world.
     pub position_errors: Vec<Vec<f64>>,
-    /// Angle (rad) of the rotation from the measured to the simulated orientation of each observed body, for each state.
+    /// `rotation_errors[i][k]` is the angle (rad) of the rotation from the measured to the simulated orientation.
     pub rotation_errors: Vec<Vec<f64>>,
 }
 
 impl Identification {
-    /// Simulates a measurement with values of the unknowns, and compares all of its states. Use it for measurements that were not
-    /// fitted.
+    /// Simulates a measurement with values of the unknowns, and compares all of its states. Use this method for measurements that were
+    /// not fitted.
     ///
     /// # Errors
     /// - If the measurement does not fit the world or the time steps of the plan.
     /// - If the number of values is wrong, or a value is out of range.
-    /// - If the rollout ends early.
+    /// - If the rollout ends early, or the cancel flag is set.
     pub fn predict(
         &self,
         values: &[f64],
         measurement: &Measurement,
         start: StartingState,
     ) -> Result<Prediction, IdentificationError> {
-        let known = self.known(values)?;
+        let known = self.with_known_unknowns(values)?;
         let nuisances = match start {
             StartingState::Measured => DVector::zeros(self.nuisances.len()),
             StartingState::Fitted(duration) => {

@@ -20,11 +20,11 @@ pub struct Identification {
     pub(super) template: Experiment,
     pub(super) unknowns: Coordinates,
     pub(super) nuisances: Coordinates,
-    /// Indices of the bodies whose measured poses count.
+    /// Indices of the bodies whose poses are compared.
     pub(super) observed: Vec<usize>,
     pub(super) noise: Noise,
     pub(super) loss: RobustLoss,
-    /// Durations (s) of the beginnings of the measurements that are fitted first, in increasing order.
+    /// Durations (s) of the beginnings of the measurements that are fitted first.
     pub(super) horizons: Vec<f64>,
     pub(super) iterations: usize,
     progress: Option<Arc<ProgressFunction>>,
@@ -37,8 +37,8 @@ impl Identification {
     /// the plan, and end at the last state of each measurement. All dynamic bodies are observed.
     ///
     /// # Errors
-    /// - If the world does not have a parameter of an unknown.
-    /// - If the initial guess or the prior of an unknown is out of range.
+    /// - If the world does not have a parameter or a component of an unknown, or the parameter has no effect.
+    /// - If the initial guess or the mean of a prior is out of range, or the deviation of a prior is not positive and finite.
     /// - If two unknowns set the same number.
     pub fn new<F: Force>(
         world: &World<f64, F>,
@@ -61,20 +61,20 @@ impl Identification {
         })
     }
 
-    /// Adds errors that each measurement has of its own, such as the errors of its initial state.
+    /// Sets the nuisances of each measurement, such as the errors of its initial state. Replaces earlier nuisances.
     ///
     /// # Errors
-    /// If the world does not have a parameter of a nuisance, or a deviation is not positive.
+    /// If the world does not have a parameter or a component of a nuisance, or a deviation is not positive and finite.
     pub fn with_nuisances(self, nuisances: &[Nuisance]) -> Result<Self, IdentificationError> {
         let nuisances = Coordinates::of_nuisances(nuisances, &self.template)?;
         Ok(Self { nuisances, ..self })
     }
 
-    /// Observes these bodies only.
+    /// Compares the poses of these bodies only.
     ///
     /// # Errors
     /// If the world does not have one of the bodies.
-    pub fn observing(self, bodies: &[&str]) -> Result<Self, IdentificationError> {
+    pub fn with_observed_bodies(self, bodies: &[&str]) -> Result<Self, IdentificationError> {
         let indices = bodies.iter().map(|body| self.template.index_of(body));
         let observed = indices.collect::<Result<_, _>>()?;
         Ok(Self { observed, ..self })
@@ -95,8 +95,8 @@ impl Identification {
         Ok(Self { loss, ..self })
     }
 
-    /// Fits the beginnings of the measurements first, with these durations (s), and the whole measurements at the end. Each fit begins
-    /// at the result of the fit before.
+    /// Fits the beginnings of the measurements first, with these durations (s) in this order, and the whole measurements at the end.
+    /// Each fit begins at the result of the previous fit. Durations usually increase.
     ///
     /// # Errors
     /// If a duration is not positive and finite.
@@ -110,7 +110,7 @@ impl Identification {
 
     /// Sets the largest number of iterations for each horizon. The default is 50.
     #[must_use]
-    pub fn with_iterations(self, iterations: usize) -> Self {
+    pub fn with_max_iterations(self, iterations: usize) -> Self {
         Self { iterations, ..self }
     }
 
@@ -124,8 +124,9 @@ impl Identification {
         Self { progress, ..self }
     }
 
-    /// Ends rollouts once the flag is true, and the fit with the error
-    /// [`RolloutError::Stopped`](crate::dynamics::RolloutError::Stopped). The progress function has received a checkpoint before.
+    /// Cancels the fit once the flag is true. The fit returns the error
+    /// [`RolloutError::Stopped`](crate::dynamics::RolloutError::Stopped). To keep a result, save the last checkpoint of the progress
+    /// function.
     #[must_use]
     pub fn with_cancel_flag(self, flag: Arc<AtomicBool>) -> Self {
         let template = self.template.with_cancel_flag(flag);
@@ -133,15 +134,15 @@ impl Identification {
     }
 
     /// Calls the progress function, if there is one.
-    pub(super) fn tell(&self, iteration: impl FnOnce() -> Iteration) -> ControlFlow<()> {
+    pub(super) fn report_progress(&self, iteration: impl FnOnce() -> Iteration) -> ControlFlow<()> {
         match &self.progress {
             None => ControlFlow::Continue(()),
-            Some(tell) => tell(&iteration()),
+            Some(report) => report(&iteration()),
         }
     }
 
-    /// The identification with known values of the unknowns. Only the nuisances remain to be fitted.
-    pub(super) fn known(&self, values: &[f64]) -> Result<Self, IdentificationError> {
+    /// Returns the identification with known values of the unknowns. Only the nuisances remain to be fitted.
+    pub(super) fn with_known_unknowns(&self, values: &[f64]) -> Result<Self, IdentificationError> {
         let coordinates = self.unknowns.of_values(values)?;
         let changes = self.unknowns.changes(&coordinates);
         let template = self

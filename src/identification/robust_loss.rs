@@ -8,9 +8,9 @@ pub enum RobustLoss {
     /// ρ(s) = s: least squares.
     #[default]
     Squared,
-    /// ρ(s) = s up to the squared threshold d², and 2d√s − d² above it.
+    /// ρ(s) = s up to the squared threshold d², and 2d√s − d² above it. The threshold d is in units of the noise. A usual value is 4.
     Huber(f64),
-    /// ρ(s) = c² ln(1 + s/c²). Poses that deviate by much more than the scale c hardly count.
+    /// ρ(s) = c² ln(1 + s/c²). The scale c is in units of the noise. The weight of a pose is c²/(c² + s). A usual value is 4.
     Cauchy(f64),
 }
 
@@ -33,8 +33,11 @@ impl RobustLoss {
             }
             Self::Squared | Self::Huber(_) => [squared, 1.0],
             Self::Cauchy(scale) => {
-                let area = scale * scale;
-                [area * ln_1p(squared / area), area / (area + squared)]
+                let scale_squared = scale * scale;
+                [
+                    scale_squared * ln_1p(squared / scale_squared),
+                    scale_squared / (scale_squared + squared),
+                ]
             }
         }
     }

@@ -1,6 +1,6 @@
 use super::RobustLoss;
 use super::coordinates::Coordinates;
-use super::equations::{Equations, Quadratic, Step};
+use super::equations::{Equations, QuadraticModel, Step};
 use super::unknown::{Nuisance, Unknown};
 use crate::contact::Shape;
 use crate::dynamics::{Body, Mass, Material, Plan, World};
@@ -16,12 +16,12 @@ const ROUND_OFF: f64 = 1e-11;
 /// Returns equations of a measurement of 5 poses with 2 shared and 3 own coordinates.
 fn random_equations(random: &mut SplitMix64) -> Equations {
     let mut matrix = |columns| DMatrix::from_fn(60, columns, |_, _| random.next() - 0.75);
-    let [deviations, shared, own] = [1, 2, 3].map(&mut matrix);
+    let [deviations, shared, local] = [1, 2, 3].map(&mut matrix);
     Equations::new(
         RobustLoss::Cauchy(1.0),
         &deviations.column(0).into_owned(),
         &shared,
-        &own,
+        &local,
     )
 }
 
@@ -35,7 +35,7 @@ fn eliminated_equations_give_the_step_of_all_equations_together() {
         top += &equations.shared.matrix;
         matrix
             .view_mut((first, first), (3, 3))
-            .copy_from(&equations.own.matrix);
+            .copy_from(&equations.local.matrix);
         matrix
             .view_mut((0, first), (2, 3))
             .copy_from(&equations.coupling);
@@ -46,14 +46,14 @@ fn eliminated_equations_give_the_step_of_all_equations_together() {
         shared += &equations.shared.gradient;
         gradient
             .rows_mut(first, 3)
-            .copy_from(&equations.own.gradient);
+            .copy_from(&equations.local.gradient);
     }
     let damping = 0.3;
     let mut damped = matrix.clone();
     damped.set_diagonal(&(damped.diagonal() * (1.0 + damping)));
     let expected = -damped.lu().solve(&gradient).unwrap();
-    let step = Step::new(&measurements, &Quadratic::zeros(2), damping).unwrap();
-    let parts = step.shared.iter().chain(step.own.iter().flatten());
+    let step = Step::new(&measurements, &QuadraticModel::zeros(2), damping).unwrap();
+    let parts = step.shared.iter().chain(step.local.iter().flatten());
     for (found, expected) in parts.zip(expected.iter()) {
         assert!(
             (found - expected).abs() < ROUND_OFF,
@@ -65,7 +65,7 @@ fn eliminated_equations_give_the_step_of_all_equations_together() {
 }
 
 #[test]
-fn the_slope_of_a_loss_is_its_derivative() {
+fn derivatives_of_losses_agree_with_differences() {
     for loss in [
         RobustLoss::Squared,
         RobustLoss::Huber(2.0),
@@ -91,12 +91,12 @@ fn template() -> Experiment {
 }
 
 #[test]
-fn slopes_of_values_are_differences() {
+fn jacobians_of_values_agree_with_differences() {
     let modulus = Unknown::new(Parameter::modulus("ball")).bounded(1e4, 1e6);
     let mass = Unknown::new(Parameter::mass("ball")).logarithmic();
     let coordinates = Coordinates::of_unknowns(&[modulus, mass], &template()).unwrap();
     let at = DVector::from_vec(vec![0.3, -0.4]);
-    let slopes = coordinates.slopes(&at);
+    let jacobian = coordinates.jacobian(&at);
     for column in 0..2 {
         let moved = |step: f64| {
             let mut at = at.clone();
@@ -104,7 +104,7 @@ fn slopes_of_values_are_differences() {
             DVector::from_vec(coordinates.changes(&at))
         };
         let difference = (moved(1e-5) - moved(-1e-5)) / 2e-5;
-        assert!((difference - slopes.column(column)).norm() < 1e-8 * slopes.norm());
+        assert!((difference - jacobian.column(column)).norm() < 1e-8 * jacobian.norm());
     }
     let values = coordinates.values(&at);
     let restored = coordinates.of_values(&values).unwrap();
@@ -112,16 +112,16 @@ fn slopes_of_values_are_differences() {
 }
 
 #[test]
-fn slopes_of_an_orientation_are_small_rotations_after_it() {
+fn jacobians_of_orientations_agree_with_differences_of_rotations() {
     let nuisance = Nuisance::new(Parameter::initial_orientation("ball"), 1.0);
     let coordinates = Coordinates::of_nuisances(&[nuisance], &template()).unwrap();
     let at = Vector3::new(0.7, -0.4, 1.1);
-    let slopes = coordinates.slopes(&DVector::from_column_slice(at.as_slice()));
+    let jacobian = coordinates.jacobian(&DVector::from_column_slice(at.as_slice()));
     for axis in 0..3 {
         let step = 1e-6;
         let moved = rotation_from_vector(&(at + Vector3::ith(axis, step)));
         let turn = moved * rotation_from_vector(&at).transpose();
         let turn = Vector3::new(turn[(2, 1)], turn[(0, 2)], turn[(1, 0)]) / step;
-        assert!((turn - slopes.fixed_view::<3, 1>(0, axis)).norm() < 1e-5);
+        assert!((turn - jacobian.fixed_view::<3, 1>(0, axis)).norm() < 1e-5);
     }
 }

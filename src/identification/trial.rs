@@ -1,6 +1,6 @@
 use super::coordinates::Coordinates;
 use super::deviations::{Deviations, PER_POSE};
-use super::equations::{Equations, Quadratic};
+use super::equations::{Equations, QuadraticModel};
 use super::{Identification, IdentificationError, Measurement};
 use crate::dynamics::State;
 use crate::gradient::{Experiment, GradientError};
@@ -79,26 +79,28 @@ impl<'a> Trial<'a> {
         };
         let cost: f64 = deviations.chunks(PER_POSE).map(loss).sum();
         let nuisances = &self.problem.nuisances;
-        let priors = Quadratic::zeros(nuisances.len()).add_priors(nuisances, point[1]);
+        let priors = QuadraticModel::zeros(nuisances.len()).add_priors(nuisances, point[1]);
         Ok(cost + priors)
     }
 
     /// Equations at a point, with the priors of the nuisances.
     pub fn equations(&self, point: Point) -> Result<Equations, GradientError> {
         let experiment = self.at(point)?;
-        // Two passes with few derivatives each take less time than one pass with all.
-        let [shared, own] = self
+        // Two passes with narrow dual numbers. One pass for all parameters would carry 96 derivatives.
+        let [shared, local] = self
             .coordinates()
             .map(|coordinates| experiment.jacobian(&coordinates.parameters, &self.deviations));
-        let (shared, own) = (shared?, own?);
-        let [by_shared, by_own] = self.coordinates();
+        let (shared, local) = (shared?, local?);
+        let [unknowns, nuisances] = self.coordinates();
         let mut equations = Equations::new(
             self.problem.loss,
             &shared.value,
-            &(shared.jacobian * by_shared.slopes(point[0])),
-            &(own.jacobian * by_own.slopes(point[1])),
+            &(shared.jacobian * unknowns.jacobian(point[0])),
+            &(local.jacobian * nuisances.jacobian(point[1])),
         );
-        equations.cost += equations.own.add_priors(&self.problem.nuisances, point[1]);
+        equations.cost += equations
+            .local
+            .add_priors(&self.problem.nuisances, point[1]);
         Ok(equations)
     }
 }
@@ -121,14 +123,16 @@ impl Identification {
     }
 }
 
-/// States of a measurement, with the number of time steps (s) from the first state to each.
+/// Returns the states of a measurement, each with the number of time steps after the first state. The time step is in seconds.
 fn steps_of(
     measurement: &Measurement,
     time_step: f64,
 ) -> Result<Vec<(usize, &State)>, IdentificationError> {
     let states = measurement.trajectory().states();
     if states.len() < 2 {
-        return Err(IdentificationError::Short(measurement.name().to_owned()));
+        return Err(IdentificationError::TooFewStates(
+            measurement.name().to_owned(),
+        ));
     }
     let steps = states.iter().enumerate().map(|(index, state)| {
         let after = state.time - states[0].time;

@@ -4,8 +4,8 @@ use crate::scalar::portable::{exp, ln};
 
 /// An unknown number that all measurements share. Its value in the world of the template is the initial guess.
 ///
-/// The minimizer changes a *coordinate* of the unknown: the value itself, its logarithm ([`Self::logarithmic`]), or a coordinate in
-/// which bounds are at infinity ([`Self::bounded`]). Covariances are those of the coordinates.
+/// The minimizer changes a *coordinate* of the unknown: the value itself, its logarithm ([`Self::logarithmic`]), or the logit
+/// of the value between its bounds ([`Self::bounded`]). Covariances refer to coordinates.
 ///
 /// ```
 /// use hydroelastic::gradient::Parameter;
@@ -59,7 +59,7 @@ impl Unknown {
         }
     }
 
-    /// Uses another component of the last parameter, counted from 0.
+    /// Selects a component of the last parameter, counted from 0.
     #[must_use]
     pub fn component(mut self, component: usize) -> Self {
         if let Some((_, last)) = self.numbers.last_mut() {
@@ -70,7 +70,7 @@ impl Unknown {
 
     /// Sets another parameter to the same value.
     #[must_use]
-    pub fn and(mut self, parameter: Parameter) -> Self {
+    pub fn tied_to(mut self, parameter: Parameter) -> Self {
         self.numbers.push((parameter, 0));
         self
     }
@@ -93,7 +93,8 @@ impl Unknown {
         }
     }
 
-    /// Keeps the value between bounds, both excluded. The coordinate is ln((value − lower)/(upper − value)).
+    /// Keeps the value between bounds, both excluded. The coordinate is the logit ln((value − lower)/(upper − value)).
+    /// [`Identification::new`](super::Identification::new) checks the bounds.
     #[must_use]
     pub fn bounded(self, lower: f64, upper: f64) -> Self {
         Self {
@@ -102,7 +103,8 @@ impl Unknown {
         }
     }
 
-    /// Expects a value, with a standard deviation of the coordinate. For a logarithmic unknown the deviation is relative.
+    /// Adds a normal prior on the coordinate. Its mean is the coordinate of the value, and its standard deviation has the unit of the
+    /// coordinate. For a logarithmic unknown the deviation is relative.
     #[must_use]
     pub fn with_prior(self, value: f64, deviation: f64) -> Self {
         Self {
@@ -149,17 +151,22 @@ impl Scale {
         }
     }
 
-    /// Coordinate of a value of the named unknown.
+    /// Coordinate of a value with a role, of the named unknown.
     ///
     /// # Errors
     /// If the value is out of range.
-    pub fn checked(self, unknown: &str, value: f64) -> Result<f64, IdentificationError> {
+    pub fn checked(
+        self,
+        (role, unknown): (&'static str, &str),
+        value: f64,
+    ) -> Result<f64, IdentificationError> {
         let [lower, upper] = self.range();
         if lower < value && value < upper {
             return Ok(self.coordinate(value));
         }
         let unknown = unknown.to_owned();
         Err(IdentificationError::OutOfRange {
+            role,
             unknown,
             value,
             lower,

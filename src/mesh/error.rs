@@ -169,7 +169,7 @@ pub enum MeshError {
     },
     /// The resolution of a shape needs too many elements.
     #[error(
-        "a resolution of {value} m needs too many elements: try at least {suggested} m (or fewer segments of a lathe)"
+        "a resolution of {value} m needs too many elements: try at least {suggested} m, or fewer segments if the shape is a lathe"
     )]
     FineResolution {
         /// The resolution (m).

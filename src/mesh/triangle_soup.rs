@@ -153,7 +153,7 @@ impl TriangleSoup {
         let corners = self.triangles.as_flattened().iter();
         let aabb = Aabb::around(corners.map(|&vertex| &self.vertices[vertex]));
         let size = (aabb.upper - aabb.lower).norm();
-        // Triangles whose area overflows would count as thin.
+        // The fifth power of the size bounds the second moments (m⁵). Areas that overflow would be NaN and count as thin.
         if !(self.triangles.is_empty() || size.powi(5).is_finite()) {
             return Err(SurfaceError::BeyondPrecision { diagonal: size });
         }

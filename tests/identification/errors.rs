@@ -12,14 +12,14 @@ fn refused(unknowns: &[Unknown]) -> String {
 }
 
 #[test]
-fn wrong_unknowns_are_refused() {
+fn invalid_unknowns_are_refused() {
     let friction = || Unknown::new(Parameter::friction("ball"));
     assert_eq!(
         refused(&[friction().bounded(0.3, 0.5)]),
-        "a value of the unknown \"the friction of \\\"ball\\\"\" is 0.2, but must be between 0.3 and 0.5, both excluded: change the value or the range"
+        "the initial guess of the unknown \"the friction of \\\"ball\\\"\" is 0.2, but must be between 0.3 and 0.5, both excluded: change the value or the range"
     );
-    assert!(refused(&[friction().component(1)]).contains("has no number 1"));
-    assert!(refused(&[friction(), friction().named("other")]).contains("set the same number"));
+    assert!(refused(&[friction().component(1)]).contains("has no component 1"));
+    assert!(refused(&[friction(), friction().named("other")]).contains("set the same component"));
     assert!(refused(&[friction().with_prior(0.2, 0.0)]).contains("must be positive and finite"));
     assert!(
         refused(&[friction().logarithmic().with_prior(-1.0, 1.0)])
@@ -29,7 +29,7 @@ fn wrong_unknowns_are_refused() {
 }
 
 #[test]
-fn wrong_settings_are_refused() {
+fn invalid_settings_are_refused() {
     assert!(Noise::new(0.0, 1.0).is_err());
     let identification = || Identification::new(&world(TRUTH), &plan(), &unknowns()).unwrap();
     let nuisance = Nuisance::new(Parameter::initial_velocity("ball"), -1.0);
@@ -42,7 +42,7 @@ fn wrong_settings_are_refused() {
             .is_err()
     );
     assert!(identification().with_horizons(&[0.1, 0.0]).is_err());
-    assert!(identification().observing(&["cube"]).is_err());
+    assert!(identification().with_observed_bodies(&["cube"]).is_err());
     let start = StartingState::Measured;
     let error = identification()
         .predict(&[1.0], &clean(1)[0], start)
@@ -59,7 +59,7 @@ fn wrong_settings_are_refused() {
 }
 
 #[test]
-fn wrong_measurements_are_refused() {
+fn invalid_measurements_are_refused() {
     let identification = Identification::new(&world(TRUTH), &plan(), &unknowns()).unwrap();
     let fitted = |measurement: Measurement| identification.fit(&[measurement]).unwrap_err();
     assert_eq!(
@@ -70,14 +70,14 @@ fn wrong_measurements_are_refused() {
     let measurement = |states| Measurement::new("toss", Trajectory::new(states).unwrap());
     assert_eq!(
         fitted(measurement(states[..1].to_vec())),
-        IdentificationError::Short("toss".into())
+        IdentificationError::TooFewStates("toss".into())
     );
     let mut late = states.clone();
     late[30].time += 0.004;
     assert!(
         fitted(measurement(late))
             .to_string()
-            .contains("must be a multiple of the time step")
+            .contains("is not a multiple of the time step")
     );
     let mut lost = states.clone();
     lost[7].bodies[0].pose = lost[7].bodies[0]
@@ -86,7 +86,7 @@ fn wrong_measurements_are_refused() {
     assert!(
         fitted(measurement(lost))
             .to_string()
-            .starts_with("state 7 of measurement \"toss\", body 0")
+            .starts_with("the pose of body 0 in state 7 of measurement \"toss\" is invalid")
     );
     let mut fewer = states;
     for state in &mut fewer {

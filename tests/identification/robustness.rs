@@ -33,7 +33,7 @@ fn with_outliers(measurements: &[Measurement]) -> Vec<Measurement> {
 }
 
 #[test]
-fn wrong_poses_hardly_count_in_robust_losses() {
+fn robust_losses_suppress_outliers() {
     let measurements = with_outliers(&clean(3));
     let squared = error(RobustLoss::Squared, &measurements);
     let huber = error(RobustLoss::Huber(3.0), &measurements);

@@ -90,7 +90,8 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<FileContents, FileError>
 /// Label and position of a node.
 fn node(line: &str, start: &Cursor) -> Result<(i64, Vector3<f64>), FileError> {
     if line.trim_end_matches(',').split(',').count() == 3 {
-        let cause = "the node has two coordinates, but tetrahedra need three: a model in the plane has no tetrahedra";
+        let cause =
+            "expected three coordinates, but found two: two-dimensional models have no tetrahedra";
         return Err(start.error(cause));
     }
     let mut words = line.split(',').map(str::trim);

@@ -94,14 +94,14 @@ pub enum FileError {
         vertex: i64,
     },
     /// The file has a surface, but was read as a mesh of tetrahedra.
-    #[error("{} has a surface, not tetrahedra: read_triangles reads it", path.display())]
+    #[error("{} has a surface, not tetrahedra: use read_triangles", path.display())]
     HoldsSurface {
         /// The file.
         path: PathBuf,
     },
-    /// The file has solid cells, such as tetrahedra, but was read as a surface.
+    /// The file has solid cells, such as tetrahedra, or is a Gmsh file, but was read as a surface.
     #[error(
-        "{} has solid cells, not a surface: read_mesh reads it",
+        "{} may hold tetrahedra, but read_triangles reads surfaces only: use read_mesh",
         path.display()
     )]
     HoldsGrid {

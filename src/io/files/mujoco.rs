@@ -72,7 +72,9 @@ fn triples(words: &[Word]) -> impl Iterator<Item = (usize, [Word; 3])> {
 fn position((vertex, words): (usize, [Word; 3])) -> Result<Vector3<f64>, String> {
     let position = Vector3::from(words.map(|word| f64::from(f32::from_le_bytes(word))));
     match position.iter().find(|coordinate| !coordinate.is_finite()) {
-        Some(value) => Err(format!("vertex {vertex} has the coordinate {value}")),
+        Some(value) => Err(format!(
+            "vertex {vertex} has the coordinate {value}, but coordinates must be finite"
+        )),
         None => Ok(position),
     }
 }

@@ -21,8 +21,8 @@ impl<'a> TextFile<'a> {
         self.bytes.split_inclusive(|&byte| byte == b'\n')
     }
 
-    /// Returns the error of a parser that failed at a part of the bytes of this file. It has the number of the line, counted from 1, and
-    /// the start of the part. In a binary file, the number is that of the preceding line feeds plus 1.
+    /// Returns the error of a parser that failed at a part of the bytes of this file. The error names the line, counted from 1, and quotes
+    /// the start of the part. In a binary file, the line is the number of preceding line feeds plus 1.
     pub fn syntax_error(self, part: &[u8], cause: impl Display) -> FileError {
         let part = part.trim_ascii_start();
         let start = part

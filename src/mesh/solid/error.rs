@@ -4,15 +4,15 @@ use crate::mesh::{MeshError, SurfaceError};
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SolidError {
-    /// There are no triangles with an area that is a number in double precision.
-    #[error("a solid needs triangles with an area in double precision, but there are none")]
+    /// There are no triangles, or all are degenerate.
+    #[error("a solid needs triangles with a positive area, but there are none")]
     NoTriangles,
     /// A triangle refers to a vertex that does not exist, or a coordinate is NaN or infinite.
     #[error(transparent)]
     Surface(#[from] SurfaceError),
-    /// The bounds of the triangles or of a distance function have no interior, or moments that overflow or underflow.
+    /// The bounds of the triangles or of a distance function have no interior, or second moments (m⁵) that overflow or underflow.
     #[error(
-        "the region is {size:?} m large, but must have a size along each axis whose fifth power is positive and finite in double precision"
+        "the size of the region is {size:?} m, but each length must be between about 1e-61 m and 1e61 m"
     )]
     NoSize {
         /// Size of the box around the region (m).
@@ -38,7 +38,7 @@ pub enum SolidError {
     },
     /// No point of the lattice lies inside.
     #[error(
-        "no point of a lattice with a spacing of {spacing:e} m lies inside: the region is thinner than the spacing, or the triangles do not enclose a solid; choose a smaller spacing, or bounds close to the region"
+        "no point of a lattice with a spacing of {spacing:e} m lies inside: choose a smaller spacing or tighter bounds, or check that the triangles enclose a solid"
     )]
     Empty {
         /// The smallest spacing that was tried (m).

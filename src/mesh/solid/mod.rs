@@ -58,7 +58,8 @@ impl TriangleSoup {
     /// so that small holes are closed, overlapping parts are united, and surfaces may be oriented inwards as a whole.
     ///
     /// # Errors
-    /// - If no triangle has an area, an index is out of range, or a coordinate is not finite.
+    /// - If no triangle has a positive area, an index is out of range, or a coordinate is not finite.
+    /// - If the region is flat, or its moments overflow or underflow.
     /// - If the resolution is not positive, or too fine.
     /// - If nothing is inside.
     pub fn solid(&self, resolution: Resolution) -> Result<Solid, SolidError> {

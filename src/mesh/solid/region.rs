@@ -109,6 +109,7 @@ fn signed_box_distance(bounds: &Aabb, point: &Vector3<f64>) -> f64 {
 /// The region inside triangles: the points around which they wind, in either direction. Overlapping parts are united.
 pub(super) struct InsideTriangles {
     triangles: Vec<Triangle>,
+    /// Bounds of all triangles, including degenerate ones.
     bounds: Aabb,
     bvh: Bvh<usize>,
     winding: WindingNumbers,
@@ -153,7 +154,7 @@ impl InsideTriangles {
         self.winding.at(point, &self.bvh, &self.triangles).abs()
     }
 
-    /// Returns a lower bound of the distance (m) from a point to the triangles and to their bounds.
+    /// Returns a lower bound of the distance (m) from a point to the triangles with an area and to the bounds.
     fn clearance(&self, point: &Vector3<f64>) -> f64 {
         let distance = self.nearest_triangle(point).1;
         distance.min(signed_box_distance(&self.bounds, point).abs())
