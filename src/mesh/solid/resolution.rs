@@ -7,7 +7,6 @@ use super::region::Region;
 use super::stuffing::{Stuffing, stuffed};
 use crate::geometry::Aabb;
 use crate::mesh::{MeshError, TetMesh};
-use nalgebra::Vector3;
 use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
 
 /// Number of tetrahedra up to which the spacing is refined.
@@ -35,8 +34,8 @@ pub enum Resolution {
     /// the volume at the spacing before.
     VolumeWithin(f64),
     /// Largest mean error of the distance to the surface that the mesh interpolates, over the mean distance. The means are over the middles
-    /// of the tetrahedra that are at most two fifths of the largest distance deep, weighted by volume. Forces of deep contact have
-    /// about this relative error. Forces of shallow contact have a larger one.
+    /// of the tetrahedra that are at most two fifths of the largest distance deep, weighted by volume. [`Solid::field`](super::Solid::field)
+    /// corrects the mean of this error, so that forces on patches with a radius above three spacings have a smaller one.
     DistanceWithin(f64),
 }
 
@@ -151,13 +150,8 @@ fn distance_error(region: &impl Region, mesh: &TetMesh) -> f64 {
     }
     let largest = distances.iter().copied().fold(0.0, f64::max);
     let mean = |tet: &[usize; 4]| tet.map(|vertex| distances[vertex]).iter().sum::<f64>() / 4.0;
-    let middle = |tet: &[usize; 4]| {
-        tet.iter()
-            .map(|&vertex| mesh.vertices()[vertex])
-            .sum::<Vector3<f64>>()
-            / 4.0
-    };
-    let middles: Vec<_> = mesh.tets().iter().map(middle).collect();
+    let middles = (0..mesh.tet_count()).map(|tet| mesh.tetrahedron(tet).centroid());
+    let middles: Vec<_> = middles.collect();
     let (mut error, mut sum) = (0.0, 0.0);
     for (tet, exact) in region.clearances(&middles).into_iter().enumerate() {
         let interpolated = mean(&mesh.tets()[tet]);
