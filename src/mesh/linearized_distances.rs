@@ -133,13 +133,15 @@ impl LinearizedDistances {
     /// largest distance, they all depend on the farthest vertex. If the farthest vertex is listed, no extent is
     /// differentiable.
     ///
-    /// A vertex is listed in three cases:
+    /// A vertex is listed in four cases:
     ///
     /// - Several places of the surface are closest to it, as for vertices on the medial axis of a box.
     /// - Extents are divided by the largest distance, and several vertices have that distance. Such vertices are listed
     ///   even if they stay equally far, as the midpoints of edges above one triangle do. In that case the derivative is
     ///   exact.
     /// - The extent is within a thousandth of the end of a skin, and is clamped to 1.
+    /// - The extents are those of [`Solid::field`](super::Solid::field), and the centroid of a tetrahedron at the vertex has several closest
+    ///   places. The same holds if the fit of the extent begins to be limited.
     ///
     /// Distances count as equal within 1e-9 of the diagonal of the bounding box of the mesh. The derivative reported is
     /// the mean over the closest places and over the farthest vertices. If there are two of them, central differences
