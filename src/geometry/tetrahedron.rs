@@ -96,6 +96,11 @@ impl<T: Scalar> Tetrahedron<T> {
 }
 
 impl Tetrahedron<f64> {
+    /// Returns the centroid (m).
+    pub(crate) fn centroid(&self) -> Vector3<f64> {
+        self.corners.iter().sum::<Vector3<f64>>() / 4.0
+    }
+
     /// Returns the length of the longest edge (m).
     pub(crate) fn longest_edge(&self) -> f64 {
         let length = |[i, j]: [usize; 2]| (self.corners[i] - self.corners[j]).norm();

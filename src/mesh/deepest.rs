@@ -66,7 +66,7 @@ pub(super) fn deepest_point(
         largest_of_corners + reach > (1.0 - GAIN) * at_vertices
     };
     let near: Vec<usize> = (0..mesh.tet_count()).filter(is_near).collect();
-    let centroid = |tet: usize| mesh.tetrahedron(tet).corners.iter().sum::<Vector3<f64>>() / 4.0;
+    let centroid = |tet: usize| mesh.tetrahedron(tet).centroid();
     let at_centroids = parallel::map(&near, |&tet| surface.to(&centroid(tet)));
     let largest = at_centroids.iter().copied().fold(at_vertices, f64::max);
     // Distances of two points differ by at most the distance between the points.

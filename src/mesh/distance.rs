@@ -1,4 +1,5 @@
 use super::deepest::deepest_point;
+use super::distance_fit::DistanceFit;
 use super::splitting::{self, Center};
 use super::surface_distance::SurfaceDistance;
 use super::{MeshError, TetMesh};
@@ -16,6 +17,8 @@ pub(super) struct MadeOfDistances {
     pub distances: Vec<f64>,
     /// The vertices that follow `centers`: intersections of edges with the inner boundary of a skin.
     pub passages: Vec<Passage>,
+    /// The fit of the distances, if the extents are fitted.
+    pub fit: Option<DistanceFit>,
 }
 
 /// A new vertex where an edge crosses the depth of a skin. Its position is from + share·(to − from) with share = (1 −
@@ -74,6 +77,26 @@ pub(super) fn normalized_with_deepest(
     Ok(with_extents(mesh, centers, surface, distances))
 }
 
+/// Builds the mesh of [`normalized_with_deepest`] for a mesh without splits, with extents whose means are right.
+pub(super) fn fitted_with_deepest(mesh: TetMesh) -> Result<MadeOfDistances, MeshError> {
+    let mut made = normalized_with_deepest(mesh, Vec::new())?;
+    let fit = DistanceFit::of(&made.mesh, &made.surface, &made.distances);
+    made.extents = extents(fit.of_distances(&made.distances), &made.distances);
+    made.fit = Some(fit);
+    Ok(made)
+}
+
+/// Divides lengths (m) by the largest distance (m), if it is positive.
+fn extents(mut lengths: Vec<f64>, distances: &[f64]) -> Vec<f64> {
+    let largest = distances.iter().copied().fold(0.0, f64::max);
+    if largest > 0.0 {
+        for length in &mut lengths {
+            *length /= largest;
+        }
+    }
+    lengths
+}
+
 /// Normalizes the distances (m) to extents.
 fn with_extents(
     mesh: TetMesh,
@@ -81,19 +104,13 @@ fn with_extents(
     surface: SurfaceDistance,
     distances: Vec<f64>,
 ) -> MadeOfDistances {
-    let mut extents = distances.clone();
-    let largest = distances.iter().copied().fold(0.0, f64::max);
-    if largest > 0.0 {
-        for extent in &mut extents {
-            *extent /= largest;
-        }
-    }
     MadeOfDistances {
         mesh,
         surface,
-        extents,
+        extents: extents(distances.clone(), &distances),
         centers,
         distances,
         passages: Vec::new(),
+        fit: None,
     }
 }

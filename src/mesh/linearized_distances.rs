@@ -1,4 +1,5 @@
 use super::distance::{MadeOfDistances, Passage};
+use super::distance_fit::{DistanceFit, FittedTet};
 use super::nearest_feet::{Dependence, EQUAL, dependences};
 use super::shape_rates::{check_rates, check_velocities};
 use super::skin::is_at_end;
@@ -45,10 +46,12 @@ use nalgebra::Vector3;
 pub struct LinearizedDistances {
     /// Number of vertices of the input mesh.
     vertex_count: usize,
+    /// The points whose distances are measured, in addition to the vertices of the input mesh: further vertices, then centroids of `fit`.
     centers: Vec<Center>,
     dependences: Vec<Dependence>,
-    /// Distances (m) to the surface of all vertices except `passages`.
+    /// Distances (m) to the surface of all vertices except `passages`, as `fit` fits them.
     distances: Vec<f64>,
+    fit: Option<DistanceFit>,
     scale: Scale,
     passages: Vec<Passage>,
     ambiguous: Vec<usize>,
@@ -97,14 +100,28 @@ impl LinearizedDistances {
 
     fn of(mesh: &TetMesh, made: MadeOfDistances, scale: Scale, mut ambiguous: Vec<usize>) -> Self {
         let (dependences, equally_near) = dependences(&made);
-        ambiguous.extend(equally_near);
+        let mut centers = made.centers;
+        let mut distances = made.distances;
+        let measured_count = distances.len();
+        if let Some(fit) = &made.fit {
+            centers.extend(fit.tets.iter().map(FittedTet::centroid));
+            ambiguous.extend(fit.at_limits(&distances));
+            distances = fit.of_distances(&distances);
+        }
+        for point in equally_near {
+            match (point.checked_sub(measured_count), &made.fit) {
+                (Some(tet), Some(fit)) => ambiguous.extend(fit.tets[tet].corners),
+                _ => ambiguous.push(point),
+            }
+        }
         ambiguous.sort_unstable();
         ambiguous.dedup();
         Self {
             vertex_count: mesh.vertex_count(),
-            centers: made.centers,
+            centers,
             dependences,
-            distances: made.distances,
+            distances,
+            fit: made.fit,
             scale,
             passages: made.passages,
             ambiguous,
@@ -116,13 +133,15 @@ impl LinearizedDistances {
     /// largest distance, they all depend on the farthest vertex. If the farthest vertex is listed, no extent is
     /// differentiable.
     ///
-    /// A vertex is listed in three cases:
+    /// A vertex is listed in four cases:
     ///
     /// - Several places of the surface are closest to it, as for vertices on the medial axis of a box.
     /// - Extents are divided by the largest distance, and several vertices have that distance. Such vertices are listed
     ///   even if they stay equally far, as the midpoints of edges above one triangle do. In that case the derivative is
     ///   exact.
     /// - The extent is within a thousandth of the end of a skin, and is clamped to 1.
+    /// - The extents are those of [`Solid::field`](super::Solid::field), and the centroid of a tetrahedron at the vertex has several closest
+    ///   places. The same holds if the fit of the extent begins to be limited.
     ///
     /// Distances count as equal within 1e-9 of the diagonal of the bounding box of the mesh. The derivative reported is
     /// the mean over the closest places and over the farthest vertices. If there are two of them, central differences
@@ -159,10 +178,15 @@ impl LinearizedDistances {
                 by_extents[vertex] += by_share * passage.slopes[end];
             }
         }
-        let (by_distances, by_depth) = self.scale.pullback(&by_extents, &self.distances);
+        let (mut by_distances, by_scale) = self.scale.pullback(&by_extents, &self.distances);
+        if let Some(fit) = &self.fit {
+            by_distances = fit.pullback(&by_distances, &mut gradient);
+            gradient.resize(by_distances.len(), Vector3::zeros());
+        }
+        let by_depth = self.scale.share(by_scale, &mut by_distances);
         for dependence in &self.dependences {
-            let by_foot = dependence.direction * by_distances[dependence.vertex];
-            gradient[dependence.vertex] += by_foot;
+            let by_foot = dependence.direction * by_distances[dependence.point];
+            gradient[dependence.point] += by_foot;
             for (&corner, share) in dependence.corners.iter().zip(dependence.shares) {
                 gradient[corner] -= by_foot * share;
             }
@@ -182,6 +206,7 @@ impl LinearizedDistances {
     /// finite.
     pub fn rates(&self, velocities: &[Vector3<f64>]) -> Result<ShapeRates, MeshError> {
         check_velocities(velocities, self.vertex_count)?;
+        let measured_count = self.distances.len();
         let mut field_velocities = velocities.to_vec();
         for center in &self.centers {
             let corners = center.corners();
@@ -190,17 +215,22 @@ impl LinearizedDistances {
                 .sum();
             field_velocities.push(velocity);
         }
-        let mut distances = vec![0.0; self.distances.len()];
+        let mut distances = vec![0.0; field_velocities.len()];
         for dependence in &self.dependences {
             let corners = dependence.corners.iter().zip(dependence.shares);
             let foot: Vector3<f64> = corners
                 .map(|(&corner, share)| field_velocities[corner] * share)
                 .sum();
-            distances[dependence.vertex] += dependence
+            distances[dependence.point] += dependence
                 .direction
-                .dot(&(field_velocities[dependence.vertex] - foot));
+                .dot(&(field_velocities[dependence.point] - foot));
         }
-        let extents = self.scale.rates(&self.distances, &distances);
+        field_velocities.truncate(measured_count);
+        let growth = self.scale.growth(&distances);
+        if let Some(fit) = &self.fit {
+            distances = fit.rates(&field_velocities, &distances);
+        }
+        let extents = self.scale.rates(&self.distances, &distances, growth);
         Ok(self.completed(field_velocities, extents))
     }
 
@@ -269,8 +299,7 @@ impl LinearizedDistances {
 }
 
 impl Scale {
-    /// Converts derivatives with respect to unclamped extents into derivatives with respect to distances and the depth
-    /// of a skin.
+    /// Converts derivatives with respect to unclamped extents into derivatives with respect to distances and the scale.
     fn pullback(&self, by_extents: &[f64], distances: &[f64]) -> (Vec<f64>, f64) {
         let over = |scale: f64| {
             by_extents
@@ -285,31 +314,41 @@ impl Scale {
                 .sum::<f64>()
                 / scale
         };
+        let (Self::Depth(length) | Self::Largest(length, _)) = self;
+        (over(*length), by_scale(*length))
+    }
+
+    /// Adds the derivative with respect to the scale to the derivatives with respect to the largest distances. Returns the derivative with
+    /// respect to the depth of a skin.
+    fn share(&self, by_scale: f64, by_distances: &mut [f64]) -> f64 {
         match self {
-            Self::Depth(depth) => (over(*depth), by_scale(*depth)),
-            Self::Largest(largest, farthest) => {
-                let mut by_distances = over(*largest);
-                let share = by_scale(*largest) / farthest.len() as f64;
+            Self::Depth(_) => by_scale,
+            Self::Largest(_, farthest) => {
                 for &vertex in farthest {
-                    by_distances[vertex] += share;
+                    by_distances[vertex] += by_scale / farthest.len() as f64;
                 }
-                (by_distances, 0.0)
+                0.0
             }
         }
     }
 
-    /// Converts rates of distances into rates of unclamped extents.
-    fn rates(&self, distances: &[f64], rates: &[f64]) -> Vec<f64> {
+    /// Returns the rate of the scale over the scale, from the rates of distances.
+    fn growth(&self, rates: &[f64]) -> f64 {
         match self {
-            Self::Depth(depth) => rates.iter().map(|rate| rate / depth).collect(),
+            Self::Depth(_) => 0.0,
             Self::Largest(largest, farthest) => {
                 let sum: f64 = farthest.iter().map(|&vertex| rates[vertex]).sum();
-                let growth = sum / farthest.len() as f64 / largest;
-                let pairs = distances.iter().zip(rates);
-                pairs
-                    .map(|(distance, rate)| (rate - distance * growth) / largest)
-                    .collect()
+                sum / farthest.len() as f64 / largest
             }
         }
+    }
+
+    /// Converts rates of distances into rates of unclamped extents, for this growth of the scale.
+    fn rates(&self, distances: &[f64], rates: &[f64], growth: f64) -> Vec<f64> {
+        let (Self::Depth(length) | Self::Largest(length, _)) = self;
+        let pairs = distances.iter().zip(rates);
+        pairs
+            .map(|(distance, rate)| (rate - distance * growth) / length)
+            .collect()
     }
 }

@@ -22,6 +22,7 @@ mod convex_hull;
 mod coordinates;
 mod deepest;
 mod distance;
+mod distance_fit;
 pub(crate) mod ear_clipping;
 mod error;
 mod linearized_distances;

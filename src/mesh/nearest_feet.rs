@@ -1,4 +1,3 @@
-use super::TetMesh;
 use super::distance::MadeOfDistances;
 use super::surface_distance::{SurfaceDistance, SurfaceTriangle};
 use crate::geometry::Foot;
@@ -10,13 +9,13 @@ use rustc_hash::FxHashSet;
 /// derivatives of contact treat faces up to 2.5e-10 apart as coincident.
 pub(super) const EQUAL: f64 = 1e-9;
 
-/// The dependence of a vertex's distance d on a triangle of the surface: ∂d/∂x = n and ∂d/∂v = −λ n. Here n is the unit
-/// vector from the closest point to the vertex x, and λ are the barycentric coordinates of the closest point. The
+/// The dependence of the distance d of a point on a triangle of the surface: ∂d/∂x = n and ∂d/∂v = −λ n. Here n is the unit
+/// vector from the closest point to the point x, and λ are the barycentric coordinates of the closest point. The
 /// coordinates λ vary too, but the closest point then moves along the surface, which does not change d to first order.
 #[derive(Debug, Clone)]
 pub(super) struct Dependence {
-    /// The vertex.
-    pub vertex: usize,
+    /// Index of the point: a vertex, or the number of vertices plus the index of a tetrahedron for its centroid.
+    pub point: usize,
     /// The vertices of the triangle.
     pub corners: [usize; 3],
     /// The barycentric coordinates of the closest point.
@@ -25,21 +24,27 @@ pub(super) struct Dependence {
     pub direction: Vector3<f64>,
 }
 
-/// Returns the dependences of the distances of all vertices, and the vertices at which a distance is not
-/// differentiable. Those vertices have several closest places on the surface, or lie on the surface without being
+/// Returns the dependences of the distances of all vertices, and of the centroids of a fit, and the points at which a distance is not
+/// differentiable. Those points have several closest places on the surface, or lie on the surface without being
 /// vertices of it. Vertices of the surface have no dependences, because their distance is always 0.
 pub(super) fn dependences(made: &MadeOfDistances) -> (Vec<Dependence>, Vec<usize>) {
     let MadeOfDistances {
         mesh,
         surface,
         distances,
+        fit,
         ..
     } = made;
-    let of_vertices = parallel::values_of(distances.len(), |vertex| {
-        if mesh.is_on_surface(vertex) {
-            return Vec::new();
+    let centroids = fit.as_ref().map_or(&[][..], |fit| &fit.tets);
+    let of_points = parallel::values_of(distances.len() + centroids.len(), |point| {
+        match point.checked_sub(distances.len()) {
+            Some(tet) => {
+                let centroid = mesh.tetrahedron(tet).centroid();
+                of_point(surface, point, &centroid, centroids[tet].distance)
+            }
+            None if mesh.is_on_surface(point) => Vec::new(),
+            None => of_point(surface, point, &mesh.vertices()[point], distances[point]),
         }
-        of_vertex(surface, mesh, vertex, distances[vertex])
     });
     let is_ambiguous = |dependences: &Vec<Dependence>| {
         dependences.len() > 1
@@ -47,19 +52,18 @@ pub(super) fn dependences(made: &MadeOfDistances) -> (Vec<Dependence>, Vec<usize
                 .iter()
                 .any(|dependence| dependence.direction == Vector3::zeros())
     };
-    let ambiguous = (0..of_vertices.len()).filter(|&vertex| is_ambiguous(&of_vertices[vertex]));
+    let ambiguous = (0..of_points.len()).filter(|&point| is_ambiguous(&of_points[point]));
     let ambiguous = ambiguous.collect();
-    (of_vertices.into_iter().flatten().collect(), ambiguous)
+    (of_points.into_iter().flatten().collect(), ambiguous)
 }
 
-/// Returns the dependences of an inner vertex at this distance (m) from the surface, one per closest place.
-fn of_vertex(
+/// Returns the dependences of a point inside (m) at this distance (m) from the surface, one per closest place.
+fn of_point(
     surface: &SurfaceDistance,
-    mesh: &TetMesh,
-    vertex: usize,
+    index: usize,
+    point: &Vector3<f64>,
     distance: f64,
 ) -> Vec<Dependence> {
-    let point = &mesh.vertices()[vertex];
     let mut near = surface.feet(point, distance + EQUAL * surface.size());
     near.sort_by(|(a, ..), (b, ..)| a.total_cmp(b));
     // Parts of the triangles seen so far. A closest point in a part of a closer triangle is a duplicate.
@@ -71,7 +75,7 @@ fn of_vertex(
     });
     let count = near.len() as f64;
     let dependence = |(_, facet, foot): (f64, &SurfaceTriangle, Foot)| Dependence {
-        vertex,
+        point: index,
         corners: facet.vertices,
         shares: foot.shares,
         direction: foot.direction / count,

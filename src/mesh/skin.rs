@@ -50,6 +50,7 @@ pub(super) fn layered(mesh: &TetMesh, depth: f64) -> Result<MadeOfDistances, Mes
         centers,
         distances,
         passages,
+        fit: None,
     })
 }
 

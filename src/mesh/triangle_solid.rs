@@ -195,13 +195,19 @@ fn is_flat([a, b, c]: Corners) -> bool {
 }
 
 /// Computes the solid angle of a triangle seen from the origin. It is positive if the origin is on the inner side.
+pub(super) fn solid_angle(corners: Corners) -> f64 {
+    let [adjacent, opposite] = half_solid_angle(corners);
+    2.0 * atan2(opposite, adjacent)
+}
+
+/// Computes a complex number whose angle is half the solid angle: the real part and the imaginary part (m³).
 ///
 /// tan(Ω/2) = a·(b×c) / (r_a r_b r_c + a·b r_c + b·c r_a + c·a r_b), where r are the lengths [Van Oosterom, Strackee
 /// 1983].
 ///
 /// The products do not overflow, because [`check_moments`] limits the size.
-pub(super) fn solid_angle([a, b, c]: Corners) -> f64 {
+pub(super) fn half_solid_angle([a, b, c]: Corners) -> [f64; 2] {
     let [r_a, r_b, r_c] = [a, b, c].map(|corner| corner.norm());
     let adjacent = r_a * r_b * r_c + a.dot(&b) * r_c + b.dot(&c) * r_a + c.dot(&a) * r_b;
-    2.0 * atan2(a.dot(&b.cross(&c)), adjacent)
+    [adjacent, a.dot(&b.cross(&c))]
 }

@@ -13,7 +13,7 @@ mod winding;
 pub use error::SolidError;
 pub use resolution::{Resolution, SolidWarning};
 
-use super::distance::normalized_with_deepest;
+use super::distance::fitted_with_deepest;
 use super::shape_rates::check_velocities;
 use super::{
     LinearizedDistances, MeshError, PressureField, SurfaceError, TetMesh, TriangleSoup,
@@ -180,7 +180,8 @@ impl Solid {
         &self.0.warnings
     }
 
-    /// Returns the error of the distance to the surface that the mesh interpolates, with [`Resolution::DistanceWithin`].
+    /// Returns the error of the distance to the surface that the mesh interpolates, with [`Resolution::DistanceWithin`]. The distances of
+    /// [`Self::field`] are fitted and have a smaller error.
     #[must_use]
     pub fn distance_error(&self) -> Option<f64> {
         self.0.distance_error
@@ -189,10 +190,14 @@ impl Solid {
     /// Returns the pressure field whose extent is the distance to the surface of the mesh over the largest distance. One tetrahedron is
     /// split at the point with the largest distance if that point is not close to a vertex.
     ///
+    /// The distance between vertices is interpolated. Inside a convex body the interpolated distance is too small, so that the distances of
+    /// the inner vertices are raised until the mean error around each vertex is about zero. The largest extent therefore exceeds 1 by a
+    /// few percent.
+    ///
     /// # Errors
     /// Returns the errors of [`PressureField::new`].
     pub fn field(&self) -> Result<PressureField, MeshError> {
-        PressureField::made_of(normalized_with_deepest(self.0.mesh.clone(), Vec::new())?)
+        PressureField::made_of(fitted_with_deepest(self.0.mesh.clone())?)
     }
 
     /// Returns the field and its linearization with respect to the vertices of the mesh. [`Self::pullback`] goes on from there.
@@ -200,7 +205,7 @@ impl Solid {
     /// # Errors
     /// Returns the errors of [`Self::field`].
     pub fn linearized_field(&self) -> Result<(PressureField, LinearizedDistances), MeshError> {
-        let made = normalized_with_deepest(self.0.mesh.clone(), Vec::new())?;
+        let made = fitted_with_deepest(self.0.mesh.clone())?;
         PressureField::linearized_made(made, |made| {
             LinearizedDistances::normalized(&self.0.mesh, made)
         })

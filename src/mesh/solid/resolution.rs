@@ -7,7 +7,6 @@ use super::region::Region;
 use super::stuffing::{Stuffing, stuffed};
 use crate::geometry::Aabb;
 use crate::mesh::{MeshError, TetMesh};
-use nalgebra::Vector3;
 use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
 
 /// Number of tetrahedra up to which the spacing is refined.
@@ -35,8 +34,8 @@ pub enum Resolution {
     /// the volume at the spacing before.
     VolumeWithin(f64),
     /// Largest mean error of the distance to the surface that the mesh interpolates, over the mean distance. The means are over the middles
-    /// of the tetrahedra that are at most two fifths of the largest distance deep, weighted by volume. Forces of deep contact have
-    /// about this relative error. Forces of shallow contact have a larger one.
+    /// of the tetrahedra that are at most two fifths of the largest distance deep, weighted by volume. [`Solid::field`](super::Solid::field)
+    /// corrects the mean of this error, so that forces on patches with a radius above three spacings have a smaller one.
     DistanceWithin(f64),
 }
 
@@ -151,13 +150,8 @@ fn distance_error(region: &impl Region, mesh: &TetMesh) -> f64 {
     }
     let largest = distances.iter().copied().fold(0.0, f64::max);
     let mean = |tet: &[usize; 4]| tet.map(|vertex| distances[vertex]).iter().sum::<f64>() / 4.0;
-    let middle = |tet: &[usize; 4]| {
-        tet.iter()
-            .map(|&vertex| mesh.vertices()[vertex])
-            .sum::<Vector3<f64>>()
-            / 4.0
-    };
-    let middles: Vec<_> = mesh.tets().iter().map(middle).collect();
+    let middles = (0..mesh.tet_count()).map(|tet| mesh.tetrahedron(tet).centroid());
+    let middles: Vec<_> = middles.collect();
     let (mut error, mut sum) = (0.0, 0.0);
     for (tet, exact) in region.clearances(&middles).into_iter().enumerate() {
         let interpolated = mean(&mesh.tets()[tet]);
@@ -187,6 +181,7 @@ fn within(
     let length = 2.0 * bounds.half_extents().max() / FIRST_CELLS;
     let first_spacing = power_below(length, [SQRT_2, FRAC_1_SQRT_2]);
     let mut spacing = first_spacing;
+    let mut coarser: Option<Refined> = None;
     loop {
         let solid = at(spacing);
         if matches!(solid, Err(SolidError::Empty { .. })) && spacing > first_spacing / 16.0 {
@@ -194,21 +189,28 @@ fn within(
             continue;
         }
         let mut solid = solid?;
+        let tet_count = solid.mesh.tet_count();
+        // Thin walls that only the finer lattice resolves add more tetrahedra than expected.
+        if let Some(coarser) = coarser
+            && tet_count as f64 > MAX_TETS
+        {
+            return Ok(coarser);
+        }
         let reached = error_of(&mut solid);
         if reached <= tolerance {
             return Ok(solid);
         }
-        let tet_count = solid.mesh.tet_count();
+        solid.warnings.push(SolidWarning {
+            quantity,
+            reached,
+            tolerance,
+            tet_count,
+        });
         let next = Lattice::around(bounds, spacing * FRAC_1_SQRT_2);
         if tet_count as f64 * GROWTH > MAX_TETS || next.is_err() {
-            solid.warnings.push(SolidWarning {
-                quantity,
-                reached,
-                tolerance,
-                tet_count,
-            });
             return Ok(solid);
         }
+        coarser = Some(solid);
         spacing *= FRAC_1_SQRT_2;
     }
 }
