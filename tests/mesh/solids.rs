@@ -465,30 +465,6 @@ fn errors_that_stay_larger_than_asked_are_told() {
     assert_eq!(Some(warning.reached), wall.distance_error());
 }
 
-/// In coarser lattices than that with a spacing of 2^-6.5 m, all nodes inside the plates move onto the boundary.
-#[test]
-fn solids_have_at_most_500_000_tetrahedra() {
-    let spacing = 0.5_f64.powf(6.5);
-    let plates = [5.0, 9.0, 15.0, 19.0, 29.0, 39.0].map(|half_spacings| {
-        let up = vector![0.0, 0.0, half_spacings * spacing / 2.0];
-        moved(&box_soup([1.0, 1.0, 0.0062]), up)
-    });
-    let block = box_soup([0.5, 0.5, 0.02]);
-    let soup = plates
-        .iter()
-        .fold(block, |soup, plate| joined(&soup, plate));
-    let finer = soup.solid(Resolution::Spacing(spacing)).unwrap();
-    let finer = finer.mesh().tet_count();
-    assert!(finer > 500_000, "{finer}");
-    let solid = soup.solid(Resolution::DistanceWithin(1e-4)).unwrap();
-    assert!(solid.mesh().tet_count() <= 500_000);
-    let [warning] = solid.warnings() else {
-        panic!("{:?}", solid.warnings())
-    };
-    assert_eq!(warning.tet_count, solid.mesh().tet_count());
-    assert_eq!(Some(warning.reached), solid.distance_error());
-}
-
 #[test]
 fn small_regions_in_large_boxes_warn_about_the_cell_limit() {
     let bounds = Aabb {

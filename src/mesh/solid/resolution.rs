@@ -181,7 +181,6 @@ fn within(
     let length = 2.0 * bounds.half_extents().max() / FIRST_CELLS;
     let first_spacing = power_below(length, [SQRT_2, FRAC_1_SQRT_2]);
     let mut spacing = first_spacing;
-    let mut coarser: Option<Refined> = None;
     loop {
         let solid = at(spacing);
         if matches!(solid, Err(SolidError::Empty { .. })) && spacing > first_spacing / 16.0 {
@@ -189,28 +188,21 @@ fn within(
             continue;
         }
         let mut solid = solid?;
-        let tet_count = solid.mesh.tet_count();
-        // Thin walls that only the finer lattice resolves add more tetrahedra than expected.
-        if let Some(coarser) = coarser
-            && tet_count as f64 > MAX_TETS
-        {
-            return Ok(coarser);
-        }
         let reached = error_of(&mut solid);
         if reached <= tolerance {
             return Ok(solid);
         }
-        solid.warnings.push(SolidWarning {
-            quantity,
-            reached,
-            tolerance,
-            tet_count,
-        });
+        let tet_count = solid.mesh.tet_count();
         let next = Lattice::around(bounds, spacing * FRAC_1_SQRT_2);
         if tet_count as f64 * GROWTH > MAX_TETS || next.is_err() {
+            solid.warnings.push(SolidWarning {
+                quantity,
+                reached,
+                tolerance,
+                tet_count,
+            });
             return Ok(solid);
         }
-        coarser = Some(solid);
         spacing *= FRAC_1_SQRT_2;
     }
 }
