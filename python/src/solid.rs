@@ -29,8 +29,8 @@ use std::sync::Mutex;
 /// off by less than a spacing, and walls must be thicker than a spacing.
 ///
 /// The static methods take the spacing of the lattice (m), or the largest error of the volume or of the distance to the surface. For an
-/// error, the spacing is refined until the error is reached. The refinement stops with a warning (UserWarning) if the next mesh would have
-/// more than 500,000 tetrahedra or need more than 1e8 cells. The default is a distance error of 0.02.
+/// error, the spacing is refined until the error is reached. The refinement stops with a warning (UserWarning) if the next mesh is
+/// expected to have more than 500,000 tetrahedra or needs more than 1e8 cells. The default is a distance error of 0.02.
 #[pyclass(frozen, module = "hydroelastic")]
 pub struct Solid {
     region: Region,

@@ -23,8 +23,9 @@ const FIRST_CELLS: f64 = 12.0;
 
 /// Spacing or tolerance of a [`Solid`](super::Solid).
 ///
-/// For a tolerance, the spacing is a power of √2 m. It is divided by √2 until the error is within the tolerance, or the next mesh would
-/// have more than 500,000 tetrahedra or need more than 1e8 cells. [`Solid::warnings`](super::Solid::warnings) reports an error above the
+/// For a tolerance, the spacing is a power of √2 m. It is divided by √2 until the error is within the tolerance, or the next mesh is
+/// expected to have more than 500,000 tetrahedra or needs more than 1e8 cells. A mesh has more tetrahedra if its lattice resolves walls
+/// that the coarser lattice missed. [`Solid::warnings`](super::Solid::warnings) reports an error above the
 /// tolerance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Resolution {
