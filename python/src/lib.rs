@@ -14,6 +14,7 @@ mod dimension_rates;
 mod errors;
 mod force;
 mod half_space;
+mod identification;
 mod interrupt;
 mod jacobian;
 mod joint;
@@ -110,6 +111,9 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<diagnostics::Diagnostics>()?;
     module.add_class::<kink::Kink>()?;
     module.add_class::<vjp::VectorJacobianProduct>()?;
+    module.add_class::<identification::Unknown>()?;
+    module.add_class::<identification::Identification>()?;
+    module.add_class::<identification::Fit>()?;
     module.add_class::<contacts::Contact>()?;
     module.add_class::<contacts::ContactTopology>()
 }

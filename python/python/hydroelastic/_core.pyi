@@ -34,8 +34,10 @@ __all__ = [
     "Diagnostics",
     "DifferenceCheck",
     "Drag",
+    "Fit",
     "HalfSpace",
     "HydroelasticError",
+    "Identification",
     "Integrator",
     "Joint",
     "Kinetics",
@@ -65,6 +67,7 @@ __all__ = [
     "Thruster",
     "Trajectory",
     "TrajectoryJacobian",
+    "Unknown",
     "VectorJacobianProduct",
     "World",
     "__version__",
@@ -1302,6 +1305,82 @@ class VectorJacobianProduct:
         by_ball_joint_velocities: _Rows | None = None,
     ) -> _Floats: ...
     def __reduce__(self) -> NoReturn: ...
+
+@final
+class Unknown:
+    def __new__(
+        cls,
+        parameter: Parameter,
+        *,
+        component: int = 0,
+        logarithmic: bool = False,
+        bounds: _Numbers | None = None,
+        prior: _Numbers | None = None,
+        tied_to: Sequence[Parameter] = ...,
+        name: str | None = None,
+    ) -> Self: ...
+    @property
+    def name(self) -> str: ...
+
+@final
+class Identification:
+    def __new__(
+        cls,
+        world: World,
+        plan: Plan,
+        unknowns: Sequence[Unknown],
+        *,
+        nuisances: Sequence[tuple[Parameter, float]] = ...,
+        noise: _Numbers | None = None,
+        huber: float | None = None,
+        cauchy: float | None = None,
+        horizons: Sequence[float] | None = None,
+        max_iterations: int = 50,
+        bodies: Sequence[str] | None = None,
+    ) -> Self: ...
+    def fit(
+        self,
+        trajectories: Sequence[Trajectory],
+        *,
+        start: Fit | None = None,
+        progress: Callable[[int, float, _Floats], object] | None = None,
+    ) -> Fit: ...
+    def predict(
+        self,
+        values: _Numbers,
+        trajectory: Trajectory,
+        *,
+        fitted_duration: float | None = None,
+    ) -> tuple[Trajectory, _Floats, _Floats]: ...
+
+@final
+class Fit:
+    @property
+    def names(self) -> list[str]: ...
+    @property
+    def values(self) -> _Floats: ...
+    @property
+    def intervals(self) -> _Floats: ...
+    @property
+    def sandwich_intervals(self) -> _Floats: ...
+    @property
+    def covariance(self) -> _Floats: ...
+    @property
+    def sandwich_covariance(self) -> _Floats: ...
+    @property
+    def directions(self) -> _Floats: ...
+    @property
+    def direction_deviations(self) -> _Floats: ...
+    @property
+    def cost(self) -> float: ...
+    @property
+    def costs(self) -> _Floats: ...
+    @property
+    def errors(self) -> list[str | None]: ...
+    @property
+    def iterations(self) -> int: ...
+    @property
+    def termination(self) -> str: ...
 
 @final
 class Contact:
