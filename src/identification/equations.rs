@@ -147,7 +147,9 @@ impl Step {
             reduced.add(&measurement.reduced(damping)?);
             diagonal += measurement.shared.matrix.diagonal();
         }
-        let floor = DAMPING_FLOOR * diagonal.max();
+        // Without any information, each gradient is zero and each step, too.
+        let largest = Some(diagonal.max()).filter(|&largest| largest > 0.0);
+        let floor = DAMPING_FLOOR * largest.unwrap_or(1.0);
         for (index, &entry) in diagonal.iter().enumerate() {
             reduced.matrix[(index, index)] += damping * entry.max(floor);
         }

@@ -13,8 +13,10 @@ impl Noise {
     /// the deviations that are expected of the model.
     ///
     /// # Errors
-    /// If a deviation is not positive and finite.
+    /// If a deviation or its square is not positive and finite.
     pub fn new(position: f64, rotation: f64) -> Result<Self, IdentificationError> {
+        check_positive("the variance of positions (m²)", position * position)?;
+        check_positive("the variance of rotations (rad²)", rotation * rotation)?;
         check_positive("the deviation of positions (m)", position)?;
         check_positive("the deviation of rotations (rad)", rotation)?;
         Ok(Self { position, rotation })

@@ -1,3 +1,4 @@
+use super::error::check_positive;
 use super::trial::Trial;
 use super::{Identification, IdentificationError, Measurement};
 use crate::dynamics::{BodyState, State, Trajectory, turn_between};
@@ -33,7 +34,7 @@ impl Identification {
     ///
     /// # Errors
     /// - If the measurement does not fit the world or the time steps of the plan.
-    /// - If the number of values is wrong, or a value is out of range.
+    /// - If the number of values is wrong, a value is out of range, or the duration of the start is not positive and finite.
     /// - If the rollout ends early, or the cancel flag is set.
     pub fn predict(
         &self,
@@ -45,6 +46,7 @@ impl Identification {
         let nuisances = match start {
             StartingState::Measured => DVector::zeros(self.nuisances.len()),
             StartingState::Fitted(duration) => {
+                check_positive("the duration to which the start is fitted (s)", duration)?;
                 let fit = known.fit(&[measurement.beginning(duration)])?;
                 fit.checkpoint.nuisances[0].clone()
             }

@@ -30,7 +30,9 @@ fn invalid_unknowns_are_refused() {
 
 #[test]
 fn invalid_settings_are_refused() {
-    assert!(Noise::new(0.0, 1.0).is_err());
+    for wrong in [0.0, -1.0, 1e-200, 1e200, f64::NAN] {
+        assert!(Noise::new(wrong, 1.0).is_err() && Noise::new(1.0, wrong).is_err());
+    }
     let identification = || Identification::new(&world(TRUTH), &plan(), &unknowns()).unwrap();
     let nuisance = Nuisance::new(Parameter::initial_velocity("ball"), -1.0);
     assert!(identification().with_nuisances(&[nuisance]).is_err());
@@ -43,6 +45,8 @@ fn invalid_settings_are_refused() {
     );
     assert!(identification().with_horizons(&[0.1, 0.0]).is_err());
     assert!(identification().with_observed_bodies(&["cube"]).is_err());
+    let predict = |start| identification().predict(&TRUTH, &clean(1)[0], start);
+    assert!(predict(StartingState::Fitted(-1.0)).is_err());
     let start = StartingState::Measured;
     let error = identification()
         .predict(&[1.0], &clean(1)[0], start)

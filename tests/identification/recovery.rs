@@ -100,6 +100,16 @@ fn a_direction_without_information_is_named() {
 }
 
 #[test]
+fn an_unknown_without_effect_has_an_infinite_interval() {
+    let unknown = Unknown::new(Parameter::dissipation("table"));
+    let identification = Identification::new(&world(TRUTH), &plan(), &[unknown]).unwrap();
+    let fit = identification.fit(&clean(1)).unwrap();
+    assert_eq!(fit.termination, Termination::Converged);
+    assert!(fit.directions[0].standard_deviation.is_infinite());
+    assert!(fit.estimates[0].interval[1].is_infinite());
+}
+
+#[test]
 fn a_fit_continues_from_its_checkpoint() {
     let identification = Identification::new(&world(GUESS), &plan(), &unknowns()).unwrap();
     let identification = identification
