@@ -352,7 +352,11 @@ fn abaqus_nodes_in_the_plane_are_refused() {
     for node in ["1, 0.5, 2", "1, 0.5, 2,"] {
         let text = format!("*NODE\n{node}\n*ELEMENT, TYPE=CPS3\n1,1,1,1\n");
         assert_damaged("plane.inp", &text, "line 2, \"1, 0.5, 2");
-        assert_damaged("plane.inp", &text, "two-dimensional models have no tetrahedra");
+        assert_damaged(
+            "plane.inp",
+            &text,
+            "two-dimensional models have no tetrahedra",
+        );
     }
 }
 
