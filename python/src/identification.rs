@@ -7,12 +7,12 @@ use crate::parameter::Parameter;
 use crate::plan::Plan;
 use crate::trajectory::Trajectory;
 use crate::world::World;
+use crate::world_gradients::by_rows;
 use hydroelastic::dynamics::Trajectory as States;
 use hydroelastic::identification::{
     self, IdentificationError, Iteration, Measurement, Noise, Nuisance, RobustLoss, StartingState,
     Termination,
 };
-use hydroelastic::nalgebra::DMatrix;
 use pyo3::prelude::*;
 use std::ops::ControlFlow;
 use std::sync::{Arc, Mutex};
@@ -341,12 +341,6 @@ fn error(why: &IdentificationError) -> PyErr {
 /// Result of Identification.fit, with u unknowns and m measurements.
 #[pyclass(frozen, module = "hydroelastic")]
 pub struct Fit(identification::Fit);
-
-/// Converts a matrix to an array.
-fn by_rows<'py>(py: Python<'py>, matrix: &DMatrix<f64>) -> PyResult<Floats<'py>> {
-    let values = matrix.transpose().as_slice().to_vec();
-    array(py, values, &[matrix.nrows(), matrix.ncols()])
-}
 
 #[pymethods]
 impl Fit {

@@ -48,7 +48,7 @@ fn width(parameters: &[gradient::Parameter]) -> usize {
 }
 
 /// Converts a matrix to an array.
-fn by_rows<'py>(py: Python<'py>, matrix: &DMatrix<f64>) -> PyResult<Floats<'py>> {
+pub fn by_rows<'py>(py: Python<'py>, matrix: &DMatrix<f64>) -> PyResult<Floats<'py>> {
     let values = matrix.transpose().as_slice().to_vec();
     array(py, values, &[matrix.nrows(), matrix.ncols()])
 }

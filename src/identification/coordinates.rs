@@ -61,8 +61,8 @@ impl Coordinates {
         template: &Experiment,
     ) -> Result<Self, IdentificationError> {
         let mut all = Self::of_parameters(nuisances.iter().map(|nuisance| &nuisance.parameter));
+        // Checks that the world has the parameters.
         template.values(&all.parameters)?;
-        all.references = vec![0.0; all.references.len()];
         for nuisance in nuisances {
             let parameter = &nuisance.parameter;
             check_positive(format!("the deviation of {parameter}"), nuisance.deviation)?;

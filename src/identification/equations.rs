@@ -15,7 +15,7 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 /// Smallest diagonal entry that scales the damping of the shared coordinates, relative to the largest entry.
 const DAMPING_FLOOR: f64 = 1e-12;
 
-/// QuadraticModel model of a cost: gradient and Gauss–Newton matrix.
+/// Quadratic model of a cost: gradient and Gauss–Newton matrix.
 #[derive(Debug, Clone)]
 pub(super) struct QuadraticModel {
     pub gradient: DVector<f64>,
@@ -87,9 +87,7 @@ impl Equations {
     ) -> Self {
         let mut weights = DVector::zeros(deviations.len());
         let mut cost = 0.0;
-        for pose in 0..deviations.len() / PER_POSE {
-            let squared = deviations.rows(pose * PER_POSE, PER_POSE).norm_squared();
-            let [loss, weight] = loss.at(squared);
+        for (pose, [loss, weight]) in loss.of_poses(deviations.as_slice()).enumerate() {
             cost += 0.5 * loss;
             weights.rows_mut(pose * PER_POSE, PER_POSE).fill(weight);
         }
@@ -115,7 +113,7 @@ impl Equations {
         }
     }
 
-    /// Reduced equations of the shared coordinates, with its own coordinates damped and eliminated. `None` if the equations of the local
+    /// Reduced equations of the shared coordinates, with the local coordinates damped and eliminated. `None` if the equations of the local
     /// coordinates are singular.
     pub fn reduced(&self, damping: f64) -> Option<QuadraticModel> {
         let factor = damped(&self.local.matrix, damping)?;
@@ -125,7 +123,7 @@ impl Equations {
         })
     }
 
-    /// Step of its own coordinates for a step of the shared coordinates.
+    /// Step of the local coordinates for a step of the shared coordinates.
     fn local_step(&self, shared: &DVector<f64>, damping: f64) -> Option<DVector<f64>> {
         let factor = damped(&self.local.matrix, damping)?;
         Some(-factor.solve(&(&self.local.gradient + self.coupling.tr_mul(shared))))

@@ -1,3 +1,4 @@
+use super::deviations::PER_POSE;
 use crate::scalar::portable::ln_1p;
 
 /// Loss ρ(s) of a measured pose, with the squared deviation s in units of the noise. For a right model, s has the mean 6: three
@@ -21,6 +22,13 @@ impl RobustLoss {
             Self::Squared => 1.0,
             Self::Huber(scale) | Self::Cauchy(scale) => scale,
         }
+    }
+
+    /// Loss ρ and its derivative for each pose, from the deviations of all poses.
+    pub(super) fn of_poses(self, deviations: &[f64]) -> impl Iterator<Item = [f64; 2]> {
+        let squared = |pose: &[f64]| pose.iter().map(|deviation| deviation * deviation).sum();
+        let poses = deviations.chunks(PER_POSE);
+        poses.map(move |pose| self.at(squared(pose)))
     }
 
     /// Loss ρ and its derivative at a squared deviation.

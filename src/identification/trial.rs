@@ -1,5 +1,5 @@
 use super::coordinates::Coordinates;
-use super::deviations::{Deviations, PER_POSE};
+use super::deviations::Deviations;
 use super::equations::{Equations, QuadraticModel};
 use super::{Identification, IdentificationError, Measurement};
 use crate::dynamics::State;
@@ -73,11 +73,8 @@ impl<'a> Trial<'a> {
     /// Cost at a point, with the priors of the nuisances.
     pub fn cost(&self, point: Point) -> Result<f64, GradientError> {
         let deviations = self.at(point)?.value(&self.deviations)?;
-        let loss = |pose: &[f64]| {
-            let squared = pose.iter().map(|deviation| deviation * deviation).sum();
-            0.5 * self.problem.loss.at(squared)[0]
-        };
-        let cost: f64 = deviations.chunks(PER_POSE).map(loss).sum();
+        let losses = self.problem.loss.of_poses(&deviations);
+        let cost: f64 = losses.map(|[loss, _]| 0.5 * loss).sum();
         let nuisances = &self.problem.nuisances;
         let priors = QuadraticModel::zeros(nuisances.len()).add_priors(nuisances, point[1]);
         Ok(cost + priors)
