@@ -220,6 +220,12 @@ def cases(folder):
     def joint(kind, **it):
         return getattr(he.Joint, kind)("a", axis, **it)
 
+    def identification_of(unknown=("modulus", {}), deviation=1e-3, **it):
+        quantity, options = unknown
+        unknown = he.Unknown(getattr(he.Parameter, quantity)("ball"), **options)
+        nuisances = [(he.Parameter.initial_velocity("ball"), deviation)]
+        return he.Identification(world, plan, [unknown], nuisances=nuisances, **it)
+
     # Cases of the arguments that are pairs or triples.
     scheduled = {}
     for kind in ("revolute", "prismatic"):
@@ -236,6 +242,7 @@ def cases(folder):
             {"first": EYE, "second": EYE},
         )
     moved = {name: value for name, value in hinge.items() if name not in ("axis", "origin")}
+    identification = identification_of()
 
     fields = ("vertices", "pressures", "normals", "areas", "centroids", "mean_pressures", "area", "center_of_pressure")
     arrays = {name: getattr(surface, name) for name in fields}
@@ -514,14 +521,39 @@ def cases(folder):
             energies | {"momenta": POINT},
         ),
         "Contact": (lambda **it: he.Contact(("a", "b"), surface=surface, **it), {"wrench": np.ones(12)}),
+        "Unknown": (
+            lambda **it: identification_of(("modulus", it)),
+            {"component": 0, "prior": np.array([1e5, 0.1])},
+        ),
+        "Unknown (between bounds)": (
+            lambda **it: identification_of(("friction", it)),
+            {"bounds": np.array([0.05, 0.9])},
+        ),
+        "Identification": (
+            identification_of,
+            {"noise": np.array([1e-3, 1e-2]), "huber": Positive(2.0), "max_iterations": 2},
+        ),
+        "Identification (of Cauchy's loss)": (identification_of, {"cauchy": Positive(2.0)}),
+        "Identification (of horizons)": (
+            lambda horizons: identification_of(horizons=[horizons]),
+            {"horizons": Positive(1e-3)},
+        ),
+        "Identification (of nuisances)": (
+            lambda nuisances: identification_of(deviation=nuisances),
+            {"nuisances": Positive(1e-3)},
+        ),
+        "Identification.predict": (
+            lambda **it: identification.predict(trajectory=trajectory, **it),
+            {"values": np.array([1e5]), "fitted_duration": Positive(1e-3)},
+        ),
         "ContactTopology.touches": (world.topology(state).touches, {"first": 0, "second": 1}),
     }
 
 
 def takes_numbers(annotation):
-    """Returns whether an annotation is that of a numeric argument."""
+    """Returns whether an annotation is that of a numeric argument. The numbers of functions are not arguments."""
     names = {node.id for node in ast.walk(annotation) if isinstance(node, ast.Name)}
-    return bool(names & NUMERIC)
+    return bool(names & NUMERIC) and "Callable" not in names
 
 
 def callables_of_the_stub():
@@ -585,8 +617,8 @@ def assert_complete(expected, table, excluded):
     assert not {name: arguments for name, arguments in missing.items() if arguments}
 
 
-# Arguments of the stub that are not tested: integers that only pickles pass, and a function, which test_solids.py has.
-NOT_TESTED = {"Surface": {"offsets", "tets"}, "Solid.of_distance": {"distances"}}
+# Arguments of the stub that are not tested: integers that only pickles pass.
+NOT_TESTED = {"Surface": {"offsets", "tets"}}
 
 
 def test_every_callable_that_takes_numbers_is_in_the_table(tmp_path):

@@ -1,4 +1,5 @@
 use super::IdentificationError;
+use super::error::check_positive;
 use crate::gradient::Parameter;
 use crate::scalar::portable::{exp, ln};
 
@@ -154,13 +155,17 @@ impl Scale {
     /// Coordinate of a value with a role, of the named unknown.
     ///
     /// # Errors
-    /// If the value is out of range.
+    /// If the value is out of range, or the width of the bounds is not positive and finite.
     pub fn checked(
         self,
         (role, unknown): (&'static str, &str),
         value: f64,
     ) -> Result<f64, IdentificationError> {
         let [lower, upper] = self.range();
+        if let Self::Bounded { .. } = self {
+            let width = format!("the width of the bounds of the unknown {unknown:?}");
+            check_positive(width, upper - lower)?;
+        }
         if lower < value && value < upper {
             return Ok(self.coordinate(value));
         }
