@@ -79,8 +79,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Returns the numbers that all tosses share. Measured accelerations in flight differ from 9.81 m/s², so gravity is among them.
-fn unknowns() -> [Unknown; 5] {
+/// Returns the numbers that all tosses share. Measured accelerations in flight differ from 9.81 m/s², so gravity is among them. The prior of
+/// the radius of gyration is that of the published moments of inertia.
+fn unknowns() -> [Unknown; 6] {
     [
         Unknown::new(Parameter::modulus("cube")).logarithmic(),
         Unknown::new(Parameter::dissipation("cube")).logarithmic(),
@@ -92,6 +93,9 @@ fn unknowns() -> [Unknown; 5] {
             .component(2)
             .named("gravity")
             .with_prior(-9.81, 0.1),
+        Unknown::new(Parameter::radius_of_gyration("cube"))
+            .logarithmic()
+            .with_prior((tosses::MOMENT / tosses::MASS).sqrt(), 0.05),
     ]
 }
 

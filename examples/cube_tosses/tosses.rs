@@ -13,8 +13,8 @@ use std::path::Path;
 
 /// Edge (m), mass (kg) and moment of inertia (kg m²) of the cube.
 pub const EDGE: f64 = 0.1048;
-const MASS: f64 = 0.37;
-const MOMENT: f64 = 8.1e-4;
+pub const MASS: f64 = 0.37;
+pub const MOMENT: f64 = 8.1e-4;
 /// Frames per second of the recordings.
 pub const RATE: f64 = 148.0;
 /// Standard deviations of simulated noise: position (m), rotation (rad), velocity (m/s) and angular velocity (rad/s).

@@ -54,6 +54,21 @@ pub fn numbers(argument: &Bound<'_, PyAny>, name: &str) -> PyResult<Numbers> {
     }
 }
 
+/// Reads the numbers of an argument with a shape.
+pub fn numbers_of_shape(
+    argument: &Bound<'_, PyAny>,
+    name: &str,
+    expected: &[usize],
+) -> PyResult<Vec<f64>> {
+    let Numbers { values, shape } = numbers(argument, name)?;
+    if shape == expected {
+        return Ok(values);
+    }
+    let sizes: Vec<String> = expected.iter().map(usize::to_string).collect();
+    let expected = format!("({})", sizes.join(", "));
+    Err(wrong_shape(name, &expected, &shape))
+}
+
 /// Creates the exception for an argument that cannot be converted to `float64` without a loss.
 fn not_numbers(argument: &Bound<'_, PyAny>, name: &str) -> PyErr {
     let actual = match argument.cast::<PyUntypedArray>() {

@@ -1,6 +1,6 @@
 //! Batches of independent rollouts.
 
-use crate::arrays::{Numbers, array, numbers, wrong_shape};
+use crate::arrays::{Numbers, array, numbers, numbers_of_shape, wrong_shape};
 use crate::errors::{gradient_error, rollout_error, value_error};
 use crate::interrupt::{Progress, Shared, run};
 use crate::jacobian::{AllStates, both};
@@ -9,11 +9,14 @@ use crate::plan::Plan;
 use crate::state::State;
 use crate::state_arrays::shapes_of;
 use crate::state_cotangents::StateCotangents;
+use crate::states::States;
 use crate::trajectory::Trajectory;
 use crate::world::{Inner, World};
 use hydroelastic::dynamics::{self, RolloutResult};
+use hydroelastic::gradient::{self, GradientError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -189,6 +192,82 @@ impl Batch {
         results
             .map(|recorded| shown(py, trajectory(py, recorded)))
             .collect()
+    }
+
+    /// Simulates k copies of a world, each from its state, and returns their last states.
+    ///
+    /// Only the last states are kept, so this is the fastest way to step many worlds. Controls and paths depend on the times of the states.
+    /// A control with one long interval acts at all times.
+    ///
+    /// Parameters
+    /// ----------
+    /// world : World
+    ///     World that is copied.
+    /// states : States
+    ///     Initial state of each copy.
+    /// parameters : list of Parameter
+    ///     Parameters whose values differ between the copies, with p components in total, for example the wrench of a control.
+    /// values : (k, p) array_like, optional
+    ///     Values of the parameters in each copy, as in World.with_values.
+    ///
+    /// Returns
+    /// -------
+    /// states : States
+    ///     Last state of each copy. A copy with an error keeps the last state before the error.
+    /// errors : dict of int to HydroelasticError
+    ///     Errors by the index of the copy.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If values has an unexpected shape.
+    #[pyo3(signature = (world, states, parameters=vec![], values=None))]
+    fn advance(
+        &self,
+        py: Python<'_>,
+        world: &World,
+        states: &States,
+        parameters: Vec<Bound<'_, Parameter>>,
+        values: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<(States, BTreeMap<usize, PyErr>)> {
+        let by = inner(&parameters);
+        let width = by.iter().map(gradient::Parameter::dimension).sum();
+        let values = match values {
+            Some(values) => numbers_of_shape(values, "values", &[states.0.len(), width])?,
+            None if width == 0 => Vec::new(),
+            None => return Err(value_error("parameters need values")),
+        };
+        let rows: Vec<_> = states.0.iter().enumerate().collect();
+        let job = |batch: &dynamics::Batch| {
+            batch.map(&rows, |job, &(row, state)| {
+                let mut world = world.inner.clone().with_initial_state(state)?;
+                if width > 0 {
+                    world = world.with_values(&by, &values[row * width..(row + 1) * width])?;
+                }
+                Ok::<_, GradientError>(job.rollout(world).run())
+            })
+        };
+        let only_end = Self {
+            plan: self.plan.recording_every(self.plan.steps()),
+            progress: self.progress.as_ref().map(|progress| progress.clone_ref(py)),
+        };
+        let mut errors = BTreeMap::new();
+        let mut ends = Vec::with_capacity(rows.len());
+        for (row, result) in only_end.results(py, rows.len(), job)?.into_iter().enumerate() {
+            ends.push(match result {
+                Ok(Ok(trajectory)) => trajectory.last().clone(),
+                Ok(Err(failure)) => {
+                    let last = failure.trajectory.last().clone();
+                    errors.insert(row, rollout_error(py, &failure.error, failure.trajectory));
+                    last
+                }
+                Err(why) => {
+                    errors.insert(row, gradient_error(&why));
+                    states.0[row].clone()
+                }
+            });
+        }
+        Ok((States(ends), errors))
     }
 
     /// Runs a rollout of one world at each of n perturbations of its parameters.

@@ -46,6 +46,7 @@ mod solid;
 mod state;
 mod state_arrays;
 mod state_cotangents;
+mod states;
 mod surface;
 mod trajectory;
 mod vjp;
@@ -100,6 +101,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<plan::Integrator>()?;
     module.add_class::<plan::Plan>()?;
     module.add_class::<state::State>()?;
+    module.add_class::<states::States>()?;
     module.add_class::<trajectory::Trajectory>()?;
     module.add_class::<rollout::Rollout>()?;
     module.add_class::<batch::Batch>()?;

@@ -195,6 +195,24 @@ impl Parameter {
         Self(gradient::Parameter::mass(body))
     }
 
+    /// Radius of gyration (m) of a body about its center of mass: 1 number.
+    ///
+    /// It is the square root of the mean principal moment of inertia per mass. The ratios of the moments, and the mass, stay constant.
+    ///
+    /// Parameters
+    /// ----------
+    /// body : str
+    ///     Name of the body.
+    ///
+    /// Returns
+    /// -------
+    /// Parameter
+    ///     Radius of gyration.
+    #[staticmethod]
+    fn radius_of_gyration(body: &str) -> Self {
+        Self(gradient::Parameter::radius_of_gyration(body))
+    }
+
     /// Gravity (m/s²) in world axes: 3 numbers.
     ///
     /// Returns

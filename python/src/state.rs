@@ -1,7 +1,7 @@
 //! States of a world.
 
 use crate::arrays::{
-    Floats, Many, array, finite, finite_row, named_real, parts, real, wrong_shape,
+    Floats, Many, Whole, array, finite, finite_row, named_real, parts, real, wrong_shape,
 };
 use crate::errors::value_error;
 use crate::path::many_twists;
@@ -9,6 +9,7 @@ use crate::poses::{poses, rotation};
 use crate::state_arrays::{numbers_of, shapes_of};
 use hydroelastic::dynamics::{self, BodyState, JointState};
 use numpy::PyArrayDyn;
+use pyo3::exceptions::PyIndexError;
 use pyo3::prelude::*;
 
 /// State of the n bodies and the joints of a world at one time.
@@ -57,6 +58,23 @@ fn joint_of(item: &Bound<'_, PyAny>) -> PyResult<JointState> {
     Ok(JointState::Scalar {
         position: number(&position, "the position of a joint")?,
         velocity: number(&velocity, "the velocity of a joint")?,
+    })
+}
+
+/// Returns the state with an index. A negative index counts from the end.
+pub fn state_at(states: &[dynamics::State], index: Whole) -> PyResult<State> {
+    let from_start = if index < 0 {
+        index + states.len() as Whole
+    } else {
+        index
+    };
+    let state = usize::try_from(from_start).ok();
+    let state = state.and_then(|from_start| states.get(from_start));
+    state.map(|state| State(state.clone())).ok_or_else(|| {
+        PyIndexError::new_err(format!(
+            "there are {} states, but number {index} was asked for",
+            states.len()
+        ))
     })
 }
 

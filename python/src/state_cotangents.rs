@@ -1,6 +1,6 @@
 //! Cotangents of recorded states: the derivatives of a loss with respect to the arrays of the states.
 
-use crate::arrays::{Numbers, numbers, wrong_shape};
+use crate::arrays::numbers_of_shape;
 use crate::poses::{ENTRIES, twist_of};
 use crate::state_arrays::{ARRAYS, NAMES, shapes_of, sizes_of};
 use hydroelastic::dynamics::{
@@ -36,7 +36,7 @@ impl StateCotangents {
             let expected = [&*front, &shapes[which]].concat();
             let name = format!("by_{}", NAMES[which]);
             let values = match argument {
-                Some(argument) => values_of(argument, &name, &expected)?,
+                Some(argument) => numbers_of_shape(argument, &name, &expected)?,
                 None => vec![0.0; expected.iter().product()],
             };
             all[which] = values;
@@ -63,17 +63,6 @@ impl StateCotangents {
         };
         states.map(of_state).collect()
     }
-}
-
-/// Reads an array of a shape.
-fn values_of(argument: &Bound<'_, PyAny>, name: &str, expected: &[usize]) -> PyResult<Vec<f64>> {
-    let Numbers { values, shape } = numbers(argument, name)?;
-    if shape == expected {
-        return Ok(values);
-    }
-    let sizes: Vec<String> = expected.iter().map(usize::to_string).collect();
-    let expected = format!("({})", sizes.join(", "));
-    Err(wrong_shape(name, &expected, &shape))
 }
 
 /// Gradient with respect to a state, from the derivatives with respect to its arrays.

@@ -2,11 +2,10 @@
 
 use crate::arrays::{Floats, Whole, array, whole};
 use crate::errors::value_error;
-use crate::state::State;
+use crate::state::{State, state_at};
 use crate::state_arrays::{ARRAYS, numbers_of, shapes_of};
 use hydroelastic::dynamics;
 use numpy::{PyArrayDyn, PyArrayMethods};
-use pyo3::exceptions::PyIndexError;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyIterator, PyList};
@@ -121,20 +120,7 @@ impl Trajectory {
 
     /// Returns the state with an index. A negative index counts from the end.
     fn __getitem__(&self, #[pyo3(from_py_with = whole)] index: Whole) -> PyResult<State> {
-        let states = self.inner.states();
-        let from_start = if index < 0 {
-            index + states.len() as Whole
-        } else {
-            index
-        };
-        let state = usize::try_from(from_start).ok();
-        let state = state.and_then(|from_start| states.get(from_start));
-        state.map(|state| State(state.clone())).ok_or_else(|| {
-            PyIndexError::new_err(format!(
-                "there are {} states, but number {index} was asked for",
-                states.len()
-            ))
-        })
+        state_at(self.inner.states(), index)
     }
 
     fn __iter__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyIterator>> {

@@ -13,7 +13,7 @@ const FIVE_DIGITS: f64 = 1e-4;
 
 /// Mass and rotational inertia of a body whose mass may carry derivatives.
 ///
-/// The inertia is proportional to the mass, because the inertia per mass is constant.
+/// The inertia is proportional to the mass. The ratios of the principal moments are constant.
 #[derive(Debug, Clone, Copy)]
 pub struct Inertia<T = f64> {
     /// Mass (kg).
@@ -22,6 +22,8 @@ pub struct Inertia<T = f64> {
     pub center_of_mass: Vector3<f64>,
     /// Inertia per mass about the center of mass.
     pub(super) principal: PrincipalInertia,
+    /// Factor of the inertia, with the derivatives of the radius of gyration. Its real part is 1.
+    pub(super) factor: T,
 }
 
 /// Inertia per mass in principal axes, sorted by their moments.
@@ -42,10 +44,20 @@ impl Inertia<f64> {
             inertia,
         } = *properties;
         let per_mass = if mass > 0.0 { inertia / mass } else { inertia };
+        Self::in_principal_axes(mass, center_of_mass, PrincipalInertia::of(per_mass))
+    }
+
+    /// Inertia from its parts.
+    pub(super) fn in_principal_axes(
+        mass: f64,
+        center_of_mass: Vector3<f64>,
+        principal: PrincipalInertia,
+    ) -> Self {
         Self {
             mass,
             center_of_mass,
-            principal: PrincipalInertia::of(per_mass),
+            principal,
+            factor: 1.0,
         }
     }
 
@@ -55,11 +67,18 @@ impl Inertia<f64> {
             mass: lift(self.mass),
             center_of_mass: self.center_of_mass,
             principal: self.principal,
+            factor: lift(self.factor),
         }
     }
 }
 
 impl<T> Inertia<T> {
+    /// Radius of gyration (m) about the center of mass: the square root of the mean principal moment per mass. Negative for a negative mean.
+    pub(crate) fn radius_of_gyration(&self) -> f64 {
+        let mean = self.principal.moments.mean();
+        mean.abs().sqrt().copysign(mean)
+    }
+
     /// Inertia tensor divided by the mass (m²), about the center of mass, in the axes of the body frame.
     pub(crate) fn per_mass(&self) -> Matrix3<f64> {
         let PrincipalInertia { moments, axes } = &self.principal;
@@ -74,7 +93,18 @@ impl<T: Scalar> Inertia<T> {
             mass: real_part(self.mass),
             center_of_mass: self.center_of_mass,
             principal: self.principal,
+            factor: real_part(self.factor),
         }
+    }
+
+    /// Multiplies all principal moments by one number, for a radius of gyration (m) about the center of mass. The moments are negative for a
+    /// negative radius.
+    pub(crate) fn set_radius_of_gyration(&mut self, radius: T) {
+        let before = self.radius_of_gyration();
+        let ratio = real_part(radius) / before;
+        self.principal.moments *= ratio * ratio.abs();
+        let change = radius / real_part(radius);
+        self.factor *= change * change;
     }
 
     /// Pose of a body after its orientation has changed to `rotation` and its center of mass has moved by `shift` (m).
@@ -103,14 +133,14 @@ impl<T: Scalar> Inertia<T> {
         angular: &Vector3<T>,
     ) -> Vector3<T> {
         let principal = &self.principal;
-        principal.times(rotation, &principal.moments, angular)
+        principal.times(rotation, &principal.moments, angular) * self.factor
     }
 
     /// Angular velocity I⁻¹·L of a body with this orientation, in world axes. It is not finite for a massless body.
     #[must_use]
     pub fn angular_velocity(&self, rotation: &Matrix3<T>, momentum: &Vector3<T>) -> Vector3<T> {
         let per_moments = self.principal.moments.map(f64::recip);
-        self.principal.times(rotation, &per_moments, momentum) / self.mass
+        self.principal.times(rotation, &per_moments, momentum) / (self.mass * self.factor)
     }
 }
 

@@ -124,8 +124,8 @@ fn check_moments(
     })
 }
 
-/// Checks that a body's mass, density or moment is positive and finite.
-pub(super) fn check_mass_number(
+/// Checks that a body's mass, density, moment or radius of gyration is positive and finite.
+pub(crate) fn check_mass_number(
     body: &str,
     quantity: &'static str,
     value: f64,

@@ -106,6 +106,7 @@ pub use joint::{Actuator, Joint, JointKind, JointLaw, JointState, Mimic, Stops};
 pub use kinetics::{ForwardDynamicsDerivatives, InverseDynamicsDerivatives, Kinetics};
 pub use loop_joint::LoopJoint;
 pub use mass::Mass;
+pub(crate) use mass::check_mass_number;
 pub use material::Material;
 pub use mechanism::Mechanism;
 pub(crate) use model::Model;

@@ -25,6 +25,14 @@ pub enum Motion<T = f64> {
 }
 
 impl<T> Motion<T> {
+    /// Mass and inertia of a dynamic body.
+    pub(crate) fn inertia_mut(&mut self) -> Option<&mut Inertia<T>> {
+        match self {
+            Self::Dynamic { inertia, .. } => Some(inertia),
+            Self::Fixed | Self::Kinematic(_) => None,
+        }
+    }
+
     /// Whether the body is kinematic.
     pub(crate) fn is_kinematic(&self) -> bool {
         match self {

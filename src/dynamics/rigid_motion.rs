@@ -26,7 +26,7 @@ impl<T: Scalar> Inertia<T> {
     pub(in crate::dynamics) fn in_world(&self, rotation: &Matrix3<T>) -> Matrix3<T> {
         let frame = self.principal.frame(rotation);
         let moments = Matrix3::from_diagonal(&self.principal.moments);
-        times_constant(&frame, &moments) * frame.transpose() * self.mass
+        times_constant(&frame, &moments) * frame.transpose() * (self.mass * self.factor)
     }
 
     /// Pose of a body after a turn (rad, world axes) about its center of mass and a shift of the center of mass (m).

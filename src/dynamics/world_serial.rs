@@ -298,11 +298,8 @@ impl InertiaLayout {
         let is_frame = (axes.tr_mul(&axes) - Matrix3::identity()).amax() <= ORTHONORMAL
             && axes.determinant() > 0.0;
         let is_valid = numbers.all(|x| x.is_finite()) && is_frame && principal.is_sorted();
-        is_valid.then(|| Inertia {
-            mass: self.mass,
-            center_of_mass: self.center_of_mass.into(),
-            principal,
-        })
+        is_valid
+            .then(|| Inertia::in_principal_axes(self.mass, self.center_of_mass.into(), principal))
     }
 }
 

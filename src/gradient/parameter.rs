@@ -31,6 +31,9 @@ pub enum Parameter {
     Friction(Arc<str>),
     /// Mass (kg) of the named body. The inertia is proportional to the mass.
     Mass(Arc<str>),
+    /// Radius of gyration (m) of the named body about its center of mass: the square root of the mean principal moment of inertia per mass.
+    /// The ratios of the moments, and the mass, stay constant.
+    RadiusOfGyration(Arc<str>),
     /// Gravity (m/s²): 3 numbers.
     Gravity,
     /// Wrench of one interval, counted from 0, of the named body's [`Control`](crate::dynamics::Control): 6 numbers, torque (N m)
@@ -190,6 +193,12 @@ impl Parameter {
         Self::Mass(body.into())
     }
 
+    /// Radius of gyration (m) of a body: [`Self::RadiusOfGyration`].
+    #[must_use]
+    pub fn radius_of_gyration(body: impl Into<Arc<str>>) -> Self {
+        Self::RadiusOfGyration(body.into())
+    }
+
     /// Named parameter of forces: [`Self::ForceParameter`].
     #[must_use]
     pub fn force_parameter(name: impl Into<Arc<str>>) -> Self {
@@ -223,6 +232,7 @@ impl Parameter {
             | Self::Dissipation(_)
             | Self::Friction(_)
             | Self::Mass(_)
+            | Self::RadiusOfGyration(_)
             | Self::ForceParameter(_) => 1,
             Self::Joint(_, quantity) => quantity.dimension(),
             Self::Control(..) => 6,
@@ -262,6 +272,7 @@ impl Parameter {
             | Self::Dissipation(name)
             | Self::Friction(name)
             | Self::Mass(name)
+            | Self::RadiusOfGyration(name)
             | Self::Control(name, _) => Some(name),
             Self::Gravity | Self::ForceParameter(_) | Self::Joint(..) => None,
         }
@@ -279,6 +290,7 @@ impl fmt::Display for Parameter {
             Self::Dissipation(_) => "the dissipation",
             Self::Friction(_) => "the friction",
             Self::Mass(_) => "the mass",
+            Self::RadiusOfGyration(_) => "the radius of gyration",
             Self::Gravity => "gravity",
             Self::ForceParameter(name) => return write!(formatter, "the force parameter {name:?}"),
             Self::Joint(name, quantity) => {

@@ -79,7 +79,10 @@ impl Experiment {
     ) -> Result<(V, DVector<f64>), GradientError> {
         let (slots, world) = self.world_of(parameters)?;
         let (value, gradient) = self.reverse_sweep(&world, false, read)?;
-        Ok((value, DVector::from_vec(slots.gradient(&gradient))))
+        Ok((
+            value,
+            DVector::from_vec(slots.gradient(self.model(), &gradient)),
+        ))
     }
 
     /// The parameters, resolved, and the world that is differentiated with respect to them.

@@ -39,7 +39,7 @@ impl RolloutGradient {
     /// If the world does not have the parameter.
     pub fn by(&self, parameter: &Parameter) -> Result<Vec<f64>, GradientError> {
         let slots = Slots::resolve(std::slice::from_ref(parameter), &self.model)?;
-        Ok(slots.gradient(&self.gradient))
+        Ok(slots.gradient(&self.model, &self.gradient))
     }
 
     /// Nonsmooth points of the rollout, where the gradient is one of several possible derivatives: see

@@ -2,7 +2,8 @@
 
 use super::{GradientError, JointQuantity, Parameter};
 use crate::dynamics::{
-    Body, Joint, JointState, Model, ModelGradient, Motion, Schedule, turn_between,
+    Body, Inertia, Joint, JointState, Model, ModelGradient, Motion, Schedule, WorldError,
+    check_mass_number, turn_between,
 };
 use crate::scalar::{Scalar, lift_vector};
 use crate::spatial::{Pose, Twist, rotation_from_vector, turned_by};
@@ -33,6 +34,7 @@ enum Quantity {
     Dissipation,
     Friction,
     Mass,
+    RadiusOfGyration,
 }
 
 /// Locations of the numbers of several parameters, in their order.
@@ -70,10 +72,27 @@ impl Slots {
         slots.flat_map(|slot| slot.scales(&mut model)).collect()
     }
 
-    /// Derivatives with respect to all numbers.
-    pub fn gradient(&self, gradient: &ModelGradient) -> Vec<f64> {
+    /// Derivatives with respect to all numbers of a model.
+    pub fn gradient(&self, model: &Model, gradient: &ModelGradient) -> Vec<f64> {
         let slots = self.0.iter();
-        slots.flat_map(|slot| slot.gradient(gradient)).collect()
+        slots
+            .flat_map(|slot| slot.gradient(model, gradient))
+            .collect()
+    }
+
+    /// Checks that the radii of gyration among the parameters are positive in a model.
+    ///
+    /// # Errors
+    /// If a radius is not positive and finite.
+    pub fn check_radii(&self, model: &Model) -> Result<(), WorldError> {
+        let bodies = self.0.iter().filter_map(|slot| match slot {
+            Slot::Body(body, Quantity::RadiusOfGyration) => Some(&model.bodies[*body]),
+            _ => None,
+        });
+        let mut inertias = bodies.filter_map(|body| Some((body.name(), body.inertia()?)));
+        inertias.try_for_each(|(body, inertia)| {
+            check_mass_number(body, "radius of gyration", inertia.radius_of_gyration())
+        })
     }
 
     /// The model for derivatives with respect to the parameters. If the dissipation or friction of a body is a parameter, contacts
@@ -183,6 +202,7 @@ impl Slot {
             Parameter::Dissipation(_) => Quantity::Dissipation,
             Parameter::Friction(_) => Quantity::Friction,
             Parameter::Mass(_) => Quantity::Mass,
+            Parameter::RadiusOfGyration(_) => Quantity::RadiusOfGyration,
         };
         let name = parameter.body().unwrap_or_default();
         let index = model.index_of(name)?;
@@ -221,8 +241,8 @@ impl Slot {
         }
     }
 
-    /// Numbers of the parameter in a model. The list is empty for a position or an orientation,
-    /// because [`Self::pose`] and [`Self::ball_rotation`] handle these parameters.
+    /// Numbers of the parameter in a model. The list is empty for a position, an orientation or a radius of gyration, which have methods of
+    /// their own.
     fn numbers<'a, T: Scalar>(&self, model: &'a mut Model<T>) -> Vec<&'a mut T> {
         match *self {
             Self::Gravity => model.gravity.iter_mut().collect(),
@@ -265,6 +285,14 @@ impl Slot {
         }
     }
 
+    /// Inertia of the body, if the parameter is the radius of gyration.
+    fn inertia<'a, T: Scalar>(&self, model: &'a mut Model<T>) -> Option<&'a mut Inertia<T>> {
+        match *self {
+            Self::Body(body, Quantity::RadiusOfGyration) => model.bodies[body].motion.inertia_mut(),
+            _ => None,
+        }
+    }
+
     fn values(&self, model: &mut Model) -> Vec<f64> {
         let rotation_vector = |rotation: &Matrix3<f64>| {
             let turn = turn_between(&Matrix3::identity(), rotation);
@@ -272,6 +300,9 @@ impl Slot {
         };
         if let Some(rotation) = self.ball_rotation(model) {
             return rotation_vector(rotation);
+        }
+        if let Some(inertia) = self.inertia(model) {
+            return vec![inertia.radius_of_gyration()];
         }
         match self.pose(model) {
             Some((pose, Quantity::Position)) => pose.translation().iter().copied().collect(),
@@ -298,7 +329,11 @@ impl Slot {
             )
             | Self::Body(
                 _,
-                Quantity::Modulus | Quantity::Dissipation | Quantity::Friction | Quantity::Mass,
+                Quantity::Modulus
+                | Quantity::Dissipation
+                | Quantity::Friction
+                | Quantity::Mass
+                | Quantity::RadiusOfGyration,
             ) => {
                 let sizes = self.values(model).into_iter().map(f64::abs);
                 sizes
@@ -326,6 +361,10 @@ impl Slot {
             *rotation = turned_by(rotation, &Vector3::from_column_slice(changes));
             return;
         }
+        if let Some(inertia) = self.inertia(model) {
+            inertia.set_radius_of_gyration(changes[0] + inertia.radius_of_gyration());
+            return;
+        }
         for (number, change) in self.numbers(model).into_iter().zip(changes) {
             *number += *change;
         }
@@ -344,12 +383,16 @@ impl Slot {
             *rotation = rotation_from_vector(&Vector3::from_column_slice(values));
             return;
         }
+        if let Some(inertia) = self.inertia(model) {
+            inertia.set_radius_of_gyration(values[0]);
+            return;
+        }
         for (number, value) in self.numbers(model).into_iter().zip(values) {
             *number = *value;
         }
     }
 
-    fn gradient(&self, gradient: &ModelGradient) -> Vec<f64> {
+    fn gradient(&self, model: &Model, gradient: &ModelGradient) -> Vec<f64> {
         match *self {
             Self::Gravity => gradient.gravity.as_slice().to_vec(),
             Self::ForceParameter(index) => vec![gradient.force_parameters[index]],
@@ -384,6 +427,16 @@ impl Slot {
                     Quantity::Dissipation => vec![by_body.dissipation],
                     Quantity::Friction => vec![by_body.friction],
                     Quantity::Mass => vec![by_body.mass],
+                    Quantity::RadiusOfGyration => {
+                        let inertia = model.bodies[body].inertia();
+                        inertia
+                            .map(|inertia| {
+                                let by_square = by_body.inertia.dot(&inertia.per_mass());
+                                2.0 * by_square / inertia.radius_of_gyration()
+                            })
+                            .into_iter()
+                            .collect()
+                    }
                 }
             }
         }
@@ -446,7 +499,11 @@ impl Quantity {
     fn dimension(self) -> usize {
         match self {
             Self::Position | Self::Orientation | Self::Velocity | Self::AngularVelocity => 3,
-            Self::Modulus | Self::Dissipation | Self::Friction | Self::Mass => 1,
+            Self::Modulus
+            | Self::Dissipation
+            | Self::Friction
+            | Self::Mass
+            | Self::RadiusOfGyration => 1,
         }
     }
 
@@ -470,6 +527,10 @@ impl Quantity {
             }
             Self::Position | Self::Orientation => !body.motion.is_kinematic(),
             Self::Velocity | Self::AngularVelocity | Self::Mass => body.inertia().is_some(),
+            Self::RadiusOfGyration => {
+                let inertia = body.inertia();
+                inertia.is_some_and(|inertia| inertia.radius_of_gyration() > 0.0)
+            }
             Self::Modulus | Self::Dissipation | Self::Friction => true,
         };
         if has_effect {
@@ -484,16 +545,19 @@ impl Quantity {
 
     fn numbers<T>(self, body: &mut Body<T>) -> Vec<&mut T> {
         match self {
-            Self::Position | Self::Orientation => Vec::new(),
+            Self::Position | Self::Orientation | Self::RadiusOfGyration => Vec::new(),
             Self::Velocity => body.initial.twist.linear.iter_mut().collect(),
             Self::AngularVelocity => body.initial.twist.angular.iter_mut().collect(),
             Self::Modulus => body.material.modulus.iter_mut().collect(),
             Self::Dissipation => vec![&mut body.material.dissipation],
             Self::Friction => body.material.friction.iter_mut().collect(),
-            Self::Mass => match &mut body.motion {
-                Motion::Dynamic { inertia, .. } => vec![&mut inertia.mass],
-                Motion::Fixed | Motion::Kinematic(_) => Vec::new(),
-            },
+            Self::Mass => {
+                let inertia = body.motion.inertia_mut();
+                inertia
+                    .map(|inertia| &mut inertia.mass)
+                    .into_iter()
+                    .collect()
+            }
         }
     }
 }

@@ -103,6 +103,7 @@ fn changed(
     let slots = Slots::resolve(parameters, model)?;
     slots.check_count(numbers.len())?;
     let model = change(&slots, model, numbers);
+    slots.check_radii(&model)?;
     model.check()?;
     Ok(model)
 }

@@ -86,7 +86,9 @@ impl VectorJacobianProduct {
         let by_states = RecordedCovectors::new(by_states, &self.trajectory)?;
         let (world, tape) = (self.world, self.tape);
         let gradient = contained(|| self.experiment.sweep(&*world, tape, by_states, false))?;
-        Ok(DVector::from_vec(self.slots.gradient(&gradient)))
+        Ok(DVector::from_vec(
+            self.slots.gradient(self.experiment.model(), &gradient),
+        ))
     }
 }
 

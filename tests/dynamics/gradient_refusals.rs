@@ -1,10 +1,12 @@
 //! Parameters, outcomes and changes that gradients reject.
 
 use crate::scenes::{SKIN, assert_names, ball, ball_shape, floor, still_at};
+use approx::assert_relative_eq;
 use hydroelastic::dynamics::{Body, Plan, World, WorldError};
 use hydroelastic::gradient::{
     Experiment, FinalPosition, FinalState, GradientError, Parameter, RecordedStates,
 };
+use nalgebra::{Matrix3, Vector3};
 use std::slice;
 use std::sync::Arc;
 
@@ -62,6 +64,7 @@ fn a_parameter_without_effect_on_a_body_that_forces_do_not_move_is_refused() {
     let world = World::new(vec![ball("ball"), floor(SKIN), driven.unwrap()]).unwrap();
     for (parameter, body) in [
         (Parameter::mass("floor"), "floor"),
+        (Parameter::radius_of_gyration("floor"), "floor"),
         (Parameter::initial_velocity("floor"), "floor"),
         (Parameter::initial_angular_velocity("floor"), "floor"),
         (Parameter::mass("cart"), "cart"),
@@ -110,6 +113,32 @@ fn a_world_is_changed_by_as_many_numbers_as_its_parameters_have_and_to_usable_on
             &error,
             &format!("the mass of body \"ball\" is {}", 1.0 + change),
         );
+    }
+}
+
+#[test]
+fn a_radius_of_gyration_scales_the_inertia_and_must_be_positive() {
+    let world = World::new(vec![ball("ball")]).unwrap();
+    let radius = [Parameter::radius_of_gyration("ball")];
+    let value = world.values(&radius).unwrap()[0];
+    let momentum = |world: &World| {
+        let inertia = world.bodies()[0].inertia().unwrap();
+        inertia
+            .angular_momentum(&Matrix3::identity(), &Vector3::x())
+            .x
+    };
+    let larger = world.with_values(&radius, &[2.0 * value]).unwrap();
+    assert_relative_eq!(larger.values(&radius).unwrap()[0], 2.0 * value);
+    assert_relative_eq!(
+        momentum(&larger),
+        4.0 * momentum(&world),
+        max_relative = 1e-14
+    );
+    for wrong in [0.0, -0.1, f64::NAN] {
+        let GradientError::World(error) = world.with_values(&radius, &[wrong]).unwrap_err() else {
+            panic!("not of the world")
+        };
+        assert_names(&error, "the radius of gyration of body \"ball\"");
     }
 }
 

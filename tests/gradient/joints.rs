@@ -83,6 +83,7 @@ fn parameters() -> Vec<Parameter> {
         Parameter::Gravity,
         Parameter::modulus("hand"),
         Parameter::mass("lower"),
+        Parameter::radius_of_gyration("lower"),
         Parameter::friction("hand"),
     ];
     for (joint, quantities) in [

@@ -146,6 +146,7 @@ fn by_bodies(rubs: bool) -> Vec<Parameter> {
             Parameter::initial_velocity(name),
             Parameter::initial_angular_velocity(name),
             Parameter::mass(name),
+            Parameter::radius_of_gyration(name),
         ]);
     }
     for name in ["a", "b", "block", "plate", "floor"] {

@@ -83,6 +83,7 @@ fn by_bricks(rubs: bool) -> Vec<Parameter> {
             Parameter::initial_velocity(name),
             Parameter::initial_angular_velocity(name),
             Parameter::mass(name),
+            Parameter::radius_of_gyration(name),
             Parameter::modulus(name),
         ]);
         if rubs {

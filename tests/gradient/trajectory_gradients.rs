@@ -24,7 +24,7 @@ const RUBBING: f64 = 1e-6;
 /// Agreement after a thousand steps. Division of dual numbers has other rounding errors than division in `f64`.
 const REAL_PARTS: f64 = 1e-11;
 
-fn everything() -> [Parameter; 8] {
+fn everything() -> [Parameter; 9] {
     [
         Parameter::initial_position("ball"),
         Parameter::initial_orientation("ball"),
@@ -33,6 +33,7 @@ fn everything() -> [Parameter; 8] {
         Parameter::modulus("ball"),
         Parameter::modulus("slab"),
         Parameter::mass("ball"),
+        Parameter::radius_of_gyration("ball"),
         Parameter::Gravity,
     ]
 }

@@ -84,6 +84,7 @@ fn of_ball(name: &str) -> Vec<Parameter> {
         Parameter::friction(name),
         Parameter::dissipation(name),
         Parameter::mass(name),
+        Parameter::radius_of_gyration(name),
     ]
 }
 
