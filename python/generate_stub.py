@@ -64,6 +64,7 @@ TYPES = {name: name for name in ["None", "bool", "float", "int", "str", "object"
     "PyArrayDyn<f64>": "_Floats",
     "PyArrayDyn<i64>": "NDArray[np.int64]",
     "PyDict": "dict[str, object]",
+    "PyErr": "HydroelasticError",
     "PyIterator": "Iterator[State]",
     "PySlice": "slice",
     "PyTuple": "tuple[_Floats, ...]",
@@ -145,8 +146,8 @@ def rust_type(text: str, is_result: bool) -> str:
     if match := re.fullmatch(r"(PyResult|Bound|Py|PyRef|Option|Vec)<(.*)>", text):
         inner = rust_type(match[2], is_result)
         return {"Option": f"{inner} | None", "Vec": f"{'list' if is_result else 'Sequence'}[{inner}]"}.get(match[1], inner)
-    if match := re.fullmatch(r"BTreeMap<String, (.*)>", text):
-        return f"dict[str, {rust_type(match[1], is_result)}]"
+    if match := re.fullmatch(r"BTreeMap<(\w+), (.*)>", text):
+        return f"dict[{rust_type(match[1], is_result)}, {rust_type(match[2], is_result)}]"
     if text.startswith("(") and text != "()":
         return f"tuple[{', '.join(rust_type(item, is_result) for item in split(text[1:-1], ','))}]"
     if text == "PyAny" and is_result:

@@ -182,6 +182,39 @@ impl States {
         Ok(Self(rows.map(state).collect::<PyResult<_>>()?))
     }
 
+    /// Returns these states, with the states of `other` in some rows.
+    ///
+    /// Parameters
+    /// ----------
+    /// mask : sequence of bool
+    ///     For each row, whether the state is that of `other`.
+    /// other : States
+    ///     As many states.
+    ///
+    /// Returns
+    /// -------
+    /// States
+    ///     States of both.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If the numbers of rows differ, or the states have different numbers of bodies or joints.
+    fn replace_where(&self, mask: Vec<bool>, other: &Self) -> PyResult<Self> {
+        let counts = [mask.len(), other.0.len()];
+        if counts != [self.0.len(); 2] {
+            return Err(value_error(format!(
+                "the mask has {} rows and the other states have {}, but both must have {}",
+                counts[0],
+                counts[1],
+                self.0.len()
+            )));
+        }
+        let pairs = self.0.iter().zip(&other.0).zip(mask);
+        let rows = pairs.map(|((own, other), is_other)| if is_other { other } else { own });
+        Self::of(rows.cloned().collect())
+    }
+
     fn __len__(&self) -> usize {
         self.0.len()
     }

@@ -130,6 +130,13 @@ def raised(results):
     return results
 
 
+def raised_in(states, errors):
+    """Returns the results of Batch.advance. Raises the first error among them."""
+    for error in errors.values():
+        raise error
+    return states
+
+
 def scene():
     skin = he.Material(1e5, 0.2, 0.4)
     ball = he.Body.dynamic("ball", he.Shape.icosphere(0.1, 1), skin, 1.0, pose=he.pose([0.0, 0.0, 0.09]))
@@ -188,6 +195,9 @@ def cases(folder):
     mechanism = robot.mechanism(skin)
     (folder / "robot.urdf").write_text(ROBOT)
     implicit = he.Batch(he.Plan(1e-3, 2, he.Integrator.IMPLICIT_EULER))
+    states = he.States([arm.initial_state] * 2)
+    state_arrays = {name: getattr(states, name) for name in ("times", "poses", "twists", "joint_positions", "joint_velocities")}
+    state_arrays |= {name: getattr(states, name) for name in ("ball_joint_rotations", "ball_joint_velocities")}
     of_joints = {"by_poses": np.zeros((1, 3, 2, 4, 4)), "by_twists": np.zeros((1, 3, 2, 6))}
     of_joints |= {"by_joint_positions": np.zeros((1, 3, 1)), "by_joint_velocities": np.zeros((1, 3, 1))}
     of_joints |= {"by_ball_joint_rotations": np.zeros((1, 3, 1, 3, 3)), "by_ball_joint_velocities": np.zeros((1, 3, 1, 3))}
@@ -505,6 +515,11 @@ def cases(folder):
         "Batch.jacobians_perturbed": (
             lambda **it: raised(batch.jacobians_perturbed(world, gravity, **it)),
             {"samples": np.zeros((2, 3))},
+        ),
+        "States.replace": (states.replace, state_arrays),
+        "Batch.advance": (
+            lambda values: raised_in(*implicit.advance(arm, states, gravity, values)),
+            {"values": np.zeros((2, 3))},
         ),
         "Batch.vjps": (lambda **it: raised(batch.vjps([world], gravity, **it)), many),
         "Batch.vjps (of joints)": (lambda **it: raised(implicit.vjps([arm], gravity, **it)), of_joints),

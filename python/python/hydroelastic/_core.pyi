@@ -60,6 +60,7 @@ __all__ = [
     "Solid",
     "Spring",
     "State",
+    "States",
     "StepReport",
     "Stops",
     "Surface",
@@ -1031,6 +1032,39 @@ class State:
     def __getnewargs__(self) -> tuple[float, _Floats, _Floats, list[tuple[float | _Floats, float | _Floats]]]: ...
 
 @final
+class States:
+    def __new__(cls, states: Sequence[State]) -> Self: ...
+    @property
+    def times(self) -> _Floats: ...
+    @property
+    def poses(self) -> _Floats: ...
+    @property
+    def twists(self) -> _Floats: ...
+    @property
+    def joint_positions(self) -> _Floats: ...
+    @property
+    def joint_velocities(self) -> _Floats: ...
+    @property
+    def ball_joint_rotations(self) -> _Floats: ...
+    @property
+    def ball_joint_velocities(self) -> _Floats: ...
+    def replace(
+        self,
+        *,
+        times: _Numbers | None = None,
+        poses: _Rows | None = None,
+        twists: _Rows | None = None,
+        joint_positions: _Rows | None = None,
+        joint_velocities: _Rows | None = None,
+        ball_joint_rotations: _Rows | None = None,
+        ball_joint_velocities: _Rows | None = None,
+    ) -> States: ...
+    def replace_where(self, mask: Sequence[bool], other: States) -> States: ...
+    def __len__(self) -> int: ...
+    def __getitem__(self, key: SupportsIndex, /) -> State: ...
+    def __getnewargs__(self) -> tuple[list[State]]: ...
+
+@final
 class Trajectory:
     def show(
         self,
@@ -1085,6 +1119,13 @@ class Batch:
     def __new__(cls, plan: Plan, *, progress: bool | _Progress | None = None) -> Self: ...
     def rollouts_from(self, world: World, states: Sequence[State]) -> list[Trajectory | RolloutError]: ...
     def rollouts(self, worlds: Sequence[World]) -> list[Trajectory | RolloutError]: ...
+    def advance(
+        self,
+        world: World,
+        states: States,
+        parameters: Sequence[Parameter] = ...,
+        values: _Rows | None = None,
+    ) -> tuple[States, dict[int, HydroelasticError]]: ...
     def rollouts_perturbed(
         self,
         world: World,
