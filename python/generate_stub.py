@@ -47,7 +47,7 @@ ERRORS = {"HydroelasticError", "RolloutError"}
 # Python types, by their names in docstrings and in Rust.
 TYPES = {name: name for name in ["None", "bool", "float", "int", "str", "object", *ERRORS, *CLASSES]} | {
     "callable": "_Progress",
-    "function of iterations": "Callable[[int, float, _Floats], object]",
+    "function of iterations": "Callable[[int, float, _Floats, Checkpoint], object]",
     "function of points": "Callable[[_Floats], _Numbers]",
     "hydroelastic.view.Picture": "Picture",
     "path-like": "_File",

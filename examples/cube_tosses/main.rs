@@ -1,8 +1,8 @@
 //! Which modulus, dissipation and friction explain recorded tosses of a cube onto a table, and how well do they predict other tosses?
 //!
-//! `cargo run --release -p hydroelastic-examples --example cube_tosses [-- --tosses FILE.csv --fit 100 --held-out 100]`
+//! `cargo run --release -p hydroelastic-examples --example cube_tosses [-- --data FOLDER --fit 100 --held-out 100]`
 //!
-//! Without a file, the tosses are simulated with noise, and the estimates are compared with the true values. Each toss is divided into
+//! The folder has the file `cube_tosses.csv`: `docs/measured_motions.md` says where to get it. Without a folder, the tosses are simulated with noise, and the estimates are compared with the true values. Each toss is divided into
 //! windows of 25 frames, because motions through several impacts are too sensitive to their initial state.
 
 mod tosses;
@@ -16,6 +16,7 @@ use hydroelastic::identification::{
 use hydroelastic::parallel;
 use std::error::Error;
 use std::ops::ControlFlow;
+use std::path::Path;
 
 /// True values of simulated tosses: modulus (Pa), dissipation (s/m), friction and height (m) of the table.
 const TRUTH: [f64; 4] = [1e6, 5.0, 0.2, -0.001];
@@ -39,9 +40,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     let plan = Plan::new(1.0 / tosses::RATE, 60)?.with_integrator(Integrator::Sdirk3);
     let plan = plan.with_accuracy(Accuracy::new(3e-3, 3e-2)?);
     let template = tosses::world(GUESS)?;
-    let file = option("--tosses");
-    let all = match &file {
-        Some(file) => tosses::read(file.as_ref(), &template)?,
+    let folder = option("--data");
+    let all = match &folder {
+        Some(folder) => tosses::read(&Path::new(folder).join("cube_tosses.csv"), &template)?,
         None => tosses::simulated(&tosses::world(TRUTH)?, &plan, fitted + held_out)?,
     };
     let (training, rest) = all.split_at_checked(fitted).ok_or("too few tosses")?;
@@ -49,7 +50,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         .with_nuisances(&nuisances())?
         .with_noise(Noise::new(MODEL_ERROR[0], MODEL_ERROR[1])?)
         .with_loss(RobustLoss::Cauchy(4.0))?
-        .with_max_iterations(if file.is_some() { 15 } else { 30 })
+        .with_max_iterations(if folder.is_some() { 15 } else { 30 })
         .with_progress(|iteration| {
             println!(
                 "{}: cost {:.2}, {:.5?}",
@@ -67,7 +68,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let held_out = &rest[rest.len() - held_out..];
         print_errors(&identification, &fit.values(), held_out, start)?;
     }
-    if file.is_none() {
+    if folder.is_none() {
         for (estimate, truth) in fit.estimates.iter().zip(TRUTH) {
             let [lower, upper] = estimate.interval;
             assert!(

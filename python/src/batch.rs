@@ -249,11 +249,18 @@ impl Batch {
         };
         let only_end = Self {
             plan: self.plan.recording_every(self.plan.steps()),
-            progress: self.progress.as_ref().map(|progress| progress.clone_ref(py)),
+            progress: self
+                .progress
+                .as_ref()
+                .map(|progress| progress.clone_ref(py)),
         };
         let mut errors = BTreeMap::new();
         let mut ends = Vec::with_capacity(rows.len());
-        for (row, result) in only_end.results(py, rows.len(), job)?.into_iter().enumerate() {
+        for (row, result) in only_end
+            .results(py, rows.len(), job)?
+            .into_iter()
+            .enumerate()
+        {
             ends.push(match result {
                 Ok(Ok(trajectory)) => trajectory.last().clone(),
                 Ok(Err(failure)) => {

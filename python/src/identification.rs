@@ -1,6 +1,9 @@
 //! Identification of a world from measured motions.
 
-use crate::arrays::{Floats, Whole, array, count, list, named_real, optional_real, row, whole};
+use crate::arrays::{
+    Floats, Numbers, Whole, array, check_finite, copied, count, list, named_real, numbers,
+    optional_real, row, whole, wrong_shape,
+};
 use crate::errors::{gradient_error, value_error};
 use crate::interrupt::{Shared, run};
 use crate::parameter::Parameter;
@@ -13,6 +16,7 @@ use hydroelastic::identification::{
     self, IdentificationError, Iteration, Measurement, Noise, Nuisance, RobustLoss, StartingState,
     Termination,
 };
+use hydroelastic::nalgebra::DVector;
 use pyo3::prelude::*;
 use std::ops::ControlFlow;
 use std::sync::{Arc, Mutex};
@@ -204,11 +208,11 @@ impl Identification {
     /// ----------
     /// trajectories : list of Trajectory
     ///     Measurements.
-    /// start : Fit, optional
-    ///     Result of an earlier fit to the same measurements, from which this fit continues. The default is the initial guess.
+    /// start : Checkpoint, optional
+    ///     Checkpoint of an earlier fit to the same measurements, from which this fit continues. The default is the initial guess.
     /// progress : function of iterations, optional
-    ///     Function of (index, cost, values), called at the beginning of each iteration. If it returns True, the fit ends with its
-    ///     present result.
+    ///     Function of (index, cost, values, checkpoint), called at the beginning of each iteration. If it returns True, the fit ends with
+    ///     its present result.
     ///
     /// Returns
     /// -------
@@ -224,7 +228,7 @@ impl Identification {
         &self,
         py: Python<'_>,
         trajectories: Vec<Bound<'_, Trajectory>>,
-        start: Option<&Fit>,
+        start: Option<&Checkpoint>,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Fit> {
         let trajectories = trajectories
@@ -238,7 +242,7 @@ impl Identification {
             let raised = Arc::clone(&raised);
             inner = inner.with_progress(move |iteration| told(&progress, iteration, &raised));
         }
-        let checkpoint = start.map(|start| start.0.checkpoint.clone());
+        let checkpoint = start.map(|start| start.0.clone());
         let fit = run(py, &shared, None, || match checkpoint {
             None => inner.fit(&measurements),
             Some(checkpoint) => inner.resume(&measurements, checkpoint),
@@ -316,7 +320,8 @@ fn told(
 ) -> ControlFlow<()> {
     let result = Python::attach(|py| {
         let values = array(py, iteration.values.clone(), &[iteration.values.len()])?;
-        let result = progress.call1(py, (iteration.index, iteration.cost, values))?;
+        let checkpoint = Checkpoint(iteration.checkpoint.clone());
+        let result = progress.call1(py, (iteration.index, iteration.cost, values, checkpoint))?;
         result.bind(py).is_truthy()
     });
     match result {
@@ -335,6 +340,82 @@ fn error(why: &IdentificationError) -> PyErr {
     match why {
         IdentificationError::Gradient(why) => gradient_error(why),
         why => value_error(why),
+    }
+}
+
+/// Coordinates of the u unknowns and of the n nuisances of each of m measurements, from which a fit can continue. It can be pickled.
+///
+/// Parameters
+/// ----------
+/// horizon : int
+///     Index of the horizon that is fitted. The number of horizons stands for whole measurements.
+/// unknowns : (u,) array_like
+///     Coordinates of the unknowns.
+/// nuisances : (m, n) array_like
+///     Coordinates of the nuisances of each measurement.
+///
+/// Raises
+/// ------
+/// HydroelasticError
+///     If a number is not finite, or an array has an unexpected shape.
+#[pyclass(frozen, module = "hydroelastic")]
+pub struct Checkpoint(identification::Checkpoint);
+
+#[pymethods]
+impl Checkpoint {
+    #[new]
+    fn new(
+        #[pyo3(from_py_with = whole)] horizon: Whole,
+        unknowns: &Bound<'_, PyAny>,
+        nuisances: &Bound<'_, PyAny>,
+    ) -> PyResult<Self> {
+        let unknowns = list(unknowns, "unknowns")?;
+        check_finite(&unknowns, "unknowns")?;
+        let Numbers { values, shape } = numbers(nuisances, "nuisances")?;
+        check_finite(&values, "nuisances")?;
+        let [measurements, width] = shape[..] else {
+            return Err(wrong_shape("nuisances", "(m, n)", &shape));
+        };
+        let row = |row: usize| DVector::from_column_slice(&values[row * width..(row + 1) * width]);
+        Ok(Self(identification::Checkpoint {
+            horizon: count(horizon, "horizon")?,
+            unknowns: unknowns.into(),
+            nuisances: (0..measurements).map(row).collect(),
+        }))
+    }
+
+    /// Index of the horizon that is fitted.
+    #[getter]
+    fn horizon(&self) -> usize {
+        self.0.horizon
+    }
+
+    /// Coordinates of the unknowns, (u,) float64.
+    #[getter]
+    fn unknowns<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
+        let unknowns = &self.0.unknowns;
+        copied(py, unknowns.as_slice(), &[unknowns.len()])
+    }
+
+    /// Coordinates of the nuisances of each measurement, (m, n) float64.
+    #[getter]
+    fn nuisances<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
+        let rows = &self.0.nuisances;
+        let values = rows.iter().flat_map(|row| row.iter().copied()).collect();
+        array(
+            py,
+            values,
+            &[rows.len(), rows.first().map_or(0, DVector::len)],
+        )
+    }
+
+    fn __repr__(&self) -> String {
+        let (unknowns, measurements) = (self.0.unknowns.len(), self.0.nuisances.len());
+        format!("Checkpoint({unknowns} unknowns, {measurements} measurements)")
+    }
+
+    fn __getnewargs__<'py>(&self, py: Python<'py>) -> PyResult<(usize, Floats<'py>, Floats<'py>)> {
+        Ok((self.horizon(), self.unknowns(py)?, self.nuisances(py)?))
     }
 }
 
@@ -437,6 +518,12 @@ impl Fit {
         measurements
             .map(|measurement| measurement.error.as_ref().map(ToString::to_string))
             .collect()
+    }
+
+    /// Coordinates, from which a fit can continue.
+    #[getter]
+    fn checkpoint(&self) -> Checkpoint {
+        Checkpoint(self.0.checkpoint.clone())
     }
 
     /// Number of iterations, over all horizons.

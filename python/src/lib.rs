@@ -115,6 +115,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<vjp::VectorJacobianProduct>()?;
     module.add_class::<identification::Unknown>()?;
     module.add_class::<identification::Identification>()?;
+    module.add_class::<identification::Checkpoint>()?;
     module.add_class::<identification::Fit>()?;
     module.add_class::<contacts::Contact>()?;
     module.add_class::<contacts::ContactTopology>()

@@ -164,7 +164,9 @@ impl States {
             ball_joint_velocities,
         ];
         let count = self.0.len();
-        let times = times.map_or(Ok(self.all_times()), |times| finite_numbers(times, "times", &[count]))?;
+        let times = times.map_or(Ok(self.all_times()), |times| {
+            finite_numbers(times, "times", &[count])
+        })?;
         let mut arrays: [Vec<f64>; ARRAYS] = numbers_of(&self.0);
         for (which, argument) in arguments.into_iter().enumerate() {
             if let Some(argument) = argument {
@@ -224,7 +226,11 @@ impl States {
     }
 
     fn __repr__(&self) -> String {
-        format!("States({} of {} bodies)", self.0.len(), self.0[0].bodies.len())
+        format!(
+            "States({} of {} bodies)",
+            self.0.len(),
+            self.0[0].bodies.len()
+        )
     }
 
     fn __getnewargs__(&self) -> (Vec<State>,) {

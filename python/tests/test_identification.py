@@ -1,5 +1,7 @@
 """Identification of a world from simulated measurements."""
 
+import pickle
+
 import numpy as np
 import pytest
 
@@ -29,7 +31,7 @@ def measurements():
 def test_clean_measurements_give_the_true_values():
     identification = he.Identification(tossed(2e5, 0.5, 0.1), PLAN, unknowns())
     iterations = []
-    fit = identification.fit(measurements(), progress=lambda index, cost, values: iterations.append((index, cost, values)))
+    fit = identification.fit(measurements(), progress=lambda index, cost, values, _: iterations.append((index, cost, values)))
     assert fit.termination == "converged" and fit.errors == [None, None]
     np.testing.assert_allclose(fit.values, TRUTH, rtol=1e-3)
     assert fit.names[2] == 'the friction of "ball"' and "friction" in repr(fit)
@@ -49,9 +51,14 @@ def test_a_fit_stops_and_continues():
     identification = he.Identification(tossed(2e5, 0.5, 0.1), PLAN, unknowns())
     stopped = identification.fit(measurements(), progress=lambda index, *_: index == 2)
     assert stopped.termination == "stopped" and stopped.iterations == 2
-    continued = identification.fit(measurements(), start=stopped)
+    saved = pickle.loads(pickle.dumps(stopped.checkpoint))
+    assert saved.unknowns.shape == (3,) and saved.nuisances.shape == (2, 0) and saved.horizon == 0
+    continued = identification.fit(measurements(), start=saved)
     assert continued.termination == "converged"
     np.testing.assert_allclose(continued.values, TRUTH, rtol=1e-3)
+    checkpoints = []
+    identification.fit(measurements(), start=saved, progress=lambda *iteration: checkpoints.append(iteration[3]) or True)
+    np.testing.assert_array_equal(checkpoints[0].unknowns, saved.unknowns)
 
     def fail(*_):
         raise KeyError("progress")

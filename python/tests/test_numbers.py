@@ -536,6 +536,8 @@ def cases(folder):
             energies | {"momenta": POINT},
         ),
         "Contact": (lambda **it: he.Contact(("a", "b"), surface=surface, **it), {"wrench": np.ones(12)}),
+        "Checkpoint": (lambda **it: he.Checkpoint(unknowns=POINT, **it), {"horizon": 0, "nuisances": np.ones((2, 3))}),
+        "Checkpoint (of unknowns)": (lambda unknowns: he.Checkpoint(0, [unknowns], np.ones((2, 3))), {"unknowns": 0.1}),
         "Unknown": (
             lambda **it: identification_of(("modulus", it)),
             {"component": 0, "prior": np.array([1e5, 0.1])},

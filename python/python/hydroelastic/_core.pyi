@@ -27,6 +27,7 @@ __all__ = [
     "Accuracy",
     "Batch",
     "Body",
+    "Checkpoint",
     "Contact",
     "ContactTopology",
     "Control",
@@ -1385,8 +1386,8 @@ class Identification:
         self,
         trajectories: Sequence[Trajectory],
         *,
-        start: Fit | None = None,
-        progress: Callable[[int, float, _Floats], object] | None = None,
+        start: Checkpoint | None = None,
+        progress: Callable[[int, float, _Floats, Checkpoint], object] | None = None,
     ) -> Fit: ...
     def predict(
         self,
@@ -1395,6 +1396,17 @@ class Identification:
         *,
         fitted_duration: float | None = None,
     ) -> tuple[Trajectory, _Floats, _Floats]: ...
+
+@final
+class Checkpoint:
+    def __new__(cls, horizon: int, unknowns: _Numbers, nuisances: _Rows) -> Self: ...
+    @property
+    def horizon(self) -> int: ...
+    @property
+    def unknowns(self) -> _Floats: ...
+    @property
+    def nuisances(self) -> _Floats: ...
+    def __getnewargs__(self) -> tuple[int, _Floats, _Floats]: ...
 
 @final
 class Fit:
@@ -1420,6 +1432,8 @@ class Fit:
     def costs(self) -> _Floats: ...
     @property
     def errors(self) -> list[str | None]: ...
+    @property
+    def checkpoint(self) -> Checkpoint: ...
     @property
     def iterations(self) -> int: ...
     @property

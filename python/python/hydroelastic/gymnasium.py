@@ -162,11 +162,11 @@ class WorldVectorEnv(VectorEnv[Any, _Array, _Array]):
             Errors, if there are any.
         """
         resets = self._ended
-        before = self.states.replace_where(resets, self._starts()) if resets.any() else self.states
+        before = self.states.replace_where(resets.tolist(), self._starts()) if resets.any() else self.states
         values = actions if self._values is None else self._values(actions)
         after, errors = self._batch.advance(self._world, before, self._parameters, np.asarray(values, dtype=np.float64))
         if resets.any():
-            after = after.replace_where(resets, before)
+            after = after.replace_where(resets.tolist(), before)
         failed = np.isin(np.arange(self.num_envs), list(errors)) & ~resets
         self._steps = np.where(resets, 0, self._steps + 1)
         terminations = np.zeros(self.num_envs, dtype=bool)
