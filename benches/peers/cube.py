@@ -20,23 +20,27 @@ sys.dont_write_bytecode = True
 
 REQUIREMENTS = ["drake==1.58.0", "mujoco==4.0.0", "numpy", "cma==4.5.0"]
 ENGINES = ["mujoco", "drake-hydroelastic", "drake-point"]
+VARIANTS = ["elliptic", "pyramidal", "sap", "lagged", "similar"]
 
 
 def main():
     options = parsed_options()
+    recordings = options.folder / "cube_tosses.csv"
+    if not recordings.is_file():
+        sys.exit(f"{recordings} does not exist: README.md says where the recordings are from")
     enter_virtual_environment(target_directory() / "cube_environment", REQUIREMENTS)
     # These modules need numpy and cma, which the virtual environment provides.
     import cube_engines
     import cube_fit
 
     engine = cube_engines.engine(options.engine, options.variant, options.substeps, options.inertia)
-    tosses = cube_fit.read(options.folder / "cube_tosses.csv")
+    tosses = cube_fit.read(recordings)
     if options.fit + options.held_out > len(tosses):
         sys.exit(f"the file has {len(tosses)} tosses: reduce --fit or --held-out, whose sum is {options.fit + options.held_out}")
     fit = cube_fit.Fit(engine, cube_fit.COSTS[options.loss])
     values = fit.best(tosses[: options.fit], options.searches, options.evaluations)
     errors = cube_fit.errors(engine, values, tosses[len(tosses) - options.held_out :])
-    name = f"{options.engine}, {engine.variant}, {options.fit} {options.loss}"
+    name = f"{options.engine}, {engine.variant}, {options.fit} tosses, loss {options.loss}"
     print("| engine | position: mean | median | rotation: median | mean | final position: median |")
     print("|---|---|---|---|---|---|")
     print(f"| {name} | {cube_fit.summary(errors)} |\n")
@@ -50,7 +54,7 @@ def parsed_options():
     options = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
     options.add_argument("folder", type=pathlib.Path, help="folder of cube_tosses.csv")
     options.add_argument("--engine", choices=ENGINES, required=True)
-    options.add_argument("--variant", help="elliptic or pyramidal (MuJoCo), sap, lagged or similar (Drake)")
+    options.add_argument("--variant", choices=VARIANTS, help="cone of MuJoCo, or contact approximation of Drake")
     options.add_argument("--substeps", type=int, default=4, help="time steps per frame (default: 4)")
     options.add_argument("--loss", choices=["windows", "tosses"], default="tosses", help="cost (default: tosses)")
     options.add_argument("--inertia", action="store_true", help="fit the moment of inertia too")

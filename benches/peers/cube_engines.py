@@ -54,11 +54,8 @@ class Parameter:
         return np.exp(coordinate) if self.scale == "logarithm" else 1 / (1 + np.exp(-coordinate))
 
 
-COMMON = [
-    Parameter("friction", 0.2, 0.3),
-    Parameter(HEIGHT, -0.001, 0.001, "linear"),
-    Parameter(GRAVITY, -9.7, 0.1, "linear"),
-]
+FRICTION = Parameter("friction", 0.2, 0.3)
+SCENE = [Parameter(HEIGHT, -0.001, 0.001, "linear"), Parameter(GRAVITY, -9.7, 0.1, "linear")]
 
 
 def engine(name, variant, substeps, fits_inertia):
@@ -78,12 +75,13 @@ class MuJoCo:
     def __init__(self, variant, substeps):
         self.variant, self.substeps = variant, substeps
         self.parameters = [
-            *COMMON,
+            FRICTION,
             Parameter("time constant (s)", 0.01, 0.7),
             Parameter("damping ratio", 0.5, 0.5),
             Parameter("d0", 0.8, 1.0, "logit"),
             Parameter("dwidth", 0.95, 1.0, "logit"),
             Parameter("width (m)", 1e-3, 1.0),
+            *SCENE,
         ]
 
     def model(self, values):
@@ -130,7 +128,7 @@ class Drake:
         self.variant, self.substeps = variant, substeps
         dissipation = Parameter("dissipation (s/m)", 10.0, 0.7)
         relaxation = Parameter("relaxation time (s)", 0.05, 0.7)
-        self.parameters = [*COMMON, self.stiffness, relaxation if variant == "sap" else dissipation]
+        self.parameters = [FRICTION, *SCENE, self.stiffness, relaxation if variant == "sap" else dissipation]
 
     def plant(self, values):
         """Returns a simulator and its plant."""
