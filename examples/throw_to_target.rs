@@ -1,4 +1,4 @@
-//! Can gradient descent find the throw that hits a target after bouncing off floor and wall?
+//! Can gradient descent find the throw that hits a target after bouncing off floor and wall, from a throw that misses the wall?
 //!
 //! `cargo run --release -p hydroelastic-examples --example throw_to_target [-- --record FILE.glb --plot FILE.svg]`
 
@@ -6,7 +6,7 @@ mod room;
 mod show;
 
 use hydroelastic::dynamics::{Plan, State, Trajectory, World};
-use hydroelastic::gradient::{Experiment, Outcome, Parameter};
+use hydroelastic::gradient::{Experiment, FirstContact, Outcome, Parameter};
 use hydroelastic::io::Recording;
 use hydroelastic::scalar::{Scalar, lift_vector};
 use indicatif::ProgressBar;
@@ -16,7 +16,9 @@ use std::error::Error;
 
 /// Target of the ball at the end (m), and the velocity of the first guess (m/s).
 const TARGET: Vector3<f64> = Vector3::new(0.5, 0.3, 0.5);
-const GUESS: Vector3<f64> = Vector3::new(3.0, 0.0, -2.0);
+const GUESS: Vector3<f64> = Vector3::new(1.0, 0.0, -2.0);
+/// Clearance (m) between ball and wall that the first steps aim at. It is below zero, so that the ball has time to bounce.
+const AIM: f64 = -0.3;
 /// Time step (s) and number of steps.
 const TIME_STEP: f64 = 5e-4;
 const STEPS: usize = 1_200;
@@ -73,10 +75,37 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
+/// Returns a throw that reaches the wall, by Newton steps of the clearance.
+fn throw_at_wall(plan: &Plan) -> Result<World, Box<dyn Error>> {
+    let (mut world, by_velocity) = (
+        room::with_ball(3, GUESS)?,
+        [Parameter::initial_velocity("ball")],
+    );
+    for _ in 0..ITERATIONS {
+        let throw = Experiment::new(&world, &plan.recording_every(10));
+        match throw.first_contact(&by_velocity, ["ball", "wall"])? {
+            FirstContact::Apart {
+                least_clearance,
+                gradient,
+                ..
+            } => {
+                println!("misses the wall by {least_clearance:.3} m");
+                let change = &gradient * ((AIM - least_clearance) / gradient.norm_squared());
+                world = world.perturbed(&by_velocity, change.as_slice())?;
+            }
+            FirstContact::Touching { time, .. } => {
+                println!("reaches the wall after {time:.3} s");
+                return Ok(world);
+            }
+        }
+    }
+    Err("no throw reaches the wall".into())
+}
+
 fn descent() -> Result<Vec<Iteration>, Box<dyn Error>> {
     let (by_velocity, loss) = ([Parameter::initial_velocity("ball")], SquaredMiss);
-    let (mut world, mut rate, mut descent) = (room::with_ball(3, GUESS)?, 1.0, Vec::new());
     let plan = Plan::new(TIME_STEP, STEPS)?;
+    let (mut world, mut rate, mut descent) = (throw_at_wall(&plan)?, 1.0, Vec::new());
     let bar = ProgressBar::new(ITERATIONS as u64);
     loop {
         let flight = world.rollout(&plan).run()?;

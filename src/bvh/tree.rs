@@ -133,36 +133,38 @@ impl<K: Copy> Bvh<K> {
 
     /// Visits items near a point, beginning with the nearest nodes. `visit` returns a squared
     /// distance (m²). Items farther away than that distance need not be visited.
-    pub fn visit_outwards(&self, point: &Vector3<f64>, mut visit: impl FnMut(K) -> f64) {
-        self.approach(Node::ROOT, point, f64::INFINITY, &mut visit);
+    pub fn visit_outwards(&self, point: &Vector3<f64>, visit: impl FnMut(K) -> f64) {
+        self.visit_ascending(|aabb| aabb.squared_distance_to(point), visit);
     }
 
-    /// Visits the children of a node, the nearest first. Returns the last limit (m²) of the squared
-    /// distance.
-    fn approach(
+    /// Visits items in the order of a lower bound over their boxes, approximately. `visit` returns a
+    /// limit. Items with a larger bound need not be visited.
+    pub fn visit_ascending(&self, bound: impl Fn(&Aabb) -> f64, mut visit: impl FnMut(K) -> f64) {
+        self.ascend(Node::ROOT, &bound, f64::INFINITY, &mut visit);
+    }
+
+    /// Visits the children of a node, the child with the smallest bound first. Returns the last
+    /// limit.
+    fn ascend(
         &self,
         Node { level, index }: Node,
-        point: &Vector3<f64>,
+        bound: &impl Fn(&Aabb) -> f64,
         mut limit: f64,
         visit: &mut impl FnMut(K) -> f64,
     ) -> f64 {
         let Some(boxes) = self.levels[level].get(index) else {
             return limit;
         };
-        let mut children = [0, 1, 2, 3].map(|slot| {
-            (
-                boxes.aabb(slot).squared_distance_to(point),
-                WIDTH * index + slot,
-            )
-        });
+        let mut children =
+            [0, 1, 2, 3].map(|slot| (bound(&boxes.aabb(slot)), WIDTH * index + slot));
         children.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
-        for (squared_distance, index) in children {
-            if squared_distance > limit {
+        for (lower_bound, index) in children {
+            if lower_bound > limit {
                 break;
             }
             let level = level + 1;
             if level < self.levels.len() {
-                limit = self.approach(Node { level, index }, point, limit, visit);
+                limit = self.ascend(Node { level, index }, bound, limit, visit);
             } else if let Some(&key) = self.items.get(index) {
                 limit = visit(key);
             }

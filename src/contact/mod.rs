@@ -29,6 +29,7 @@
 //! ```
 
 mod affine_form;
+mod clearance;
 mod coincidence;
 mod cut_surface;
 mod elastic;
@@ -66,6 +67,7 @@ pub use crate::contact_shape::{
 pub(crate) use crate::contact_shape::{PartnerShape, STEEPEST};
 pub use crate::search::{Culling, Search};
 pub use crate::seeds::NotFollowed;
+pub use clearance::{Clearance, Feature, LinearizedClearance};
 pub(crate) use frozen::FrozenContact;
 pub use kinks::Kinks;
 pub use linearized::LinearizedContact;

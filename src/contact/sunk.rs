@@ -35,7 +35,7 @@ impl<T: Scalar> ContactPair<'_, T> {
             return source.has_energy();
         }
         let (a, pose_ab) = (source.pair.shape_a, &source.pair.pose_ab);
-        let in_a = |vertex: &Vector3<f64>| contains(a, &pose_ab.transformed_point(vertex));
+        let in_a = |v: &Vector3<f64>| a.tet_at(&pose_ab.transformed_point(v)).is_some();
         match source.pair.shape_b {
             PartnerShape::HalfSpace(_) => false,
             PartnerShape::Rigid(b) => {
@@ -50,23 +50,13 @@ impl<T: Scalar> ContactPair<'_, T> {
             }
             PartnerShape::Compliant(b) => {
                 let pose_ba = pose_ab.inverse();
-                let in_b = |v: &Vector3<f64>| contains(b, &pose_ba.transformed_point(v));
+                let in_b = |v: &Vector3<f64>| b.tet_at(&pose_ba.transformed_point(v)).is_some();
                 b.field().mesh().vertices().iter().all(in_a)
                     || a.field().mesh().vertices().iter().all(in_b)
                     || peaks(a).any(in_b) && peaks(b).any(in_a)
             }
         }
     }
-}
-
-/// Returns whether a shape contains a point, given in the body frame.
-fn contains(shape: &Shape, point: &Vector3<f64>) -> bool {
-    let (tets, mut is_inside) = (shape.field().tets(), false);
-    shape.tet_bvh().visit_at(point, 0.0, |tet| {
-        let mut coordinates = tets[tet].barycentric.iter();
-        is_inside |= coordinates.all(|coordinate| coordinate.at(point) >= 0.0);
-    });
-    is_inside
 }
 
 /// Returns the points of a shape's highest pressure, in the body frame.

@@ -22,6 +22,10 @@ pub struct RigidShape {
     components: Bvh<usize>,
 }
 
+/// A vertical line crosses a triangle if it misses the triangle by less than this fraction of its area. Rounding then leaves no gap between
+/// neighboring triangles.
+const GAP: f64 = 1e-9;
+
 /// Corners of the triangle in the order in which they are the first three corners of its cell. The cell, with the apex
 /// as fourth corner, is then positively oriented. Face 3 of the cell is the triangle itself.
 const CORNERS: [usize; 3] = [0, 2, 1];
@@ -54,6 +58,27 @@ impl RigidShape {
     #[must_use]
     pub fn bounds(&self) -> Aabb {
         self.bounds
+    }
+
+    /// Returns whether a point of the body frame (m) is inside the surface.
+    ///
+    /// The nearest triangle above the point decides. The point is inside if it is on the inner side of that triangle.
+    pub(crate) fn contains(&self, point: &Vector3<f64>) -> bool {
+        let mut above = Aabb::around([point]);
+        above.upper.z = self.bounds.upper.z.max(point.z);
+        let mut nearest = (f64::INFINITY, false);
+        let bvh = self.triangle_bvh.bvh();
+        bvh.visit_overlapping(&above, |face| {
+            let [a, b, c] = face.corners(&self.cells).map(|corner| corner - point);
+            let areas = [b.cross(&c), c.cross(&a), a.cross(&b)].map(|area| area.z);
+            let area: f64 = areas.iter().sum();
+            let height = a.dot(&b.cross(&c)) / area;
+            let is_above = areas.iter().all(|part| part / area >= -GAP) && height >= 0.0;
+            if is_above && height < nearest.0 {
+                nearest = (height, area > 0.0);
+            }
+        });
+        nearest.1
     }
 
     /// Returns the cells: a tetrahedron behind each triangle, with the depth (m) below the triangle as its extent. The

@@ -3,6 +3,7 @@ use crate::geometry::Aabb;
 use crate::mesh::PressureField;
 use crate::parallel;
 use crate::seeds::{NotFollowed, Seeds};
+use nalgebra::Vector3;
 use std::fmt;
 use std::sync::OnceLock;
 
@@ -85,6 +86,18 @@ impl Shape {
             // forever.
             self.r_star_tree.get_or_init(|| tree)
         })
+    }
+
+    /// Returns a tetrahedron that contains a point of the body frame, or `None` if the point is outside.
+    pub(crate) fn tet_at(&self, point: &Vector3<f64>) -> Option<usize> {
+        let (tets, mut tet_at) = (self.field.tets(), None);
+        self.tet_bvh.visit_at(point, 0.0, |tet| {
+            let mut coordinates = tets[tet].barycentric.iter();
+            if coordinates.all(|coordinate| coordinate.at(point) >= 0.0) {
+                tet_at = Some(tet);
+            }
+        });
+        tet_at
     }
 
     /// Checks that contact surfaces with this shape can be followed from polygon to polygon.

@@ -89,6 +89,14 @@ impl Aabb {
         outside.sup(&Vector3::zeros()).norm_squared()
     }
 
+    /// Returns the squared distance (m²) to another box. It is 0 if the boxes overlap.
+    #[inline]
+    #[must_use]
+    pub fn squared_distance_to_box(&self, other: &Self) -> f64 {
+        let outside = (self.lower - other.upper).sup(&(other.lower - self.upper));
+        outside.sup(&Vector3::zeros()).norm_squared()
+    }
+
     /// Returns the intersection of the boxes, or `None` if they do not overlap.
     #[must_use]
     pub fn common(&self, other: &Self) -> Option<Self> {

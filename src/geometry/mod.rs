@@ -8,6 +8,7 @@ mod polygon;
 mod tetrahedron;
 mod tolerance;
 mod triangle;
+mod triangle_gap;
 
 pub use aabb::Aabb;
 pub use affine_field::AffineField;
@@ -18,3 +19,4 @@ pub use tetrahedron::Tetrahedron;
 pub(crate) use tetrahedron::{ALL_FACES, EDGES, FACES, NEXT_FACES, face_of_slice};
 pub(crate) use tolerance::{NearZeroHistogram, Tolerance, snapped};
 pub(crate) use triangle::{Foot, Triangle};
+pub(crate) use triangle_gap::{TriangleGap, TrianglePart};

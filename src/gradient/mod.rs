@@ -50,6 +50,7 @@
 #[cfg(feature = "argmin")]
 mod argmin;
 mod batch;
+mod clearance;
 mod derivative_check;
 mod difference_check;
 mod dual_jacobian;
@@ -74,6 +75,7 @@ mod values;
 mod verdict;
 mod vjp;
 
+pub use clearance::{FinalClearance, FirstContact, LeastClearance};
 pub use difference_check::DifferenceCheck;
 pub use dual_jacobian::dual_wrench_jacobian;
 pub use error::GradientError;

@@ -1,5 +1,6 @@
 //! Contact of two bodies: surfaces, wrenches and derivatives, at generic poses and at special poses.
 
+mod clearance;
 mod closed_forms;
 mod coincidence;
 mod contact_surface;

@@ -1,6 +1,7 @@
 //! Derivatives of rollouts, and the checks of these derivatives.
 
 mod canceling;
+mod clearance;
 mod converged;
 mod debug_texts;
 mod derivative_check;

@@ -1,0 +1,252 @@
+use super::Feature;
+use super::separation::Separation;
+use crate::contact::ContactPair;
+use crate::contact::integrate::CutSurface;
+use crate::contact::polygon_source::PolygonSource;
+use crate::contact::sums::PartialSum;
+use crate::contact_shape::{PartnerShape, Shape};
+use crate::geometry::{Triangle, TrianglePart};
+use crate::narrow_phase::{Cut, RelativePair};
+use crate::scalar::{Scalar, lift_vector, real_vector};
+use crate::spatial::Pose;
+use nalgebra::Vector3;
+
+/// A point of the overlap at which the depth is evaluated.
+pub(super) enum Place {
+    /// A corner of the contact polygon of a cut, and its position (m) in A's frame.
+    Corner(Box<Cut>, Vector3<f64>),
+    /// A vertex of A in a cell of B.
+    VertexOfA(usize, usize),
+    /// The position (m) of a vertex of B in B's frame, the vertex, and the tetrahedron of A that contains it.
+    VertexOfB(Vector3<f64>, usize, usize),
+}
+
+/// The deepest point of the overlap, with its depth (m).
+pub(super) struct Deepest {
+    depth: f64,
+    place: Option<Place>,
+}
+
+impl Deepest {
+    fn add(&mut self, depth: f64, place: impl FnOnce() -> Place) {
+        if depth > self.depth {
+            (self.depth, self.place) = (depth, Some(place()));
+        }
+    }
+}
+
+impl PartialSum for Deepest {
+    fn empty() -> Self {
+        let (depth, place) = (0.0, None);
+        Self { depth, place }
+    }
+
+    fn merge(&mut self, next: Self) {
+        if next.depth > self.depth {
+            *self = next;
+        }
+    }
+}
+
+/// Depths of points below the surfaces of two bodies, in A's frame.
+struct Depths<'a, T> {
+    source: PolygonSource<'a, T>,
+    pose_ba: Pose<T>,
+}
+
+impl<'a, T: Scalar> Depths<'a, T> {
+    /// Creates the depths of a pair. Polygons are cut with the tolerances of `pair`.
+    fn of(mut source: PolygonSource<'a, T>, pair: RelativePair<'a>) -> Self {
+        source.pair = pair;
+        let pose_ba = source.pose_ab.inverse();
+        Self { source, pose_ba }
+    }
+
+    /// Returns the point (m) in A's frame at a place.
+    fn point_at(&self, place: &Place) -> Vector3<T> {
+        let pair = &self.source.pair;
+        match place {
+            Place::Corner(cut, point) => {
+                // In another scalar, the corners may have another order.
+                let distance = |corner: &&Vector3<T>| (real_vector(corner) - point).norm_squared();
+                let polygon = self.source.polygon_in_space(cut);
+                let corners = polygon.outline.corners().iter();
+                let nearest = corners.min_by(|a, b| distance(a).total_cmp(&distance(b)));
+                nearest.copied().unwrap_or(lift_vector(point))
+            }
+            Place::VertexOfA(vertex, _) => {
+                lift_vector(&pair.shape_a.field().mesh().vertices()[*vertex])
+            }
+            Place::VertexOfB(point, ..) => self.source.pose_ab.transformed_constant(point),
+        }
+    }
+
+    /// Returns the depth (m) at a point of A's frame: below the surface of A plus below the surface of B.
+    ///
+    /// A polygon on a rigid body lies in the surface of the body.
+    fn at(&self, point: &Vector3<T>, is_corner: bool) -> T {
+        let pair = &self.source.pair;
+        let in_a = depth_below(PartnerShape::Compliant(pair.shape_a), point, pair.margin());
+        if is_corner && pair.shape_b.is_rigid() {
+            return in_a;
+        }
+        let point_in_b = self.pose_ba.transformed_point(point);
+        in_a + depth_below(pair.shape_b, &point_in_b, pair.margin())
+    }
+}
+
+/// Returns the depth (m) of a point inside a body below its surface. A point within the margin (m) of the surface is measured from the plane of
+/// the closest triangle.
+fn depth_below<T: Scalar>(shape: PartnerShape, point: &Vector3<T>, margin: f64) -> T {
+    let tree = match shape {
+        PartnerShape::Compliant(shape) => shape.triangle_bvh(),
+        PartnerShape::Rigid(shape) => shape.triangle_bvh(),
+        PartnerShape::HalfSpace(_) => return -point.z,
+    };
+    let (real, cells) = (real_vector(point), shape.cells());
+    let mut nearest = (f64::INFINITY, Feature::Plane, Feature::Plane);
+    tree.bvh().visit_outwards(&real, |face| {
+        let (squared_distance, part) = Triangle::new(face.corners(cells)).gap_to_point(&real);
+        if squared_distance < nearest.0 {
+            let feature = |part| Feature::of_face(shape, (face.tet(), face.face()), part);
+            nearest = (
+                squared_distance,
+                feature(part),
+                feature(TrianglePart::Interior),
+            );
+        }
+        nearest.0
+    });
+    let (squared_distance, feature, face) = nearest;
+    let is_on_surface = squared_distance <= margin * margin;
+    let feature = if is_on_surface { face } else { feature };
+    let points: Vec<_> = feature.points(shape).iter().map(lift_vector).collect();
+    match points[..] {
+        [_, _, _] => -Separation::above_face(point, &points).distance,
+        _ => Separation::between(&[*point], &points, None).distance,
+    }
+}
+
+impl<'a> ContactPair<'a> {
+    /// Returns the fields and the deepest place, or `None` if the bodies do not overlap. The pair is in A's frame.
+    pub(super) fn deepest(&self) -> Option<(RelativePair<'a>, Place)> {
+        let source = self.source();
+        if !may_overlap(&source.pair) {
+            return None;
+        }
+        let surface = source.for_values(self.search());
+        let pair = surface.source.pair;
+        let depths = Depths::of(source, pair);
+        let mut deepest = depths.deepest_corner(&surface);
+        depths.add_vertices_of_a(&mut deepest);
+        depths.add_vertices_of_b(&mut deepest);
+        let place = deepest.place.filter(|_| deepest.depth > pair.margin());
+        place.map(|place| (pair, place))
+    }
+}
+
+impl<'a, T: Scalar> ContactPair<'a, T> {
+    /// Returns the depth (m) at a place, and the place (m) in A's frame.
+    pub(super) fn depth_at(&self, pair: RelativePair<'a>, place: &Place) -> (T, Vector3<T>) {
+        let depths = Depths::of(self.source(), pair);
+        let point = depths.point_at(place);
+        (depths.at(&point, matches!(place, Place::Corner(..))), point)
+    }
+}
+
+impl Depths<'_, f64> {
+    fn deepest_corner(&self, surface: &CutSurface<f64>) -> Deepest {
+        surface.sum_of_cuts(|deepest: &mut Deepest, cut| {
+            for point in cut.polygon.corners() {
+                let depth = self.at(point, true);
+                deepest.add(depth, || Place::Corner(Box::new(*cut), *point));
+            }
+        })
+    }
+
+    /// Adds the vertices of A inside B at which the pressure of A is the smaller one.
+    fn add_vertices_of_a(&self, deepest: &mut Deepest) {
+        let pair = &self.source.pair;
+        for (vertex, point, extent) in vertices_inside(pair.shape_a) {
+            let in_b = self.pressure_in_b(&self.pose_ba.transformed_point(point));
+            let Some((cell, pressure)) = in_b else {
+                continue;
+            };
+            if pair.modulus_a * extent <= pressure {
+                deepest.add(self.at(point, false), || Place::VertexOfA(vertex, cell));
+            }
+        }
+    }
+
+    /// Adds the vertices of a compliant B inside A at which the pressure of B is the smaller one.
+    fn add_vertices_of_b(&self, deepest: &mut Deepest) {
+        let pair = &self.source.pair;
+        let PartnerShape::Compliant(shape_b) = pair.shape_b else {
+            return;
+        };
+        for (vertex, point, extent) in vertices_inside(shape_b) {
+            let point_in_a = pair.pose_ab.transformed_point(point);
+            let Some(tet) = pair.shape_a.tet_at(&point_in_a) else {
+                continue;
+            };
+            if pair.scales[1] * extent <= pair.modulus_a * pair.tet_a(tet).extent.at(&point_in_a) {
+                let depth = self.at(&point_in_a, false);
+                deepest.add(depth, || Place::VertexOfB(*point, vertex, tet));
+            }
+        }
+    }
+
+    /// Returns the cell of B that contains a point of B's frame, and its pressure (Pa). The pressure of a rigid body is infinite. Returns
+    /// `None` if the point is outside.
+    fn pressure_in_b(&self, point: &Vector3<f64>) -> Option<(usize, f64)> {
+        let pair = &self.source.pair;
+        match pair.shape_b {
+            PartnerShape::Compliant(shape) => {
+                let tet = shape.tet_at(point)?;
+                Some((tet, pair.scales[1] * pair.tet_b(tet).extent.at(point)))
+            }
+            PartnerShape::Rigid(shape) => shape.contains(point).then_some((0, f64::INFINITY)),
+            PartnerShape::HalfSpace(half_space) => {
+                let pressure = match half_space.thickness() {
+                    Some(thickness) => -point.z / thickness * pair.scales[1],
+                    None => f64::INFINITY,
+                };
+                (point.z <= 0.0).then_some((0, pressure))
+            }
+        }
+    }
+}
+
+impl Place {
+    /// Returns the features of A and of B at the place.
+    pub fn features(&self, shape_b: PartnerShape) -> [Feature; 2] {
+        let cell_b = |cell: usize| match shape_b {
+            PartnerShape::HalfSpace(_) => Feature::Plane,
+            PartnerShape::Compliant(_) | PartnerShape::Rigid(_) => Feature::Cell(cell),
+        };
+        match *self {
+            Self::Corner(ref cut, _) => [Feature::Cell(cut.tets[0]), cell_b(cut.tets[1])],
+            Self::VertexOfA(vertex, cell) => [Feature::Vertex(vertex), cell_b(cell)],
+            Self::VertexOfB(_, vertex, tet) => [Feature::Cell(tet), Feature::Vertex(vertex)],
+        }
+    }
+}
+
+/// Returns the vertices with a positive extent: index, position (m) in the body frame, and extent.
+fn vertices_inside(shape: &Shape) -> impl Iterator<Item = (usize, &Vector3<f64>, f64)> {
+    let (vertices, extents) = (shape.field().mesh().vertices(), shape.field().extents());
+    let vertices = vertices.iter().zip(extents).enumerate();
+    let inside = vertices.filter(|(_, (_, extent))| **extent > 0.0);
+    inside.map(|(vertex, (point, extent))| (vertex, point, *extent))
+}
+
+/// Returns whether the bounding boxes of the bodies may overlap.
+fn may_overlap(pair: &RelativePair) -> bool {
+    let bounds = pair.shape_a.bounds();
+    let bounds_b = match pair.shape_b {
+        PartnerShape::Compliant(shape) => shape.bounds(),
+        PartnerShape::Rigid(shape) => shape.bounds(),
+        PartnerShape::HalfSpace(_) => return bounds.posed(&pair.pose_ab.inverse()).lower.z <= 0.0,
+    };
+    bounds.may_overlap_posed(&bounds_b, &pair.pose_ab, pair.margin())
+}

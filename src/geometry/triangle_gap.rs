@@ -1,0 +1,103 @@
+use super::Triangle;
+use nalgebra::Vector3;
+
+/// Part of a triangle: a corner, the edge from a corner to the next corner, or the interior.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum TrianglePart {
+    Corner(usize),
+    Edge(usize),
+    Interior,
+}
+
+/// The smallest distance between two triangles.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct TriangleGap {
+    /// The squared distance (m²). It is 0 if the triangles cross.
+    pub squared_distance: f64,
+    /// The parts that contain the closest points: a corner and any part, or two edges. If the triangles cross, these are the parts with the
+    /// smallest distance of those pairs of parts.
+    pub parts: [TrianglePart; 2],
+    /// Whether an edge of one triangle passes through the other triangle.
+    pub are_crossing: bool,
+}
+
+impl Triangle {
+    /// Returns the smallest distance to another triangle.
+    ///
+    /// If the triangles do not cross, one of the closest points is a corner, or both are inside edges. Parallel edges need no treatment,
+    /// because an end of one of them is a closest point too.
+    pub fn gap_to(&self, other: &Self) -> TriangleGap {
+        let corners = (0..3).map(|corner| self.gap_at_corner(corner, other));
+        let corners_of_other = (0..3).map(|corner| {
+            let (squared_distance, [part_of_other, part]) = other.gap_at_corner(corner, self);
+            (squared_distance, [part, part_of_other])
+        });
+        let edges = (0..9).filter_map(|pair| self.gap_of_edges([pair / 3, pair % 3], other));
+        let candidates = corners.chain(corners_of_other).chain(edges);
+        let first = (f64::INFINITY, [TrianglePart::Corner(0); 2]);
+        let (squared_distance, parts) =
+            candidates.fold(
+                first,
+                |best, next| if next.0 < best.0 { next } else { best },
+            );
+        let are_crossing = self.is_crossed_by(other) || other.is_crossed_by(self);
+        TriangleGap {
+            squared_distance: if are_crossing { 0.0 } else { squared_distance },
+            parts,
+            are_crossing,
+        }
+    }
+
+    /// Returns the squared distance (m²) from a corner to the other triangle, and the closest parts.
+    fn gap_at_corner(&self, corner: usize, other: &Self) -> (f64, [TrianglePart; 2]) {
+        let (squared_distance, part) = other.gap_to_point(&self.corners()[corner]);
+        (squared_distance, [TrianglePart::Corner(corner), part])
+    }
+
+    /// Returns the squared distance (m²) to a point, and the part that contains the closest point.
+    pub fn gap_to_point(&self, point: &Vector3<f64>) -> (f64, TrianglePart) {
+        let shares = self.foot_of(point).shares;
+        let to_point = |k: usize| (self.corners()[k] - point) * shares[k];
+        let squared_distance = (to_point(0) + to_point(1) + to_point(2)).norm_squared();
+        (squared_distance, part_of_shares(shares))
+    }
+
+    /// Returns the squared distance (m²) of two edges, if both closest points are between their ends.
+    fn gap_of_edges(&self, edges: [usize; 2], other: &Self) -> Option<(f64, [TrianglePart; 2])> {
+        let [[start_a, along_a], [start_b, along_b]] = [self.edge(edges[0]), other.edge(edges[1])];
+        let (across, between) = (along_a.cross(&along_b), start_b - start_a);
+        let share =
+            |along: &Vector3<f64>| between.cross(along).dot(&across) / across.norm_squared();
+        let (share_a, share_b) = (share(&along_b), share(&along_a));
+        // The shares of parallel edges are not finite.
+        let is_inside = |share: f64| share > 0.0 && share < 1.0;
+        let gap = between + along_b * share_b - along_a * share_a;
+        let parts = edges.map(TrianglePart::Edge);
+        (is_inside(share_a) && is_inside(share_b)).then(|| (gap.norm_squared(), parts))
+    }
+
+    /// Returns whether an edge of the other triangle passes through this triangle.
+    fn is_crossed_by(&self, other: &Self) -> bool {
+        let ends = |edge: usize| [other.corners()[edge], other.corners()[(edge + 1) % 3]];
+        (0..3).any(|edge| self.hit_by(&ends(edge)).is_some())
+    }
+
+    /// Returns the start of an edge and the vector to its end (m).
+    fn edge(&self, edge: usize) -> [Vector3<f64>; 2] {
+        let start = self.corners()[edge];
+        [start, self.corners()[(edge + 1) % 3] - start]
+    }
+}
+
+/// Returns the smallest part of a triangle that contains the point with these barycentric coordinates.
+fn part_of_shares(shares: [f64; 3]) -> TrianglePart {
+    match shares.map(|share| share > 0.0) {
+        [true, true, true] => TrianglePart::Interior,
+        [true, true, false] => TrianglePart::Edge(0),
+        [false, true, true] => TrianglePart::Edge(1),
+        [true, false, true] => TrianglePart::Edge(2),
+        [_, false, false] => TrianglePart::Corner(0),
+        [false, true, false] => TrianglePart::Corner(1),
+        [false, false, true] => TrianglePart::Corner(2),
+    }
+}
