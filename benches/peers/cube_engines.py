@@ -58,19 +58,10 @@ FRICTION = Parameter("friction", 0.2, 0.3)
 SCENE = [Parameter(HEIGHT, -0.001, 0.001, "linear"), Parameter(GRAVITY, -9.7, 0.1, "linear")]
 
 
-def engine(name, variant, substeps, fits_inertia):
-    """Returns the engine. The default variant is the one with the least cost."""
-    kind = {"mujoco": MuJoCo, "drake-hydroelastic": DrakeHydroelastic, "drake-point": DrakePoint}[name]
-    engine = kind(variant or kind.variant, substeps)
-    if fits_inertia:
-        engine.parameters = [*engine.parameters, Parameter(INERTIA, MOMENT, 0.1)]
-    return engine
-
-
 class MuJoCo:
     """A box on a plane, with up to four contact points. The parameters are `solref`, `solimp` and sliding friction."""
 
-    variant = "elliptic"
+    variant, substeps = "elliptic", 4
 
     def __init__(self, variant, substeps):
         self.variant, self.substeps = variant, substeps
@@ -122,7 +113,7 @@ class MuJoCo:
 class Drake:
     """A cube on a half-space in a discrete plant. The parameters are a stiffness, dissipation or relaxation time, and friction."""
 
-    variant = "sap"
+    variant, substeps = "sap", 2
 
     def __init__(self, variant, substeps):
         self.variant, self.substeps = variant, substeps
@@ -215,6 +206,9 @@ class DrakePoint(Drake):
 
     def hard_skin(self, values):
         return material(values, 0.0, 0.0, point_stiffness=HARD)
+
+
+ENGINES = {"mujoco": MuJoCo, "drake-hydroelastic": DrakeHydroelastic, "drake-point": DrakePoint}
 
 
 def material(values, dissipation, relaxation_time, **stiffness):
