@@ -77,6 +77,7 @@ mod stability;
 mod state;
 mod stepper;
 mod sweep;
+mod tactile_image;
 mod tangent;
 mod trajectory;
 mod validate;

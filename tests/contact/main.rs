@@ -22,6 +22,7 @@ mod spinning;
 mod stiff;
 mod structure;
 mod surface_law;
+mod tactile;
 mod tiling;
 mod units;
 
