@@ -53,6 +53,7 @@ TYPES = {name: name for name in ["None", "bool", "float", "int", "str", "object"
     "path-like": "_File",
     "()": "None",
     "[u8]": "bytes",
+    "Again": "tuple[Callable[..., Self], tuple[object, ...]]",
     "AnyShape": "Shape | RigidShape | HalfSpace",
     "slice": "slice",
     "Floats": "_Floats",

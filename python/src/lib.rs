@@ -48,6 +48,7 @@ mod state_arrays;
 mod state_cotangents;
 mod states;
 mod surface;
+mod taxel_grid;
 mod trajectory;
 mod vjp;
 mod world;
@@ -80,6 +81,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<material::SurfaceLaw>()?;
     module.add_class::<pair::Pair>()?;
     module.add_class::<surface::Surface>()?;
+    module.add_class::<taxel_grid::TaxelGrid>()?;
     module.add_class::<shape_gradient::ShapeGradient>()?;
     module.add_class::<shape_rates::ShapeRates>()?;
     module.add_class::<linearized_shape::LinearizedShape>()?;

@@ -8,6 +8,7 @@ use crate::pair_inputs::Inputs;
 use crate::poses::single_pose;
 use crate::shape::Shape;
 use crate::surface::Surface;
+use crate::taxel_grid::{TaxelGrid, grid_body};
 use hydroelastic::contact::{ContactPair, ContactWrench, LinearizedContact};
 use hydroelastic::io::write_surface;
 use hydroelastic::nalgebra::SMatrix;
@@ -93,6 +94,43 @@ impl Pair {
             single_pose(pose_b, "pose_b")?,
         ];
         self.at(poses, self.moduli_or_1())
+    }
+}
+
+impl Pair {
+    /// Computes the forces on taxels and their Jacobian with `N` columns.
+    fn tactile_jacobian<'py, const N: usize>(
+        &self,
+        py: Python<'py>,
+        inputs: &Inputs,
+        grid: &TaxelGrid,
+        body: &str,
+    ) -> PyResult<(Floats<'py>, Floats<'py>)> {
+        let (body, [rows, columns, _]) = (grid_body(body)?, grid.shape());
+        let size = 3 * rows * columns;
+        let results = inputs.compute(py, self, size * (1 + N), |at, numbers| {
+            let linearized = at.pair.linearized_tactile_image(body, &grid.inner);
+            let (forces, jacobian) = numbers.split_at_mut(size);
+            grid.write(linearized.image(), false, forces);
+            for taxel in linearized.image().taxels() {
+                let block = linearized.jacobian(taxel.row, taxel.column);
+                let first = 3 * N * (taxel.row * columns + taxel.column);
+                write_inputs::<N>(&mut jacobian[first..first + 3 * N], &block);
+            }
+        })?;
+        let forces = results.array(py, 0, &grid.shape())?;
+        Ok((forces, results.array(py, size, &[rows, columns, 3, N])?))
+    }
+}
+
+/// Writes derivatives with respect to all inputs, row by row: all 28 columns, or the 14 columns of poses and moduli.
+fn write_inputs<const N: usize>(rows: &mut [f64], block: &SMatrix<f64, 3, IN_MOTION>) {
+    for (row, entries) in rows.chunks_exact_mut(N).enumerate() {
+        for (column, entry) in entries.iter_mut().enumerate() {
+            // Without twists, the moduli follow the poses.
+            let skipped = if N == AT_REST && column >= 12 { 12 } else { 0 };
+            *entry = block[(row, column + skipped)];
+        }
     }
 }
 
@@ -333,6 +371,149 @@ impl Pair {
         })?;
         let wrenches = results.array(py, 0, &[BOTH])?;
         Ok((wrenches, results.array(py, BOTH, &[BOTH, IN_MOTION])?))
+    }
+
+    /// Computes the forces on the taxels of a grid that is fixed to A or to B, as exact integrals.
+    ///
+    /// A force is on the body of the grid, along the axes of the taxel: two components of shear, then the normal component, which is
+    /// negative if the taxel is pressed. With a twist, forces include dissipation and friction. Contact outside of the patch is omitted.
+    ///
+    /// Parameters
+    /// ----------
+    /// grid : TaxelGrid
+    ///     Grid of H rows and W columns.
+    /// pose_a, pose_b : (4, 4) or (n, 4, 4) array_like
+    ///     Poses of A and B in the world.
+    /// twist_a, twist_b : (6,) or (n, 6) array_like, optional
+    ///     Twists of A and B. If one is given, the other is zero by default.
+    /// body : str, optional
+    ///     Body of the grid, "a" or "b". Default: "a".
+    /// mean : bool, optional
+    ///     If true, returns mean tractions (Pa) instead of forces: the force over the area of contact in the taxel. Default: False.
+    /// moduli : (2,) or (n, 2) array_like, optional
+    ///     Moduli (Pa) in place of the moduli of the pair.
+    /// law : (2,) or (n, 2) array_like, optional
+    ///     Dissipation (s/m) and friction coefficient in place of those of the pair.
+    ///
+    /// Returns
+    /// -------
+    /// (H, W, 3) or (n, H, W, 3) ndarray of float64
+    ///     Forces (N), or mean tractions (Pa).
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If an argument or a result is not valid, as in the class description.
+    #[pyo3(signature = (grid, pose_a, pose_b, twist_a=None, twist_b=None, *, body="a", mean=false, moduli=None, law=None))]
+    fn tactile_image<'py>(
+        &self,
+        py: Python<'py>,
+        grid: &TaxelGrid,
+        pose_a: &Bound<'py, PyAny>,
+        pose_b: &Bound<'py, PyAny>,
+        twist_a: Option<&Bound<'py, PyAny>>,
+        twist_b: Option<&Bound<'py, PyAny>>,
+        body: &str,
+        mean: bool,
+        moduli: Option<&Bound<'py, PyAny>>,
+        law: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Floats<'py>> {
+        let (poses, twists) = ([pose_a, pose_b], [twist_a, twist_b]);
+        let inputs = Inputs::of(self, poses, twists, moduli, law)?;
+        let (body, shape) = (grid_body(body)?, grid.shape());
+        let results = inputs.compute(py, self, shape.iter().product(), |at, numbers| {
+            grid.write(&at.pair.tactile_image(body, &grid.inner), mean, numbers);
+        })?;
+        results.array(py, 0, &shape)
+    }
+
+    /// Computes the forces on the taxels of a grid on bodies at rest, and their Jacobian.
+    ///
+    /// The columns of the Jacobian are those of wrench_and_jacobian.
+    ///
+    /// Parameters
+    /// ----------
+    /// grid : TaxelGrid
+    ///     Grid of H rows and W columns.
+    /// pose_a, pose_b : (4, 4) or (n, 4, 4) array_like
+    ///     Poses of A and B in the world.
+    /// body : str, optional
+    ///     Body of the grid, "a" or "b". Default: "a".
+    /// moduli : (2,) or (n, 2) array_like, optional
+    ///     Moduli (Pa) in place of the moduli of the pair.
+    ///
+    /// Returns
+    /// -------
+    /// forces : (H, W, 3) or (n, H, W, 3) ndarray of float64
+    ///     Forces (N), as in tactile_image.
+    /// jacobian : (H, W, 3, 14) or (n, H, W, 3, 14) ndarray of float64
+    ///     Derivatives of the forces.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If an argument or a result is not valid, as in the class description.
+    #[pyo3(signature = (grid, pose_a, pose_b, *, body="a", moduli=None))]
+    fn tactile_image_and_jacobian<'py>(
+        &self,
+        py: Python<'py>,
+        grid: &TaxelGrid,
+        pose_a: &Bound<'py, PyAny>,
+        pose_b: &Bound<'py, PyAny>,
+        body: &str,
+        moduli: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<(Floats<'py>, Floats<'py>)> {
+        let (poses, twists) = ([pose_a, pose_b], [None, None]);
+        let inputs = Inputs::of(self, poses, twists, moduli, None)?;
+        self.tactile_jacobian::<AT_REST>(py, &inputs, grid, body)
+    }
+
+    /// Computes the forces on the taxels of a grid on moving bodies, and their Jacobian.
+    ///
+    /// The columns of the Jacobian are those of linearized.
+    ///
+    /// Parameters
+    /// ----------
+    /// grid : TaxelGrid
+    ///     Grid of H rows and W columns.
+    /// pose_a, pose_b : (4, 4) or (n, 4, 4) array_like
+    ///     Poses of A and B in the world.
+    /// twist_a, twist_b : (6,) or (n, 6) array_like, optional
+    ///     Twists of A and B. Default: zero.
+    /// body : str, optional
+    ///     Body of the grid, "a" or "b". Default: "a".
+    /// moduli : (2,) or (n, 2) array_like, optional
+    ///     Moduli (Pa) in place of the moduli of the pair.
+    /// law : (2,) or (n, 2) array_like, optional
+    ///     Dissipation (s/m) and friction coefficient in place of those of the pair.
+    ///
+    /// Returns
+    /// -------
+    /// forces : (H, W, 3) or (n, H, W, 3) ndarray of float64
+    ///     Forces (N), as in tactile_image.
+    /// jacobian : (H, W, 3, 28) or (n, H, W, 3, 28) ndarray of float64
+    ///     Derivatives of the forces.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If an argument or a result is not valid, as in the class description.
+    #[pyo3(signature = (grid, pose_a, pose_b, twist_a=None, twist_b=None, *, body="a", moduli=None, law=None))]
+    fn linearized_tactile_image<'py>(
+        &self,
+        py: Python<'py>,
+        grid: &TaxelGrid,
+        pose_a: &Bound<'py, PyAny>,
+        pose_b: &Bound<'py, PyAny>,
+        twist_a: Option<&Bound<'py, PyAny>>,
+        twist_b: Option<&Bound<'py, PyAny>>,
+        body: &str,
+        moduli: Option<&Bound<'py, PyAny>>,
+        law: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<(Floats<'py>, Floats<'py>)> {
+        let (poses, twists) = ([pose_a, pose_b], [twist_a, twist_b]);
+        let inputs = Inputs::of(self, poses, twists, moduli, law)?.moving();
+        self.tactile_jacobian::<IN_MOTION>(py, &inputs, grid, body)
     }
 
     /// Computes the potential energy of the contact.

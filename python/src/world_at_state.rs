@@ -1,12 +1,13 @@
 //! Queries of a world at a state: energies, contacts, stable steps and differences between states.
 
-use crate::arrays::{Floats, array, list, slice};
+use crate::arrays::{Floats, array, check_finite, list, slice};
 use crate::contacts::{Contact, ContactTopology};
 use crate::diagnostics::Diagnostics;
 use crate::errors::value_error;
 use crate::plan::Plan;
 use crate::rollout::Rollout;
 use crate::state::State;
+use crate::taxel_grid::TaxelGrid;
 use crate::world::World;
 use pyo3::prelude::*;
 use pyo3::types::PySlice;
@@ -113,6 +114,51 @@ impl World {
             .iter()
             .map(|contact| Contact::of(py, contact, &names))
             .collect()
+    }
+
+    /// Computes the forces on the taxels of a grid that is fixed to a body, in a state. See Pair.tactile_image. Two bodies have no contact
+    /// if neither is dynamic.
+    ///
+    /// Parameters
+    /// ----------
+    /// state : State
+    ///     State of this world.
+    /// body : str
+    ///     Name of the body of the grid.
+    /// grid : TaxelGrid
+    ///     Grid of H rows and W columns.
+    /// partner : str, optional
+    ///     Name of the only other body whose contact counts. Default: all other bodies.
+    /// mean : bool, optional
+    ///     If true, returns mean tractions (Pa) instead of forces. Default: False.
+    ///
+    /// Returns
+    /// -------
+    /// (H, W, 3) ndarray of float64
+    ///     Forces (N) or mean tractions (Pa), along the axes of each taxel.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If the state does not fit the world, the world has no such body, both bodies are the same, or a result is not finite.
+    #[pyo3(signature = (state, body, grid, *, partner=None, mean=false))]
+    fn tactile_image<'py>(
+        &self,
+        py: Python<'py>,
+        state: &State,
+        body: &str,
+        grid: &TaxelGrid,
+        partner: Option<&str>,
+        mean: bool,
+    ) -> PyResult<Floats<'py>> {
+        let index = |name: &str| self.inner.index_of(name).map_err(value_error);
+        let bodies = (index(body)?, partner.map(index).transpose()?);
+        let image = py.detach(|| self.inner.tactile_image(&state.0, bodies, &grid.inner));
+        let shape = grid.shape();
+        let mut numbers = vec![0.0; shape.iter().product()];
+        grid.write(&image.map_err(value_error)?, mean, &mut numbers);
+        check_finite(&numbers, "the forces on taxels")?;
+        array(py, numbers, &shape)
     }
 
     /// Returns pairs of bodies that overlap so deeply that contact may no longer push them apart. See Pair.has_sunk_through.

@@ -183,6 +183,9 @@ def cases(folder):
     poses = {"pose_a": he.pose([0.0, 0.0, 0.19]), "pose_b": EYE}
     moduli = {"moduli": np.array([1e5, 2e5])}
     moving = poses | {"twist_a": TWIST, "twist_b": -TWIST} | moduli | {"law": np.array([0.1, 0.2])}
+    taxels, counts = he.TaxelGrid.dome([2.0, 2.0], 3, 2), {"columns": 3, "rows": 2, "frame": EYE}
+    columns, rows = (np.array([[*axis, d] for d in (0.1, 0.0, -0.1)]) for axis in np.eye(3)[:2])
+    planes = {"column_planes": columns, "row_planes": rows, "lower": -POINT, "upper": POINT}
     by_mass = {"density": Positive(2.0), "by_mass": 1.0, "by_center": POINT, "by_inertia": np.eye(3)}
     hinge = {"axis": POINT, "origin": EYE, "position": 0.1, "velocity": 0.1, "armature": NotNegative(0.1)}
     hinge |= {"damping": NotNegative(0.1), "friction": NotNegative(0.1), "slip_tolerance": Positive(1e-3)}
@@ -330,6 +333,13 @@ def cases(folder):
             lambda vertices_a, vertices_b: pair.vertex_jacobians(EYE, EYE, [vertices_a], [vertices_b]),
             {"vertices_a": 0, "vertices_b": 1},
         ),
+        "Pair.tactile_image": (lambda **it: pair.tactile_image(taxels, **it), moving),
+        "Pair.tactile_image_and_jacobian": (lambda **it: pair.tactile_image_and_jacobian(taxels, **it), poses | moduli),
+        "Pair.linearized_tactile_image": (lambda **it: pair.linearized_tactile_image(taxels, **it), moving),
+        "TaxelGrid": (he.TaxelGrid, planes),
+        "TaxelGrid.flat": (he.TaxelGrid.flat, {"size": np.ones(2)} | counts),
+        "TaxelGrid.cylindrical": (he.TaxelGrid.cylindrical, {"angle": Positive(1.0), "length": Positive(0.1)} | counts),
+        "TaxelGrid.dome": (he.TaxelGrid.dome, {"angles": np.ones(2)} | counts),
         "Pair.potential_energy": (pair.potential_energy, poses | moduli),
         "Pair.surface": (pair.surface, poses),
         "Pair.has_sunk_through": (pair.has_sunk_through, poses),
@@ -676,6 +686,11 @@ def test_jax_refuses_what_the_package_refuses():
         "moved_pose": (soft.moved_pose, {"pose": EYE, "twist": TWIST}),
         "wrench": (
             lambda **it: soft.wrench(pair, **it),
+            {"pose_a": he.pose([0.0, 0.0, 0.19]), "pose_b": EYE, "twist_a": TWIST, "twist_b": TWIST}
+            | {"moduli": np.array([1e5, 1e5]), "law": np.array([0.1, 0.2])},
+        ),
+        "tactile_image": (
+            lambda **it: soft.tactile_image(pair, he.TaxelGrid.dome([2.0, 2.0], 3, 2), **it),
             {"pose_a": he.pose([0.0, 0.0, 0.19]), "pose_b": EYE, "twist_a": TWIST, "twist_b": TWIST}
             | {"moduli": np.array([1e5, 1e5]), "law": np.array([0.1, 0.2])},
         ),

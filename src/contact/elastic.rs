@@ -144,11 +144,24 @@ fn over_octets<I: Integrals<K>, const K: usize>(octets: &[Octet]) -> [f64; K] {
     })
 }
 
+impl<T: Scalar> PolygonFields<T> {
+    /// Returns the elastic wrench on A in A's axes about A's origin, multiplied by a weight.
+    pub fn elastic_wrench(&self, weight: T) -> Wrench<T> {
+        let wrench = OfWrench::of(self).map(|entry| entry * weight);
+        Wrench::from_vector(&Vector6::from(wrench))
+    }
+}
+
 impl<T: Scalar> PlanePolygon<T> {
     /// Returns ∫ p dA (N), multiplied by the weight of the polygon in values (`Weights::still`).
     pub fn load(&self) -> T {
         let (total, _) = self.plane.pressure_integrals();
         total * self.weights.still.area()
+    }
+
+    /// Returns the elastic wrench on A in A's axes about A's origin, multiplied by the same weight.
+    pub fn elastic_wrench(&self) -> Wrench<T> {
+        self.plane.elastic_wrench(lift(self.weights.still.area()))
     }
 }
 
@@ -164,9 +177,7 @@ impl<T: Scalar> Integrand<T> for ElasticWrench {
 
     fn add(&self, source: &PolygonSource<T>, cut: &Cut, sum: &mut Wrench<T>) {
         if let Some(polygon) = source.counted_polygon(cut, Weights::has_still_area) {
-            let weight = lift::<T>(polygon.weights.still.area());
-            let wrench = OfWrench::of(&polygon.plane).map(|entry| entry * weight);
-            *sum += Wrench::from_vector(&Vector6::from(wrench));
+            *sum += polygon.elastic_wrench();
         }
     }
 

@@ -57,6 +57,7 @@ mod sums;
 mod sunk;
 mod surface;
 mod surface_law;
+mod tactile;
 mod tangent;
 mod traction_derivatives;
 mod wrench;
@@ -77,5 +78,8 @@ pub(crate) use shape_gradient::ShapeResponse;
 pub use surface::{ContactPolygon, ContactSurface};
 pub(crate) use surface_law::SLIP_TOLERANCES;
 pub use surface_law::SurfaceLaw;
+pub use tactile::{
+    GridBody, LinearizedTactileImage, TactileImage, TaxelContact, TaxelGrid, TaxelGridError,
+};
 pub(crate) use traction_derivatives::AddedByLaw;
 pub use wrench::ContactWrench;

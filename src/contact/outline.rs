@@ -1,5 +1,5 @@
 use crate::friction::{Affine, Quadratic, ends};
-use crate::geometry::{PER_TRIANGLE, POLYGON_CAPACITY, add_triangle};
+use crate::geometry::{PER_TRIANGLE, POLYGON_CAPACITY, add_triangle, snapped};
 use crate::scalar::{Scalar, lift, real_part};
 
 /// Capacity for the corners of a contact polygon after one more cut.
@@ -57,9 +57,7 @@ impl<T: Scalar> Outline<T> {
         let mut before = self.len - 1;
         for now in 0..self.len {
             if is_inside(before) != is_inside(now) {
-                let share = values[before] / (values[before] - values[now]);
-                let [from, to] = [self.corners[before], self.corners[now]];
-                let crossing = [0, 1].map(|i| from[i] + (to[i] - from[i]) * share);
+                let crossing = self.crossing([before, now], &values);
                 let enters = is_inside(now);
                 part.push(crossing, if enters { self.edges[before] } else { NO_EDGE });
             }
@@ -71,10 +69,48 @@ impl<T: Scalar> Outline<T> {
         Some(part)
     }
 
-    /// Returns ∫ m dA for the monomials m = 1, y₁, y₂, y₁², y₁y₂, y₂², y₁³, y₁²y₂, y₁y₂², y₂³. The area is positive if the outline turns
-    /// counter-clockwise.
-    pub fn moments(&self) -> [T; 10] {
-        let mut moments = [lift::<T>(0.0); 10];
+    /// Returns the parts where an affine function is not positive, and where it is not negative. Values within `zero` of zero count as
+    /// zero. Both parts have the same crossings.
+    pub fn split(&self, function: &Affine<T>, zero: f64) -> [Self; 2] {
+        let mut parts = [Self::empty(); 2];
+        let values = self.corners.map(|y| snapped(at(function, &y), zero));
+        let mut before = self.len.saturating_sub(1);
+        for now in 0..self.len {
+            let [was, is] = [before, now].map(|corner| real_part(values[corner]));
+            if was * is < 0.0 {
+                let crossing = self.crossing([before, now], &values);
+                let edges = if is > 0.0 {
+                    [NO_EDGE, self.edges[before]]
+                } else {
+                    [self.edges[before], NO_EDGE]
+                };
+                parts
+                    .iter_mut()
+                    .zip(edges)
+                    .for_each(|(part, edge)| part.push(crossing, edge));
+            }
+            if is <= 0.0 {
+                parts[0].push(self.corners[now], self.edges[now]);
+            }
+            if is >= 0.0 {
+                parts[1].push(self.corners[now], self.edges[now]);
+            }
+            before = now;
+        }
+        parts
+    }
+
+    /// Returns the point between two corners at which a function with these values at all corners is zero.
+    fn crossing(&self, [before, now]: [usize; 2], values: &[T; PLANE_CAPACITY]) -> [T; 2] {
+        let share = values[before] / (values[before] - values[now]);
+        let [from, to] = [self.corners[before], self.corners[now]];
+        [0, 1].map(|i| from[i] + (to[i] - from[i]) * share)
+    }
+
+    /// Returns ∫ m dA for the first K of the monomials m = 1, y₁, y₂, y₁², y₁y₂, y₂², y₁³, y₁²y₂, y₁y₂², y₂³. K is 6 or 10. The area is
+    /// positive if the outline turns counter-clockwise.
+    pub fn moments<const K: usize>(&self) -> [T; K] {
+        let mut moments = [lift::<T>(0.0); K];
         let corners = self.corners();
         for edge in 0..corners.len() {
             let [a, b] = ends(corners, edge);

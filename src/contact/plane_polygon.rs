@@ -98,6 +98,12 @@ impl<T: Scalar> PlanePolygon<T> {
         real_part(self.plane.moments[0]) > 0.0
     }
 
+    /// Replaces the outline, and its moments.
+    pub fn set_outline(&mut self, outline: &Outline<T>) {
+        self.outline = *outline;
+        (self.plane.moments, self.cubic_moments) = split(outline.moments());
+    }
+
     /// Returns ∫ m dA for the monomials m up to cubic ones.
     pub fn moments(&self) -> [T; 10] {
         let [area, y1, y2, y11, y12, y22] = self.plane.moments;

@@ -1,6 +1,7 @@
-use super::ContactPair;
+use super::{ContactPair, SurfaceLaw};
 use crate::scalar::{Scalar, change, constant_times, cross_constant, lift, real_vector};
-use crate::spatial::turn_from_real;
+use crate::spatial::{Twist, turn_from_real};
+use nalgebra::SVector;
 
 impl<T: Scalar> ContactPair<'_, T> {
     /// Returns the dual parts of the numbers that the wrench depends on: the motion of B relative to A (angular, linear, in A's axes about
@@ -24,5 +25,32 @@ impl<T: Scalar> ContactPair<'_, T> {
             tangent[14..].copy_from_slice(&[law.dissipation, law.friction].map(change));
         }
         tangent
+    }
+}
+
+impl<'a> ContactPair<'a> {
+    /// Returns the pair after changes of poses, twists, moduli, dissipation and friction, in the order of the columns of
+    /// [`LinearizedContact::jacobian`](super::LinearizedContact::jacobian). The real parts of the changes are zero.
+    pub(crate) fn perturbed<T: Scalar>(&self, changes: &SVector<T, 28>) -> ContactPair<'a, T> {
+        let twist = |row| Twist::from_vector(&changes.fixed_rows::<6>(row).into_owned());
+        let perturbed = ContactPair::new(
+            self.a().perturbed(&twist(0), changes[24]),
+            self.b().perturbed(&twist(6), changes[25]),
+        );
+        let perturbed = perturbed.with_search(self.search());
+        let Some(motion) = self.motion() else {
+            return perturbed;
+        };
+        let law = SurfaceLaw {
+            dissipation: changes[26] + motion.law.dissipation,
+            friction: changes[27] + motion.law.friction,
+            slip_tolerance: motion.law.slip_tolerance,
+        };
+        let [mut twist_a, mut twist_b] = [twist(12), twist(18)];
+        for (change, twist) in [&mut twist_a, &mut twist_b].into_iter().zip(&motion.twists) {
+            change.angular += twist.angular.map(lift::<T>);
+            change.linear += twist.linear.map(lift::<T>);
+        }
+        perturbed.moving(law, [twist_a, twist_b])
     }
 }

@@ -78,6 +78,7 @@ mod stability;
 mod state;
 mod stepper;
 mod sweep;
+mod tactile_image;
 mod tangent;
 mod trajectory;
 mod validate;

@@ -23,6 +23,7 @@ mod spinning;
 mod stiff;
 mod structure;
 mod surface_law;
+mod tactile;
 mod tiling;
 mod units;
 

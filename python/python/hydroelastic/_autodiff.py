@@ -6,6 +6,7 @@ twist in world axes, and one column for each other number. Poses among the outpu
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, Protocol, TypeVar
@@ -13,7 +14,18 @@ from typing import Any, Protocol, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ._core import Batch, HydroelasticError, Pair, Parameter, Plan, State, Trajectory, TrajectoryJacobian, World
+from ._core import (
+    Batch,
+    HydroelasticError,
+    Pair,
+    Parameter,
+    Plan,
+    State,
+    TaxelGrid,
+    Trajectory,
+    TrajectoryJacobian,
+    World,
+)
 
 Floats = NDArray[np.float64]
 Errors = dict[int, HydroelasticError]
@@ -131,6 +143,31 @@ class Wrench(Function):
         if not self._in_motion:
             return call(pose_a, pose_b, moduli=rest)
         return call(pose_a, pose_b, rest[..., :6], rest[..., 6:12], moduli=rest[..., 12:14], law=rest[..., 14:])
+
+
+class TactileImage(Wrench):
+    """Forces on the taxels of a grid on a body of a pair, with the rows of ``Wrench``."""
+
+    def __init__(self, pair: Pair, in_motion: bool, grid: TaxelGrid, body: str) -> None:
+        super().__init__(pair, in_motion)
+        self.name = "tactile_image"
+        self.shape = (grid.rows, grid.columns, 3)
+        self.outputs = math.prod(self.shape)
+        self._grid, self._body = grid, body
+
+    def values(self, rows: Floats) -> tuple[Floats, Errors]:
+        def call(*arguments: Floats, **numbers: Floats) -> tuple[Floats, ...]:
+            return (self._pair.tactile_image(self._grid, *arguments, body=self._body, **numbers),)
+
+        (values,), errors = self._results(rows, call, [self.shape])
+        return values.reshape(len(rows), self.outputs), errors
+
+    def values_and_jacobians(self, rows: Floats) -> tuple[Floats, Floats, Errors]:
+        method = self._pair.linearized_tactile_image if self._in_motion else self._pair.tactile_image_and_jacobian
+        call = functools.partial(method, self._grid, body=self._body)
+        (values, jacobians), errors = self._results(rows, call, [self.shape, (*self.shape, self.columns)])
+        flat = (len(rows), self.outputs)
+        return values.reshape(flat), jacobians.reshape(*flat, self.columns), errors
 
 
 class Rollout(Function):
@@ -329,8 +366,9 @@ def wrench(
     twists: tuple[Any, Any],
     moduli: Any,
     law: Any,
+    function: Callable[[Pair, bool], Function] = Wrench,
 ) -> Any:
-    """Computes both wrenches of a pair, (12,) with any leading axes.
+    """Computes both wrenches of a pair, (12,) with any leading axes, or another function of the same rows.
 
     The bodies are in motion if a twist is given. A twist that is None is zero, and moduli or a law that are None are
     those of the pair.
@@ -346,7 +384,25 @@ def wrench(
         of_pair = np.array([pair.law.dissipation, pair.law.friction])
         numbers = arrays.floats(of_pair if law is None else law, "law", (2,))
         parts += [numbers] if in_motion else []
-    return arrays.evaluated(Wrench(pair, in_motion), [2, 2, *[1] * (len(parts) - 2)], parts)
+    return arrays.evaluated(function(pair, in_motion), [2, 2, *[1] * (len(parts) - 2)], parts)
+
+
+def tactile_image(
+    arrays: Arrays,
+    pair: Pair,
+    grid: TaxelGrid,
+    body: str,
+    poses: tuple[Any, Any],
+    twists: tuple[Any, Any],
+    moduli: Any,
+    law: Any,
+) -> Any:
+    """Computes the forces on the taxels of a grid on a body of a pair, (H, W, 3) with any leading axes."""
+    if body not in ("a", "b"):
+        raise HydroelasticError(f'body must be "a" or "b", but is {body!r}')
+    function = functools.partial(TactileImage, grid=grid, body=body)
+    forces = wrench(arrays, pair, poses, twists, moduli, law, function)
+    return forces.reshape((*forces.shape[:-1], grid.rows, grid.columns, 3))
 
 
 # Quantities of a body in nested values, with their parameters and numbers of components (0 for a number).

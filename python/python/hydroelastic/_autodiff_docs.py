@@ -81,6 +81,42 @@ HydroelasticError
 TypeError
     If an argument is not of float64 or integers.
 """,
+    "tactile_image": """Computes the forces on the taxels of a grid that is fixed to A or to B.
+
+A force is on the body of the grid, along the axes of the taxel: two components of shear, then the normal component,
+which is negative if the taxel is pressed. With a twist, forces include dissipation and friction. A derivative in
+reverse mode also computes the whole Jacobian, with 3 H W rows.
+
+Parameters
+----------
+pair : Pair
+    Shapes and default numbers. It has no derivative.
+grid : TaxelGrid
+    Grid of H rows and W columns. It has no derivative.
+pose_a, pose_b : (4, 4) array_like
+    Poses of A and B in the world.
+twist_a, twist_b : (6,) array_like, optional
+    Angular velocity (rad/s), then velocity (m/s) of the origin of the body frame, in world axes. If one is given,
+    the other is zero by default.
+body : str, optional
+    Body of the grid, "a" or "b".
+moduli : (2,) array_like, optional
+    Moduli (Pa) of A and B, in place of those of the pair. If B is rigid, the second has no effect.
+law : (2,) array_like, optional
+    Dissipation (s/m) and friction coefficient, in place of those of the pair. They have no effect without twists.
+
+Returns
+-------
+(H, W, 3) ARRAY of float64
+    Forces (N).
+
+Raises
+------
+HydroelasticError
+    If an argument is not valid, as in ``Pair.wrench``.
+TypeError
+    If an argument is not of float64 or integers.
+""",
     "wrench": """Computes the wrenches on both bodies of a contact.
 
 Without twists, the bodies are at rest. With a twist, the wrenches include dissipation and friction.

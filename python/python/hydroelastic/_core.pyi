@@ -66,6 +66,7 @@ __all__ = [
     "Stops",
     "Surface",
     "SurfaceLaw",
+    "TaxelGrid",
     "Thruster",
     "Trajectory",
     "TrajectoryJacobian",
@@ -291,6 +292,40 @@ class Pair:
         moduli: _Rows | None = None,
         law: _Rows | None = None,
     ) -> tuple[_Floats, _Floats]: ...
+    def tactile_image(
+        self,
+        grid: TaxelGrid,
+        pose_a: _Rows,
+        pose_b: _Rows,
+        twist_a: _Rows | None = None,
+        twist_b: _Rows | None = None,
+        *,
+        body: str = 'a',
+        mean: bool = False,
+        moduli: _Rows | None = None,
+        law: _Rows | None = None,
+    ) -> _Floats: ...
+    def tactile_image_and_jacobian(
+        self,
+        grid: TaxelGrid,
+        pose_a: _Rows,
+        pose_b: _Rows,
+        *,
+        body: str = 'a',
+        moduli: _Rows | None = None,
+    ) -> tuple[_Floats, _Floats]: ...
+    def linearized_tactile_image(
+        self,
+        grid: TaxelGrid,
+        pose_a: _Rows,
+        pose_b: _Rows,
+        twist_a: _Rows | None = None,
+        twist_b: _Rows | None = None,
+        *,
+        body: str = 'a',
+        moduli: _Rows | None = None,
+        law: _Rows | None = None,
+    ) -> tuple[_Floats, _Floats]: ...
     def potential_energy(self, pose_a: _Rows, pose_b: _Rows, *, moduli: _Rows | None = None) -> float | _Floats: ...
     def surface(self, pose_a: _Rows, pose_b: _Rows) -> Surface: ...
     def has_sunk_through(self, pose_a: _Rows, pose_b: _Rows) -> bool: ...
@@ -361,6 +396,23 @@ class Surface:
     def __getnewargs__(
         self,
     ) -> tuple[_Floats, NDArray[np.int64], _Floats, _Floats, _Floats, _Floats, _Floats, NDArray[np.int64], float, _Floats | None]: ...
+
+@final
+class TaxelGrid:
+    def __new__(cls, column_planes: _Rows, row_planes: _Rows, lower: _Numbers, upper: _Numbers) -> Self: ...
+    @staticmethod
+    def flat(size: _Numbers, columns: int, rows: int, frame: _Rows | None = None) -> TaxelGrid: ...
+    @staticmethod
+    def cylindrical(angle: float, length: float, columns: int, rows: int, frame: _Rows | None = None) -> TaxelGrid: ...
+    @staticmethod
+    def dome(angles: _Numbers, columns: int, rows: int, frame: _Rows | None = None) -> TaxelGrid: ...
+    @property
+    def columns(self) -> int: ...
+    @property
+    def rows(self) -> int: ...
+    @property
+    def axes(self) -> _Floats: ...
+    def __reduce__(self) -> tuple[Callable[..., Self], tuple[object, ...]]: ...
 
 @final
 class ShapeGradient:
@@ -865,6 +917,15 @@ class World:
     def step(self, state: State, plan: Plan) -> State: ...
     def diagnostics(self, state: State) -> Diagnostics: ...
     def contacts(self, state: State) -> list[Contact]: ...
+    def tactile_image(
+        self,
+        state: State,
+        body: str,
+        grid: TaxelGrid,
+        *,
+        partner: str | None = None,
+        mean: bool = False,
+    ) -> _Floats: ...
     def fully_submerged(self, state: State) -> list[tuple[str, str]]: ...
     def half_space_outlines(self, states: Sequence[State]) -> list[_Floats]: ...
     def topology(self, state: State) -> ContactTopology: ...

@@ -60,9 +60,9 @@ except ImportError:
 
 from . import _autodiff
 from ._autodiff_docs import documented
-from ._core import HydroelasticError, Pair, Parameter, Plan, World
+from ._core import HydroelasticError, Pair, Parameter, Plan, TaxelGrid, World
 
-__all__ = ["State", "final_state", "initial_state", "moved_pose", "pose", "rollout", "step", "wrench"]
+__all__ = ["State", "final_state", "initial_state", "moved_pose", "pose", "rollout", "step", "tactile_image", "wrench"]
 
 Array: TypeAlias = jax.Array
 # Type of an argument: an array of JAX or NumPy, or a list of numbers.
@@ -109,6 +109,24 @@ def wrench(
 ) -> Array:
     wrenches: Array = _autodiff.wrench(_Arrays(), pair, (pose_a, pose_b), (twist_a, twist_b), moduli, law)
     return wrenches
+
+
+@_documented
+def tactile_image(
+    pair: Pair,
+    grid: TaxelGrid,
+    pose_a: _Array,
+    pose_b: _Array,
+    twist_a: _Array | None = None,
+    twist_b: _Array | None = None,
+    *,
+    body: str = "a",
+    moduli: _Array | None = None,
+    law: _Array | None = None,
+) -> Array:
+    poses, twists = (pose_a, pose_b), (twist_a, twist_b)
+    forces: Array = _autodiff.tactile_image(_Arrays(), pair, grid, body, poses, twists, moduli, law)
+    return forces
 
 
 @_documented

@@ -50,9 +50,9 @@ from torch.autograd import forward_ad
 
 from . import _autodiff
 from ._autodiff_docs import documented
-from ._core import HydroelasticError, Pair, Parameter, Plan, World
+from ._core import HydroelasticError, Pair, Parameter, Plan, TaxelGrid, World
 
-__all__ = ["State", "final_state", "initial_state", "moved_pose", "pose", "rollout", "step", "wrench"]
+__all__ = ["State", "final_state", "initial_state", "moved_pose", "pose", "rollout", "step", "tactile_image", "wrench"]
 
 Tensor: TypeAlias = torch.Tensor
 # Type of an argument: a tensor, a NumPy array, or a list of numbers.
@@ -98,6 +98,24 @@ def wrench(
 ) -> Tensor:
     wrenches: Tensor = _autodiff.wrench(_Arrays(), pair, (pose_a, pose_b), (twist_a, twist_b), moduli, law)
     return wrenches
+
+
+@_documented
+def tactile_image(
+    pair: Pair,
+    grid: TaxelGrid,
+    pose_a: _Tensor,
+    pose_b: _Tensor,
+    twist_a: _Tensor | None = None,
+    twist_b: _Tensor | None = None,
+    *,
+    body: str = "a",
+    moduli: _Tensor | None = None,
+    law: _Tensor | None = None,
+) -> Tensor:
+    poses, twists = (pose_a, pose_b), (twist_a, twist_b)
+    forces: Tensor = _autodiff.tactile_image(_Arrays(), pair, grid, body, poses, twists, moduli, law)
+    return forces
 
 
 @_documented

@@ -30,7 +30,7 @@ from numpy.typing import NDArray
 from ._core import HalfSpace, HydroelasticError, RigidShape, Shape, State, Surface, Trajectory, World
 from ._checks import check_count
 
-__all__ = ["Picture", "html", "of_surface", "of_trajectory", "of_world", "picture", "save"]
+__all__ = ["Picture", "html", "of_surface", "of_tactile_image", "of_trajectory", "of_world", "picture", "save"]
 
 _Floats = NDArray[np.float64]
 _Whole = NDArray[np.integer[Any]]
@@ -211,6 +211,51 @@ def of_surface(surface: Surface, *, pressure_limit: float | None = None, height:
     scene = _Scene(pressure_limit)
     scene.add_frame(0.0, np.zeros((0, 4, 4)), [surface])
     return scene.picture(height, repr(surface))
+
+
+def of_tactile_image(
+    image: _Floats, *, size: Sequence[float] = (1.0, 1.0), pressure_limit: float | None = None, height: int = 420
+) -> Picture:
+    """Draws a tactile image: a square for each taxel, colored by pressure, with an arrow along its shear.
+
+    The picture is flat, with columns along x and rows along y, also for the image of a curved patch. The longest arrow
+    is as long as a taxel is wide. Pressures are minus the third component of the image, and are 0 for taxels that pull.
+
+    Parameters
+    ----------
+    image : (H, W, 3) array_like
+        Result of ``Pair.tactile_image`` or ``World.tactile_image``: mean tractions (Pa) or forces (N) on the taxels.
+        For forces, the color bar has the unit N.
+    size : (2,) array_like
+        Lengths (m) of the picture along x and y, positive.
+    pressure_limit : float, optional
+        Value at the upper end of the color bar. Default: the largest value.
+    height : int
+        Height (pixels) of the picture in a notebook.
+
+    Returns
+    -------
+    Picture
+        Picture of the image.
+
+    Raises
+    ------
+    HydroelasticError
+        If a number is out of range or not finite, or the image has an unexpected shape.
+    """
+    _check(height, pressure_limit)
+    image, lengths = np.asarray(image, dtype=np.float64), np.asarray(size, dtype=np.float64)
+    if image.ndim != 3 or image.shape[2] != 3 or not image.size:
+        raise HydroelasticError(f"image must have the shape (H, W, 3), but has {image.shape}")
+    if lengths.shape != (2,) or not (np.isfinite(lengths).all() and (lengths > 0.0).all()):
+        raise HydroelasticError(f"size must be two positive lengths, but is {lengths.tolist()}")
+    if not np.isfinite(image).all():
+        raise HydroelasticError("image must be finite")
+    scene = _Scene(pressure_limit)
+    widths = lengths / image.shape[1::-1]
+    scene.add_frame(0.0, np.zeros((0, 4, 4)), [_taxels(image, widths)])
+    scene.add_arrows(*_shear(image, widths))
+    return scene.picture(height, f"Tactile image of {image.shape[0]} rows and {image.shape[1]} columns")
 
 
 def of_world(
@@ -412,6 +457,14 @@ class _Scene:
                 indices = np.unique(np.linspace(0, len(points) - 1, 400).round().astype(int))
                 self._paths.append({"points": self._packed.add(points[indices], "f4"), "body": body})
 
+    def add_arrows(self, tails: _Floats, vectors: _Floats) -> None:
+        """Adds arrows in planes of constant z, (n, 3) each."""
+        aside = np.stack([-vectors[:, 1], vectors[:, 0], vectors[:, 2]], axis=1)
+        heads = tails + vectors
+        barbs = [heads - 0.3 * vectors + sign * 0.15 * aside for sign in (-1.0, 1.0)]
+        for points in np.stack([tails, heads, barbs[0], heads, barbs[1]], axis=1):
+            self._paths.append({"points": self._packed.add(points, "f4"), "body": 0})
+
     def add_state(self, state: State, surfaces: Sequence[Surface]) -> None:
         self._states.append(state)
         self.add_frame(state.time, state.poses, surfaces)
@@ -476,6 +529,49 @@ class _Scene:
         if len(page) > _LARGEST:
             warnings.warn(f"the picture takes {len(page) / 1e6:.1f} MB: its meshes are large", stacklevel=4)
         return Picture(page, height, shows)
+
+
+def _taxels(image: _Floats, widths: _Floats) -> Surface:
+    """Returns the taxels of an image as squares of constant pressure in the plane z = 0."""
+    rows, columns = image.shape[:2]
+    count = rows * columns
+    corners = _middles(image, widths)[:, None, :2] + 0.5 * widths * [[-1, -1], [1, -1], [1, 1], [-1, 1]]
+    vertices = np.concatenate([corners, np.zeros((count, 4, 1))], axis=2)
+    pressures = np.maximum(-image[..., 2].ravel(), 0.0)
+    area = float(widths.prod())
+    return Surface(
+        vertices.reshape(-1, 3),
+        np.arange(0, 4 * count + 1, 4),
+        np.repeat(pressures, 4),
+        np.tile([0.0, 0.0, 1.0], (count, 1)),
+        np.full(count, area),
+        vertices.mean(axis=1),
+        pressures,
+        np.zeros((count, 2), dtype=np.int64),
+        area * count,
+        None,
+    )
+
+
+def _middles(image: _Floats, widths: _Floats) -> _Floats:
+    """Returns the middles of taxels, (H W, 3), centered on the origin."""
+    rows, columns = image.shape[:2]
+    y, x = np.mgrid[:rows, :columns]
+    places = np.stack([x.ravel(), y.ravel()], axis=1) - 0.5 * np.array([columns - 1, rows - 1])
+    return np.concatenate([places * widths, np.zeros((rows * columns, 1))], axis=1)
+
+
+def _shear(image: _Floats, widths: _Floats) -> tuple[_Floats, _Floats]:
+    """Returns the tails and the vectors of arrows along the shear of taxels."""
+    shear = image[..., :2].reshape(-1, 2)
+    sizes = np.linalg.norm(shear, axis=1)
+    greatest = sizes.max()
+    # Shorter arrows would be dots.
+    shown = np.flatnonzero(sizes > 0.02 * greatest)
+    vectors = np.zeros((len(shown), 3))
+    vectors[:, :2] = shear[shown] * (widths.min() / greatest if greatest > 0.0 else 0.0)
+    above = np.array([0.0, 0.0, 0.01 * widths.min()])
+    return _middles(image, widths)[shown] - 0.5 * vectors + above, vectors
 
 
 def _outline(shape: Shape | RigidShape) -> tuple[_Floats, _Whole]:

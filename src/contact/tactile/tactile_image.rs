@@ -1,0 +1,235 @@
+use super::TaxelGrid;
+use super::division::{Division, Piece};
+use crate::contact::integrate::CutSurface;
+use crate::contact::motion::RelativeMotion;
+use crate::contact::{ContactPair, SurfaceLaw};
+use crate::scalar::{Scalar, constant_times, lift, real_part};
+use crate::spatial::{Pose, Wrench};
+use nalgebra::Vector3;
+
+/// The body of a pair to which a [`TaxelGrid`] is fixed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum GridBody {
+    /// Body A.
+    A,
+    /// Body B, which may be rigid or a half-space.
+    B,
+}
+
+/// The contact in one taxel.
+#[derive(Debug, Clone, Copy)]
+#[non_exhaustive]
+pub struct TaxelContact<T = f64> {
+    /// Row of the taxel.
+    pub row: usize,
+    /// Column of the taxel.
+    pub column: usize,
+    /// Wrench on the body of the grid, about the body's origin, in the body's axes.
+    pub wrench: Wrench<T>,
+    /// Area of the contact surface in the taxel (m²).
+    pub area: T,
+}
+
+/// The contact of a pair of bodies on the taxels of a grid, integrated exactly.
+///
+/// Forces are on the body of the grid. If the taxels' normals point out of the body, a pressed taxel has a negative normal force. Mean
+/// pressures are positive. Taxels without contact have zeros.
+#[derive(Debug, Clone)]
+pub struct TactileImage<'g, T = f64> {
+    grid: &'g TaxelGrid,
+    /// Row-major: 1 + the index in `taxels`, or 0 for taxels without contact.
+    entries: Vec<u32>,
+    taxels: Vec<TaxelContact<T>>,
+    outside: Wrench<T>,
+}
+
+impl<T: Scalar> ContactPair<'_, T> {
+    /// Returns the forces on the taxels of a grid that is fixed to a body of the pair. For a pair in motion they include dissipation and
+    /// friction.
+    ///
+    /// The image is generic over the scalar: with dual numbers it carries derivatives with respect to poses, twists, moduli and the law.
+    /// All geometry, clipping and integration carry them, as in [`Self::pipeline`].
+    #[must_use]
+    pub fn tactile_image<'g>(&self, body: GridBody, grid: &'g TaxelGrid) -> TactileImage<'g, T> {
+        TactileImage::of(&self.cut_surface(), self.relative_motion(), (body, grid))
+    }
+}
+
+impl<'g, T: Scalar> TactileImage<'g, T> {
+    /// Integrates over a contact surface, with a law and a velocity for a pair in motion.
+    pub(super) fn of(
+        surface: &CutSurface<T>,
+        motion: Option<(SurfaceLaw<T>, RelativeMotion<T>)>,
+        (body, grid): (GridBody, &'g TaxelGrid),
+    ) -> Self {
+        let pose_ab = &surface.source.pose_ab;
+        let division = match body {
+            GridBody::A => Division::new(grid, &Pose::identity(), motion),
+            GridBody::B => Division::new(grid, pose_ab, motion),
+        };
+        let pieces = surface.sum_of_cuts(|pieces: &mut Vec<_>, cut| {
+            if let Some(polygon) = surface.source.pressed_polygon(cut) {
+                division.divide(&polygon, pieces);
+            }
+        });
+        let mut image = Self::empty(grid);
+        for piece in &pieces {
+            image.add(piece);
+        }
+        if body == GridBody::B {
+            image.exchange(pose_ab);
+        }
+        image
+    }
+
+    /// Creates the image of bodies that do not touch.
+    pub(crate) fn empty(grid: &'g TaxelGrid) -> Self {
+        Self {
+            grid,
+            entries: vec![0; grid.row_count() * grid.column_count()],
+            taxels: Vec::new(),
+            outside: Wrench::zero(),
+        }
+    }
+
+    fn add(&mut self, piece: &Piece<T>) {
+        let Piece { wrench, area, .. } = *piece;
+        match piece.taxel {
+            None => self.outside += wrench,
+            Some([row, column]) => self.add_taxel(&TaxelContact {
+                row,
+                column,
+                wrench,
+                area,
+            }),
+        }
+    }
+
+    fn add_taxel(&mut self, contact: &TaxelContact<T>) {
+        let entry = &mut self.entries[contact.row * self.grid.column_count() + contact.column];
+        if let Some(taxel) = self.taxels.get_mut((*entry as usize).wrapping_sub(1)) {
+            taxel.wrench += contact.wrench;
+            taxel.area += contact.area;
+        } else {
+            self.taxels.push(*contact);
+            *entry = u32::try_from(self.taxels.len()).unwrap_or_default();
+        }
+    }
+
+    /// Adds another image of the same grid.
+    pub(crate) fn merge(&mut self, other: &Self) {
+        self.outside += other.outside;
+        for taxel in &other.taxels {
+            self.add_taxel(taxel);
+        }
+    }
+
+    /// Replaces the wrenches on A, in A's axes about A's origin, by those on B, in B's axes about B's origin.
+    fn exchange(&mut self, pose_ab: &Pose<T>) {
+        let rotation_ba = pose_ab.rotation().transpose();
+        let on_b = |on_a: &Wrench<T>| -on_a.about(pose_ab.translation()).rotated(&rotation_ba);
+        self.outside = on_b(&self.outside);
+        for taxel in &mut self.taxels {
+            taxel.wrench = on_b(&taxel.wrench);
+        }
+    }
+
+    /// Returns the grid.
+    #[must_use]
+    pub fn grid(&self) -> &'g TaxelGrid {
+        self.grid
+    }
+
+    /// Returns the taxels with contact, in no particular order.
+    #[must_use]
+    pub fn taxels(&self) -> &[TaxelContact<T>] {
+        &self.taxels
+    }
+
+    /// Returns the contact in a taxel, or `None` if there is none or the grid has no such taxel.
+    #[must_use]
+    pub fn taxel(&self, row: usize, column: usize) -> Option<&TaxelContact<T>> {
+        self.taxels.get(self.index(row, column)?)
+    }
+
+    /// Returns the index of a taxel with contact in [`Self::taxels`].
+    pub(super) fn index(&self, row: usize, column: usize) -> Option<usize> {
+        let columns = self.grid.column_count();
+        let is_in_grid = row < self.grid.row_count() && column < columns;
+        let entry = is_in_grid.then(|| self.entries[row * columns + column])?;
+        (entry as usize).checked_sub(1)
+    }
+
+    /// Returns the image without its derivatives.
+    #[must_use]
+    pub fn real(&self) -> TactileImage<'g> {
+        let real = |taxel: &TaxelContact<T>| TaxelContact {
+            row: taxel.row,
+            column: taxel.column,
+            wrench: taxel.wrench.real(),
+            area: real_part(taxel.area),
+        };
+        TactileImage {
+            grid: self.grid,
+            entries: self.entries.clone(),
+            taxels: self.taxels.iter().map(real).collect(),
+            outside: self.outside.real(),
+        }
+    }
+
+    /// Returns the force (N) on the body in a taxel, along the [axes of the taxel](TaxelGrid::axes): two components of shear, and the
+    /// normal component, which is negative if the taxel is pressed.
+    #[must_use]
+    pub fn force(&self, row: usize, column: usize) -> Vector3<T> {
+        let zero = Vector3::from_element(lift(0.0));
+        self.taxel(row, column)
+            .map_or(zero, |taxel| taxel.force(self.grid))
+    }
+
+    /// Returns the area (m²) of the contact surface in a taxel.
+    #[must_use]
+    pub fn area(&self, row: usize, column: usize) -> T {
+        self.taxel(row, column)
+            .map_or(lift(0.0), |taxel| taxel.area)
+    }
+
+    /// Returns the mean traction (Pa) on the body in a taxel: the force over the area of contact, along the axes of the taxel. The first
+    /// two components are the mean shear stress.
+    #[must_use]
+    pub fn mean_traction(&self, row: usize, column: usize) -> Vector3<T> {
+        let (force, area) = (self.force(row, column), self.area(row, column));
+        if real_part(area) > 0.0 {
+            force / area
+        } else {
+            force * lift::<T>(0.0)
+        }
+    }
+
+    /// Returns the mean pressure (Pa) in a taxel: minus the normal component of [`Self::mean_traction`].
+    #[must_use]
+    pub fn mean_pressure(&self, row: usize, column: usize) -> T {
+        -self.mean_traction(row, column).z
+    }
+
+    /// Returns the wrench of the contact outside of the patch, on the body of the grid about its origin, in its axes.
+    #[must_use]
+    pub fn outside(&self) -> &Wrench<T> {
+        &self.outside
+    }
+
+    /// Returns the sum over all taxels and [`Self::outside`]: the contact wrench on the body of the grid, about the body's origin, in the
+    /// body's axes.
+    #[must_use]
+    pub fn total(&self) -> Wrench<T> {
+        let taxels = self.taxels.iter();
+        taxels.fold(self.outside, |sum, taxel| sum + taxel.wrench)
+    }
+}
+
+impl<T: Scalar> TaxelContact<T> {
+    /// Returns the force (N) along the axes of the taxel.
+    pub(super) fn force(&self, grid: &TaxelGrid) -> Vector3<T> {
+        let axes = grid.axes(self.row, self.column);
+        constant_times(&axes.transpose(), &self.wrench.force)
+    }
+}
