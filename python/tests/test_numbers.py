@@ -314,6 +314,7 @@ def cases(folder):
             {"vertices_a": 0, "vertices_b": 1},
         ),
         "Pair.potential_energy": (pair.potential_energy, poses | moduli),
+        "Pair.clearance": (pair.clearance, poses | moduli),
         "Pair.surface": (pair.surface, poses),
         "Pair.has_sunk_through": (pair.has_sunk_through, poses),
         "Pair.write_surface": (lambda **it: pair.write_surface(folder / "a.vtp", **it), poses),
