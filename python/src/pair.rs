@@ -9,7 +9,7 @@ use crate::poses::single_pose;
 use crate::shape::Shape;
 use crate::surface::Surface;
 use crate::taxel_grid::{TaxelGrid, grid_body};
-use hydroelastic::contact::{ContactPair, ContactWrench, LinearizedContact};
+use hydroelastic::contact::{ContactPair, ContactWrench, LinearizedClearance, LinearizedContact};
 use hydroelastic::io::write_surface;
 use hydroelastic::nalgebra::SMatrix;
 use hydroelastic::spatial::Pose;
@@ -20,6 +20,9 @@ use std::path::PathBuf;
 
 /// Number of components of both wrenches.
 pub const BOTH: usize = 12;
+
+/// Number of coordinates of a point of each body.
+const POINTS: usize = 6;
 
 /// Number of columns of the Jacobian at rest.
 const AT_REST: usize = 14;
@@ -146,6 +149,14 @@ fn check_modulus(b: &AnyShape, modulus: Option<f64>) -> PyResult<()> {
             b.__repr__()
         ))),
         _ => Ok(()),
+    }
+}
+
+/// Converts a zero-dimensional array to a number.
+fn number_or_array(values: Floats<'_>) -> PyResult<Bound<'_, PyAny>> {
+    match values.ndim() {
+        0 => values.call_method0("item"),
+        _ => Ok(values.into_any()),
     }
 }
 
@@ -547,12 +558,63 @@ impl Pair {
         let (poses, twists, law) = ([pose_a, pose_b], [None, None], None);
         let inputs = Inputs::of(self, poses, twists, moduli, law)?;
         let results = inputs.compute(py, self, 1, |at, row| row[0] = at.pair.potential_energy())?;
-        let energies = results.array(py, 0, &[])?;
-        // A single energy is returned as a number instead of a zero-dimensional array.
-        match energies.ndim() {
-            0 => energies.call_method0("item"),
-            _ => Ok(energies.into_any()),
-        }
+        number_or_array(results.array(py, 0, &[])?)
+    }
+
+    /// Computes the signed distance of the bodies and its derivatives, also before contact.
+    ///
+    /// The distance has kinks where the closest features change, for example at parallel faces. The derivatives are then those of one pair
+    /// of the closest features. Derivatives with respect to a pose are with respect to a twist in world axes, as in moved_pose.
+    ///
+    /// Parameters
+    /// ----------
+    /// pose_a, pose_b : (4, 4) or (n, 4, 4) array_like
+    ///     Poses of A and B in the world.
+    /// moduli : (2,) or (n, 2) array_like, optional
+    ///     Moduli (Pa) in place of the moduli of the pair. They matter only if the bodies overlap.
+    ///
+    /// Returns
+    /// -------
+    /// distance : float or (n,) ndarray of float64
+    ///     Distance (m) of the surfaces, or minus the depth (m) by the pressure fields if the bodies overlap.
+    /// points : (2, 3) or (n, 2, 3) ndarray of float64
+    ///     Closest points (m) of A and B in the world. Both are the deepest point if the bodies overlap.
+    /// by_poses : (12,) or (n, 12) ndarray of float64
+    ///     Derivatives of the distance with respect to the pose of A, then of B (m/rad and m/m each).
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If an argument or a result is not valid, as in the class description.
+    #[pyo3(signature = (pose_a, pose_b, *, moduli=None))]
+    fn clearance<'py>(
+        &self,
+        py: Python<'py>,
+        pose_a: &Bound<'py, PyAny>,
+        pose_b: &Bound<'py, PyAny>,
+        moduli: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<(Bound<'py, PyAny>, Floats<'py>, Floats<'py>)> {
+        let (poses, twists, law) = ([pose_a, pose_b], [None, None], None);
+        let inputs = Inputs::of(self, poses, twists, moduli, law)?;
+        let results = inputs.compute(py, self, 1 + POINTS + BOTH, |at, row| {
+            let LinearizedClearance {
+                clearance,
+                by_poses,
+                ..
+            } = at.pair.linearized_clearance();
+            row[0] = clearance.distance;
+            let [a, b] = clearance.points;
+            row[1..4].copy_from_slice(a.as_slice());
+            row[4..1 + POINTS].copy_from_slice(b.as_slice());
+            row[1 + POINTS..].copy_from_slice(by_poses.as_slice());
+        })?;
+        let points = results.array(py, 1, &[2, 3])?;
+        let by_poses = results.array(py, 1 + POINTS, &[BOTH])?;
+        Ok((
+            number_or_array(results.array(py, 0, &[])?)?,
+            points,
+            by_poses,
+        ))
     }
 
     /// Computes the contact surface.

@@ -13,8 +13,10 @@ use crate::state::State;
 use crate::trajectory::Trajectory;
 use crate::vjp::VectorJacobianProduct;
 use crate::world::World;
-use hydroelastic::gradient::{self, Experiment, GradientError, Mode};
-use hydroelastic::nalgebra::DMatrix;
+use hydroelastic::gradient::{
+    self, Experiment, FinalClearance, FirstContact, GradientError, LeastClearance, Mode,
+};
+use hydroelastic::nalgebra::{DMatrix, DVector};
 use pyo3::prelude::*;
 use std::sync::Arc;
 
@@ -51,6 +53,11 @@ fn width(parameters: &[gradient::Parameter]) -> usize {
 pub fn by_rows<'py>(py: Python<'py>, matrix: &DMatrix<f64>) -> PyResult<Floats<'py>> {
     let values = matrix.transpose().as_slice().to_vec();
     array(py, values, &[matrix.nrows(), matrix.ncols()])
+}
+
+/// Converts a vector to an array.
+fn column<'py>(py: Python<'py>, vector: &DVector<f64>) -> PyResult<Floats<'py>> {
+    array(py, vector.as_slice().to_vec(), &[vector.len()])
 }
 
 #[pymethods]
@@ -147,6 +154,110 @@ impl World {
         let vjp = vjp.map_err(|why| gradient_error(&why))?;
         let trajectory = vjp.trajectory().clone().into();
         Ok((trajectory, VectorJacobianProduct::new(vjp, plan.0)))
+    }
+
+    /// Computes the clearance of two bodies in a rollout, and its gradient, also if the bodies never touch.
+    ///
+    /// The clearance is the signed distance of Pair.clearance. Shapes and moduli are constants in it. The derivatives contain their effect on
+    /// the motion.
+    ///
+    /// Parameters
+    /// ----------
+    /// plan : Plan
+    ///     Plan of the rollout.
+    /// parameters : list of Parameter
+    ///     Parameters to differentiate with respect to, with p components in total.
+    /// first, second : str
+    ///     Names of the bodies. One of them is compliant with a mesh.
+    /// least : bool, optional
+    ///     True for the least clearance at the recorded states. Default: the clearance at the last state.
+    ///
+    /// Returns
+    /// -------
+    /// clearance : float
+    ///     Clearance (m).
+    /// gradient : (p,) ndarray of float64
+    ///     Derivatives of the clearance.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If the bodies have no clearance, or a parameter does not belong to the world.
+    /// RolloutError
+    ///     If the rollout ends early. The error has no trajectory.
+    #[pyo3(signature = (plan, parameters, first, second, *, least=false))]
+    fn clearance<'py>(
+        &self,
+        py: Python<'py>,
+        plan: &Plan,
+        parameters: Vec<Bound<'py, Parameter>>,
+        first: &str,
+        second: &str,
+        least: bool,
+    ) -> PyResult<(f64, Floats<'py>)> {
+        let by = inner(&parameters);
+        let (clearance, gradient) = self.experiment(py, plan, (0, None), |experiment| {
+            if least {
+                let loss = LeastClearance::between(&self.inner, first, second)?;
+                experiment.gradient(&by, &loss)
+            } else {
+                let loss = FinalClearance::between(&self.inner, first, second)?;
+                experiment.gradient(&by, &loss)
+            }
+        })?;
+        Ok((clearance, column(py, &gradient)?))
+    }
+
+    /// Computes the time of the first contact of two bodies in a rollout, or their least clearance if they stay apart, and its gradient.
+    ///
+    /// Poses between two recorded states are cubic polynomials of time. Contacts that begin and end between two recorded states are not found.
+    /// The time has a kink where other features touch first, and jumps where a contact is grazing.
+    ///
+    /// Parameters
+    /// ----------
+    /// plan : Plan
+    ///     Plan of the rollout.
+    /// parameters : list of Parameter
+    ///     Parameters to differentiate with respect to, with p components in total.
+    /// first, second : str
+    ///     Names of the bodies. One of them is compliant with a mesh.
+    ///
+    /// Returns
+    /// -------
+    /// time : float
+    ///     Time (s) of the first contact, or of the least clearance if the bodies stay apart.
+    /// clearance : float
+    ///     0 if the bodies touch, and the least clearance (m) at the recorded states if they stay apart.
+    /// gradient : (p,) ndarray of float64
+    ///     Derivatives of the time if the bodies touch, and of the clearance if they stay apart.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If the bodies have no clearance, or a parameter does not belong to the world.
+    /// RolloutError
+    ///     If the rollout ends early. The error has no trajectory.
+    fn first_contact<'py>(
+        &self,
+        py: Python<'py>,
+        plan: &Plan,
+        parameters: Vec<Bound<'py, Parameter>>,
+        first: &str,
+        second: &str,
+    ) -> PyResult<(f64, f64, Floats<'py>)> {
+        let by = inner(&parameters);
+        let contact = self.experiment(py, plan, (0, None), |experiment| {
+            experiment.first_contact(&by, [first, second])
+        })?;
+        let (time, clearance, gradient) = match contact {
+            FirstContact::Apart {
+                least_clearance,
+                time,
+                gradient,
+            } => (time, least_clearance, gradient),
+            FirstContact::Touching { time, gradient } => (time, 0.0, gradient),
+        };
+        Ok((time, clearance, column(py, &gradient)?))
     }
 
     /// Finds the nonsmooth points of a rollout. There, gradients and Jacobians do not exist, or are one of several one-sided derivatives.

@@ -341,6 +341,7 @@ def cases(folder):
         "TaxelGrid.cylindrical": (he.TaxelGrid.cylindrical, {"angle": Positive(1.0), "length": Positive(0.1)} | counts),
         "TaxelGrid.dome": (he.TaxelGrid.dome, {"angles": np.ones(2)} | counts),
         "Pair.potential_energy": (pair.potential_energy, poses | moduli),
+        "Pair.clearance": (pair.clearance, poses | moduli),
         "Pair.surface": (pair.surface, poses),
         "Pair.has_sunk_through": (pair.has_sunk_through, poses),
         "Pair.write_surface": (lambda **it: pair.write_surface(folder / "a.vtp", **it), poses),

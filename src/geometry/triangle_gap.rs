@@ -14,6 +14,8 @@ pub(crate) enum TrianglePart {
 pub(crate) struct TriangleGap {
     /// The squared distance (m²). It is 0 if the triangles cross.
     pub squared_distance: f64,
+    /// Vector (m) between the closest points of the parts, from the first triangle to the second.
+    pub between: Vector3<f64>,
     /// The parts that contain the closest points: a corner and any part, or two edges. If the triangles cross, these are the parts with the
     /// smallest distance of those pairs of parts.
     pub parts: [TrianglePart; 2],
@@ -29,41 +31,53 @@ impl Triangle {
     pub fn gap_to(&self, other: &Self) -> TriangleGap {
         let corners = (0..3).map(|corner| self.gap_at_corner(corner, other));
         let corners_of_other = (0..3).map(|corner| {
-            let (squared_distance, [part_of_other, part]) = other.gap_at_corner(corner, self);
-            (squared_distance, [part, part_of_other])
+            let (between, [part_of_other, part]) = other.gap_at_corner(corner, self);
+            (-between, [part, part_of_other])
         });
         let edges = (0..9).filter_map(|pair| self.gap_of_edges([pair / 3, pair % 3], other));
         let candidates = corners.chain(corners_of_other).chain(edges);
-        let first = (f64::INFINITY, [TrianglePart::Corner(0); 2]);
-        let (squared_distance, parts) =
-            candidates.fold(
-                first,
-                |best, next| if next.0 < best.0 { next } else { best },
-            );
+        let first = (
+            f64::INFINITY,
+            Vector3::zeros(),
+            [TrianglePart::Corner(0); 2],
+        );
+        let (squared_distance, between, parts) =
+            candidates.fold(first, |best, (between, parts)| {
+                let squared_distance = between.norm_squared();
+                if squared_distance < best.0 {
+                    (squared_distance, between, parts)
+                } else {
+                    best
+                }
+            });
         let are_crossing = self.is_crossed_by(other) || other.is_crossed_by(self);
         TriangleGap {
             squared_distance: if are_crossing { 0.0 } else { squared_distance },
+            between,
             parts,
             are_crossing,
         }
     }
 
-    /// Returns the squared distance (m²) from a corner to the other triangle, and the closest parts.
-    fn gap_at_corner(&self, corner: usize, other: &Self) -> (f64, [TrianglePart; 2]) {
-        let (squared_distance, part) = other.gap_to_point(&self.corners()[corner]);
-        (squared_distance, [TrianglePart::Corner(corner), part])
+    /// Returns the vector (m) from a corner to the closest point of the other triangle, and the closest parts.
+    fn gap_at_corner(&self, corner: usize, other: &Self) -> (Vector3<f64>, [TrianglePart; 2]) {
+        let (to_foot, part) = other.gap_to_point(&self.corners()[corner]);
+        (to_foot, [TrianglePart::Corner(corner), part])
     }
 
-    /// Returns the squared distance (m²) to a point, and the part that contains the closest point.
-    pub fn gap_to_point(&self, point: &Vector3<f64>) -> (f64, TrianglePart) {
+    /// Returns the vector (m) from a point to the closest point of the triangle, and the part that contains the closest point.
+    pub fn gap_to_point(&self, point: &Vector3<f64>) -> (Vector3<f64>, TrianglePart) {
         let shares = self.foot_of(point).shares;
-        let to_point = |k: usize| (self.corners()[k] - point) * shares[k];
-        let squared_distance = (to_point(0) + to_point(1) + to_point(2)).norm_squared();
-        (squared_distance, part_of_shares(shares))
+        let to_foot = |k: usize| (self.corners()[k] - point) * shares[k];
+        (to_foot(0) + to_foot(1) + to_foot(2), part_of_shares(shares))
     }
 
-    /// Returns the squared distance (m²) of two edges, if both closest points are between their ends.
-    fn gap_of_edges(&self, edges: [usize; 2], other: &Self) -> Option<(f64, [TrianglePart; 2])> {
+    /// Returns the vector (m) between the closest points of two edges, if both points are between the ends.
+    fn gap_of_edges(
+        &self,
+        edges: [usize; 2],
+        other: &Self,
+    ) -> Option<(Vector3<f64>, [TrianglePart; 2])> {
         let [[start_a, along_a], [start_b, along_b]] = [self.edge(edges[0]), other.edge(edges[1])];
         let (across, between) = (along_a.cross(&along_b), start_b - start_a);
         let share =
@@ -73,7 +87,7 @@ impl Triangle {
         let is_inside = |share: f64| share > 0.0 && share < 1.0;
         let gap = between + along_b * share_b - along_a * share_a;
         let parts = edges.map(TrianglePart::Edge);
-        (is_inside(share_a) && is_inside(share_b)).then(|| (gap.norm_squared(), parts))
+        (is_inside(share_a) && is_inside(share_b)).then_some((gap, parts))
     }
 
     /// Returns whether an edge of the other triangle passes through this triangle.

@@ -327,6 +327,13 @@ class Pair:
         law: _Rows | None = None,
     ) -> tuple[_Floats, _Floats]: ...
     def potential_energy(self, pose_a: _Rows, pose_b: _Rows, *, moduli: _Rows | None = None) -> float | _Floats: ...
+    def clearance(
+        self,
+        pose_a: _Rows,
+        pose_b: _Rows,
+        *,
+        moduli: _Rows | None = None,
+    ) -> tuple[float | _Floats, _Floats, _Floats]: ...
     def surface(self, pose_a: _Rows, pose_b: _Rows) -> Surface: ...
     def has_sunk_through(self, pose_a: _Rows, pose_b: _Rows) -> bool: ...
     def write_surface(self, path: _File, pose_a: _Rows, pose_b: _Rows) -> None: ...
@@ -960,6 +967,22 @@ class World:
         *,
         memory: int | None = None,
     ) -> tuple[Trajectory, VectorJacobianProduct]: ...
+    def clearance(
+        self,
+        plan: Plan,
+        parameters: Sequence[Parameter],
+        first: str,
+        second: str,
+        *,
+        least: bool = False,
+    ) -> tuple[float, _Floats]: ...
+    def first_contact(
+        self,
+        plan: Plan,
+        parameters: Sequence[Parameter],
+        first: str,
+        second: str,
+    ) -> tuple[float, float, _Floats]: ...
     def kinks(self, plan: Plan) -> list[Kink]: ...
     def _sweeps_back(self, plan: Plan, parameters: Sequence[Parameter], losses: int = 1) -> bool: ...
     def linearize(

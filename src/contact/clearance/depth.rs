@@ -106,7 +106,8 @@ fn depth_below<T: Scalar>(shape: PartnerShape, point: &Vector3<T>, margin: f64) 
     let (real, cells) = (real_vector(point), shape.cells());
     let mut nearest = (f64::INFINITY, Feature::Plane, Feature::Plane);
     tree.bvh().visit_outwards(&real, |face| {
-        let (squared_distance, part) = Triangle::new(face.corners(cells)).gap_to_point(&real);
+        let (to_foot, part) = Triangle::new(face.corners(cells)).gap_to_point(&real);
+        let squared_distance = to_foot.norm_squared();
         if squared_distance < nearest.0 {
             let feature = |part| Feature::of_face(shape, (face.tet(), face.face()), part);
             nearest = (

@@ -42,6 +42,19 @@ struct Side<'a> {
 struct Part {
     node: Node,
     bounds: Aabb,
+    /// Corners (m) of a triangle in A's frame.
+    corners: Option<[Vector3<f64>; 3]>,
+}
+
+impl Part {
+    /// Returns an upper bound of the coordinate (m) of the points of the part along a unit vector.
+    fn end_along(&self, direction: &Vector3<f64>) -> f64 {
+        if let Some([a, b, c]) = &self.corners {
+            return direction.dot(a).max(direction.dot(b)).max(direction.dot(c));
+        }
+        let reach = direction.abs().dot(&self.bounds.half_extents());
+        direction.dot(&self.bounds.center()) + reach
+    }
 }
 
 /// Branch and bound over the pairs of triangles, with the closest pair so far.
@@ -72,11 +85,8 @@ impl<'a> Side<'a> {
         Part {
             node: Node::ROOT,
             bounds: self.tree.bvh().bounds().posed(&self.pose),
+            corners: None,
         }
-    }
-
-    fn is_triangle(&self, part: &Part) -> bool {
-        part.node.level == self.tree.bvh().levels().len()
     }
 
     /// Returns the children of a node.
@@ -85,20 +95,26 @@ impl<'a> Side<'a> {
         let below = bvh.levels().get(level + 1).map(Vec::len);
         let count = below.unwrap_or_else(|| bvh.items().len());
         let boxes = &bvh.levels()[level][index];
-        let child = move |slot: usize| Part {
-            node: Node {
-                level: level + 1,
-                index: WIDTH * index + slot,
-            },
-            bounds: boxes.aabb(slot).posed(&self.pose),
+        let child = move |slot: usize| {
+            let (level, index) = (level + 1, WIDTH * index + slot);
+            Part {
+                node: Node { level, index },
+                bounds: boxes.aabb(slot).posed(&self.pose),
+                corners: below.is_none().then(|| self.corners(index)),
+            }
         };
         (0..WIDTH.min(count - WIDTH * index)).map(child)
     }
 
+    /// Returns the corners (m) of a triangle in A's frame.
+    fn corners(&self, index: usize) -> [Vector3<f64>; 3] {
+        let corners = self.tree.bvh().items()[index].corners(self.shape.cells());
+        corners.map(|corner| self.pose.transformed_point(&corner))
+    }
+
     /// Returns a triangle in A's frame, with its outward normal.
     fn triangle(&self, index: usize) -> Triangle {
-        let corners = self.tree.bvh().items()[index].corners(self.shape.cells());
-        Triangle::new(corners.map(|corner| self.pose.transformed_point(&corner)))
+        Triangle::new(self.corners(index))
     }
 
     /// Returns the sum of the outward normals of the triangles around a feature, in A's frame.
@@ -131,7 +147,7 @@ fn nearest(a: &Side, b: &Side, margin: f64) -> Nearest {
         gap: a.triangle(0).gap_to(&b.triangle(0)),
         triangles: [0, 0],
     };
-    descent.descend([a.root(), b.root()]);
+    descent.descend(&[a.root(), b.root()]);
     let Descent { gap, triangles, .. } = descent;
     let feature = |k: usize| {
         let side = descent.sides[k];
@@ -148,11 +164,11 @@ fn nearest(a: &Side, b: &Side, margin: f64) -> Nearest {
 
 impl Descent<'_, '_> {
     /// Examines two parts. Splits the larger part, and continues with the nearest children.
-    fn descend(&mut self, parts: [Part; 2]) {
-        let are_triangles = [0, 1].map(|k| self.sides[k].is_triangle(&parts[k]));
+    fn descend(&mut self, parts: &[Part; 2]) {
+        let are_triangles = parts.each_ref().map(|part| part.corners.is_some());
         let size = |k: usize| parts[k].bounds.half_extents().max();
         let split = match are_triangles {
-            [true, true] => return self.compare(parts.map(|part| part.node.index)),
+            [true, true] => return self.compare(parts.each_ref().map(|part| part.node.index)),
             [true, false] => 1,
             [false, true] => 0,
             [false, false] => usize::from(size(1) > size(0)),
@@ -168,10 +184,21 @@ impl Descent<'_, '_> {
             if squared_distance >= self.gap.squared_distance {
                 return;
             }
-            let mut next = parts;
+            let mut next = *parts;
             next[split] = child;
-            self.descend(next);
+            if !self.are_separated(&next) {
+                self.descend(&next);
+            }
         }
+    }
+
+    /// Returns whether the parts are farther apart than the closest points so far, along the direction of these points. This direction
+    /// separates most parts of convex bodies.
+    fn are_separated(&self, [a, b]: &[Part; 2]) -> bool {
+        let distance = self.gap.squared_distance.sqrt();
+        let along = self.gap.between / distance;
+        // The direction of crossing triangles is not finite.
+        -b.end_along(&-along) - a.end_along(&along) >= distance
     }
 
     fn compare(&mut self, indices: [usize; 2]) {
