@@ -123,6 +123,17 @@ impl<T: Scalar> Outline<T> {
     }
 }
 
+impl Outline<f64> {
+    /// Returns the outline as a constant: all derivatives are zero.
+    pub fn lifted<T: Scalar>(&self) -> Outline<T> {
+        Outline {
+            corners: self.corners.map(|corner| corner.map(lift)),
+            edges: self.edges,
+            len: self.len,
+        }
+    }
+}
+
 /// Indices of m times the first six monomials, for m = 1, y₁ and y₂.
 const BY_QUADRATIC: [[usize; 6]; 3] = [[0, 1, 2, 3, 4, 5], [1, 3, 4, 6, 7, 8], [2, 4, 5, 7, 8, 9]];
 

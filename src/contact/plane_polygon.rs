@@ -2,9 +2,7 @@ use super::outline::Outline;
 use super::polygon_fields::PolygonFields;
 use crate::geometry::{AffineField, ConvexPolygon};
 use crate::narrow_phase::{EquilibriumPlane, Octet, Weights};
-#[cfg(test)]
-use crate::scalar::lift;
-use crate::scalar::{Scalar, change, lift_vector, real_part, real_vector};
+use crate::scalar::{Scalar, change, lift, lift_vector, real_part, real_vector};
 use nalgebra::Vector3;
 
 /// A polygon is a sliver if its area is less than this fraction of its length squared. The centroid of a sliver is round-off.
@@ -141,6 +139,26 @@ impl PlanePolygon<f64> {
             shares_edges: false,
         }
     }
+
+    /// Returns the polygon as a constant: all derivatives are zero.
+    pub fn lifted<T: Scalar>(&self) -> PlanePolygon<T> {
+        let vector = |v: [f64; 3]| v.map(lift);
+        PlanePolygon {
+            plane: PolygonFields {
+                origin: vector(self.plane.origin),
+                axes: self.plane.axes.map(vector),
+                pressure: vector(self.plane.pressure),
+                gradient_a: vector(self.plane.gradient_a),
+                slopes: self.plane.slopes.map(vector),
+                inverse_gradient_norm: lift(self.plane.inverse_gradient_norm),
+                moments: self.plane.moments.map(lift),
+            },
+            outline: self.outline.lifted(),
+            cubic_moments: self.cubic_moments.map(lift),
+            weights: self.weights,
+            shares_edges: self.shares_edges,
+        }
+    }
 }
 
 #[cfg(test)]
@@ -148,28 +166,11 @@ impl PlanePolygon<f64> {
     /// Returns the part under a positive pressure, in another scalar, with this pressure. The part is constant as the pressure changes,
     /// because the pressure is zero at its end.
     pub fn under_pressure<T: Scalar>(&self, pressure: [T; 3]) -> PlanePolygon<T> {
-        let vector = |v: [f64; 3]| v.map(lift);
         let part = self.outline.cut(&pressure.map(real_part));
-        let mut outline = Outline::empty();
-        for (edge, corner) in (0..).zip(part.unwrap_or(self.outline).corners()) {
-            outline.push(corner.map(lift), edge);
-        }
-        let (moments, cubic_moments) = split(outline.moments());
-        PlanePolygon {
-            plane: PolygonFields {
-                origin: vector(self.plane.origin),
-                axes: self.plane.axes.map(vector),
-                pressure,
-                gradient_a: vector(self.plane.gradient_a),
-                slopes: self.plane.slopes.map(vector),
-                inverse_gradient_norm: lift(self.plane.inverse_gradient_norm),
-                moments,
-            },
-            outline,
-            cubic_moments,
-            weights: self.weights,
-            shares_edges: self.shares_edges,
-        }
+        let mut polygon = self.lifted();
+        polygon.set_outline(&part.unwrap_or(self.outline).lifted());
+        polygon.plane.pressure = pressure;
+        polygon
     }
 }
 

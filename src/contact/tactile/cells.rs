@@ -22,11 +22,13 @@ type Crossing<T> = ([T; 2], usize);
 /// A family of ordered lines, and where they cross the outline. Line l is between the cells l and l + 1.
 struct Family<T> {
     functions: Vec<Affine<T>>,
+    /// Cell of each corner of the outline.
+    corners: Vec<usize>,
     /// Where the outline goes from cell l to cell l + 1, and where it comes back.
     crossings: Vec<[Option<Crossing<T>>; 2]>,
 }
 
-/// The moments of all cells, row by row.
+/// The moments of all cells, row by row. The memory is reused for other outlines.
 pub(super) struct Cells<T> {
     families: [Family<T>; 2],
     moments: Vec<Moments<T>>,
@@ -35,12 +37,12 @@ pub(super) struct Cells<T> {
 }
 
 impl<T: Scalar> Family<T> {
-    /// Returns the cell of a point, or `None` if the functions are out of order there.
-    fn cell(&self, y: &[T; 2], zero: f64) -> Option<usize> {
-        let is_ahead = |function: &Affine<T>| real_part(at(function, y)) >= -zero;
-        let cell = self.functions.partition_point(is_ahead);
-        let mut rest = self.functions[cell..].iter();
-        (self.functions[..cell].iter().all(is_ahead) && !rest.any(is_ahead)).then_some(cell)
+    fn empty() -> Self {
+        Self {
+            functions: Vec::new(),
+            corners: Vec::new(),
+            crossings: Vec::new(),
+        }
     }
 
     /// Returns the share of the way from one point to another at which the line between two cells is crossed.
@@ -58,31 +60,56 @@ impl<T: Scalar> Family<T> {
 }
 
 impl<T: Scalar> Cells<T> {
-    /// Divides an outline by the lines on which the functions of both families are zero. Values within `zero` of zero count as zero.
-    /// Returns `None` if lines cross other lines of their family in the outline, or cross the outline more than twice.
-    pub fn of(outline: &Outline<T>, functions: [Vec<Affine<T>>; 2], zero: f64) -> Option<Self> {
-        let families = functions.map(|functions| Family {
-            crossings: vec![[None; 2]; functions.len()],
-            functions,
-        });
-        let [columns, rows] = families.each_ref().map(|family| family.functions.len());
+    pub fn empty() -> Self {
+        Self {
+            families: [Family::empty(), Family::empty()],
+            moments: Vec::new(),
+            points: Vec::new(),
+        }
+    }
+
+    /// Sets the lines of the columns (family 0) or the rows (family 1), on which the functions are zero, and the cell of each corner of the
+    /// outline.
+    pub fn set_lines(
+        &mut self,
+        family: usize,
+        functions: impl Iterator<Item = Affine<T>>,
+        corners: impl Iterator<Item = usize>,
+    ) {
+        let family = &mut self.families[family];
+        family.functions.clear();
+        family.functions.extend(functions);
+        family.corners.clear();
+        family.corners.extend(corners);
+    }
+
+    /// Divides an outline by the lines. Returns `None` if round-off makes a line cross the outline more than twice.
+    pub fn divide(&mut self, outline: &Outline<T>) -> Option<()> {
         let nothing = lift::<T>(0.0);
-        let mut cells = Self {
-            families,
-            moments: vec![[nothing; 6]; (columns + 1) * (rows + 1)],
-            points: vec![[nothing; 2]; columns * rows],
-        };
-        cells.add_outline(outline, zero)?;
-        cells.add_lines();
-        Some(cells)
+        let [columns, rows] = self
+            .families
+            .each_ref()
+            .map(|family| family.functions.len());
+        for family in &mut self.families {
+            family.crossings.clear();
+            family.crossings.resize(family.functions.len(), [None; 2]);
+        }
+        self.moments.clear();
+        self.moments
+            .resize((columns + 1) * (rows + 1), [nothing; 6]);
+        self.points.resize(columns * rows, [nothing; 2]);
+        self.add_outline(outline)?;
+        self.add_lines();
+        Some(())
     }
 
     /// Returns the moments of the parts with an area, with their columns and rows.
-    pub fn into_moments(self) -> impl Iterator<Item = ([usize; 2], Moments<T>)> {
+    pub fn moments(&self) -> impl Iterator<Item = ([usize; 2], Moments<T>)> {
         let columns = self.columns();
-        let parts = self.moments.into_iter().enumerate();
+        let parts = self.moments.iter().enumerate();
         let parts = parts.filter(|(_, moments)| real_part(moments[0]).abs() > 0.0);
-        parts.map(move |(index, mut moments)| {
+        parts.map(move |(index, moments)| {
+            let mut moments = *moments;
             for (moment, factor) in moments.iter_mut().zip(PER_TRIANGLE) {
                 *moment *= factor;
             }
@@ -112,23 +139,22 @@ impl<T: Scalar> Cells<T> {
     }
 
     /// Adds the edges of the outline, and notes where they cross lines.
-    fn add_outline(&mut self, outline: &Outline<T>, zero: f64) -> Option<()> {
+    fn add_outline(&mut self, outline: &Outline<T>) -> Option<()> {
         let corners = outline.corners();
-        let cell_of = |cells: &Self, y: &[T; 2]| {
-            let [column, row] = cells.families.each_ref().map(|family| family.cell(y, zero));
-            Some([column?, row?])
+        let cell_of = |cells: &Self, corner: usize| {
+            cells
+                .families
+                .each_ref()
+                .map(|family| family.corners[corner])
         };
-        let first = cell_of(self, corners.first()?)?;
-        let mut cell = first;
         for edge in 0..corners.len() {
-            let [from, to] = ends(corners, edge);
-            let end = if edge + 1 == corners.len() {
-                first
+            let next = if edge + 1 == corners.len() {
+                0
             } else {
-                cell_of(self, &to)?
+                edge + 1
             };
-            self.add_edge([from, to], [cell, end])?;
-            cell = end;
+            let cells = [edge, next].map(|corner| cell_of(self, corner));
+            self.add_edge(ends(corners, edge), cells)?;
         }
         Some(())
     }

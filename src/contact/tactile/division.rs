@@ -15,18 +15,26 @@
 use super::TaxelGrid;
 use super::cells::Cells;
 use crate::contact::SurfaceLaw;
+use crate::contact::integrate::{Integrand, Remainder};
 use crate::contact::motion::RelativeMotion;
 use crate::contact::outline::{Outline, at};
 use crate::contact::plane_polygon::PlanePolygon;
+use crate::contact::polygon_source::PolygonSource;
+use crate::contact::sums::PartialSum;
 use crate::friction::Affine;
-use crate::geometry::AffineField;
+use crate::geometry::{AffineField, set_bits};
+use crate::narrow_phase::Cut;
 use crate::scalar::{Scalar, lift, real_part, real_vector};
+use crate::search::GenericPairs;
 use crate::spatial::{Pose, Wrench};
 use nalgebra::Vector3;
 use std::ops::RangeInclusive;
 
 /// Bound on the rounding error of a plane's field, relative to the size of its terms.
 const ROUNDING: f64 = 1e-14;
+
+/// Number of octets in a piece of work for a thread.
+const OCTETS: usize = 4;
 
 /// A part of a contact polygon in one taxel, or outside of the patch.
 pub(super) struct Piece<T> {
@@ -36,6 +44,25 @@ pub(super) struct Piece<T> {
     pub wrench: Wrench<T>,
     /// Area (m²), multiplied by the weight of the polygon.
     pub area: T,
+}
+
+/// The pieces of some polygons, and memory for the division.
+pub(super) struct Pieces<T> {
+    pub list: Vec<Piece<T>>,
+    cells: Cells<T>,
+}
+
+impl<T: Scalar> PartialSum for Pieces<T> {
+    fn empty() -> Self {
+        Self {
+            list: Vec::new(),
+            cells: Cells::empty(),
+        }
+    }
+
+    fn merge(&mut self, next: Self) {
+        self.list.merge(next.list);
+    }
 }
 
 /// Divides contact polygons by the planes of a grid, in A's frame.
@@ -61,18 +88,19 @@ impl<T: Scalar> Division<T> {
     }
 
     /// Appends the pieces of a polygon.
-    pub fn divide(&self, polygon: &PlanePolygon<T>, pieces: &mut Vec<Piece<T>>) {
-        let mut piece = polygon.clone();
+    fn divide(&self, polygon: &PlanePolygon<T>, pieces: &mut Pieces<T>) {
         let mut add = |taxel, outline: &Outline<T>| {
-            pieces.extend(self.integrated(&mut piece, taxel, outline));
+            pieces.list.extend(self.integrated(polygon, taxel, outline));
         };
         let Some(inside) = self.cut_to_patch(polygon, |outside| add(None, outside)) else {
             return;
         };
-        if let Some(cells) = self.cells(polygon, &inside) {
-            pieces.extend(cells);
+        if self.motion.is_none() && self.add_cells(polygon, &inside, pieces).is_some() {
             return;
         }
+        let mut add = |taxel, outline: &Outline<T>| {
+            pieces.list.extend(self.integrated(polygon, taxel, outline));
+        };
         let add_strip = |column, strip: &Outline<T>| {
             self.visit_strips(polygon, 1, strip, |row, part: &Outline<T>| {
                 add(Some([row, column]), part);
@@ -103,40 +131,37 @@ impl<T: Scalar> Division<T> {
         (!inside.corners().is_empty()).then_some(inside)
     }
 
-    /// Returns the pieces of an outline in the patch from the moments of cells, which is faster than cutting outlines. Returns `None` if the
-    /// pair is in motion, because the quadrature of friction needs outlines, or if planes are out of order.
-    fn cells(
+    /// Appends the pieces of an outline in the patch from the moments of cells, which is faster than cutting outlines. This is for a pair at
+    /// rest, because the quadrature of friction needs outlines. Returns `None` if round-off prevents it.
+    fn add_cells(
         &self,
         polygon: &PlanePolygon<T>,
         outline: &Outline<T>,
-    ) -> Option<impl Iterator<Item = Piece<T>>> {
-        if self.motion.is_some() {
-            return None;
-        }
-        let mut zero = 0.0_f64;
-        let mut first = [0; 2];
-        let functions = [0, 1].map(|family| {
+        pieces: &mut Pieces<T>,
+    ) -> Option<()> {
+        let Pieces { list, cells } = pieces;
+        let first = [0, 1].map(|family| {
             let planes = &self.planes[family];
-            let range = strips(planes, polygon, outline);
-            first[family] = *range.start();
-            let lines = planes[range].iter().skip(1).map(|plane| {
-                let (function, rounding) = in_plane(polygon, plane);
-                zero = zero.max(rounding);
-                function
-            });
-            lines.collect()
+            let strips = strips(planes, polygon, outline);
+            let range = range_of(&strips);
+            let lines = planes[range.clone()].iter().skip(1);
+            let functions = lines.map(|plane| in_plane(polygon, plane).0);
+            let corners = strips.iter().map(|strip| strip - range.start());
+            cells.set_lines(family, functions, corners);
+            *range.start()
         });
-        let cells = Cells::of(outline, functions, zero)?.into_moments();
-        let mut piece = polygon.plane;
+        cells.divide(outline)?;
+        let mut plane = polygon.plane;
         let weight = lift::<T>(polygon.weights.still.area());
-        Some(cells.map(move |([column, row], moments)| {
-            piece.moments = moments;
+        list.extend(cells.moments().map(|([column, row], moments)| {
+            plane.moments = moments;
             Piece {
                 taxel: Some([first[1] + row, first[0] + column]),
-                wrench: piece.elastic_wrench(weight),
+                wrench: plane.elastic_wrench(weight),
                 area: moments[0] * weight,
             }
-        }))
+        }));
+        Some(())
     }
 
     /// Visits the parts of an outline in the columns (family 0) or in the rows (family 1), with their indices.
@@ -148,7 +173,7 @@ impl<T: Scalar> Division<T> {
         mut visit: impl FnMut(usize, &Outline<T>),
     ) {
         let planes = &self.planes[family];
-        let range = strips(planes, polygon, outline);
+        let range = range_of(&strips(planes, polygon, outline));
         let mut rest = *outline;
         for strip in range.clone().skip(1) {
             let (function, zero) = in_plane(polygon, &planes[strip]);
@@ -163,23 +188,21 @@ impl<T: Scalar> Division<T> {
         visit(*range.end(), &rest);
     }
 
-    /// Integrates traction over an outline in the plane of `piece`, whose own outline is overwritten. Returns `None` if the outline has no
-    /// corners.
+    /// Integrates traction over an outline in the plane of a polygon. Returns `None` if the outline has no corners.
     fn integrated(
         &self,
-        piece: &mut PlanePolygon<T>,
+        polygon: &PlanePolygon<T>,
         taxel: Option<[usize; 2]>,
         outline: &Outline<T>,
     ) -> Option<Piece<T>> {
         if outline.corners().is_empty() {
             return None;
         }
-        let wrench = if let Some((law, motion)) = &self.motion {
-            piece.set_outline(outline);
-            piece.wrench_in_motion(law, motion)
-        } else {
-            piece.plane.moments = outline.moments();
-            piece.elastic_wrench()
+        let mut piece = polygon.clone();
+        piece.set_outline(outline);
+        let wrench = match &self.motion {
+            Some((law, motion)) => piece.wrench_in_motion(law, motion),
+            None => piece.elastic_wrench(),
         };
         let area = piece.plane.moments[0] * lift::<T>(piece.weights.still.area());
         Some(Piece {
@@ -190,20 +213,51 @@ impl<T: Scalar> Division<T> {
     }
 }
 
-/// Returns the indices of the strips between ordered planes that contain the corners of an outline.
+impl<T: Scalar> Integrand<T> for Division<T> {
+    type Sum = Pieces<T>;
+
+    const OCTETS: usize = OCTETS;
+
+    fn add(&self, source: &PolygonSource<T>, cut: &Cut, pieces: &mut Pieces<T>) {
+        if let Some(polygon) = source.pressed_polygon(cut) {
+            self.divide(&polygon, pieces);
+        }
+    }
+
+    fn add_octets(
+        &self,
+        _: &PolygonSource<T>,
+        generic: GenericPairs,
+        _: &mut Remainder,
+        pieces: &mut Pieces<T>,
+    ) {
+        for octet in generic.octets {
+            for index in set_bits(octet.polygons()) {
+                self.divide(&PlanePolygon::at(octet, index).lifted(), pieces);
+            }
+        }
+    }
+}
+
+/// Returns the strip between ordered planes that contains each corner of an outline.
 fn strips<T: Scalar>(
     planes: &[AffineField<T>],
     polygon: &PlanePolygon<T>,
     outline: &Outline<T>,
-) -> RangeInclusive<usize> {
+) -> Vec<usize> {
     let inner = &planes[1..planes.len() - 1];
-    let (mut first, mut last) = (inner.len(), 0);
-    for corner in outline.corners() {
+    let strip = |corner: &[T; 2]| {
         let point = real_vector(&polygon.point(*corner));
-        let strip = inner.partition_point(|plane| real_value(plane, &point) >= 0.0);
-        (first, last) = (first.min(strip), last.max(strip));
-    }
-    first..=last
+        let zero = -ROUNDING * point.amax();
+        inner.partition_point(|plane| real_value(plane, &point) >= zero)
+    };
+    outline.corners().iter().map(strip).collect()
+}
+
+/// Returns the range of strips. It is 0..=0 for an outline without corners.
+fn range_of(strips: &[usize]) -> RangeInclusive<usize> {
+    let bound = |bound: Option<&usize>| bound.copied().unwrap_or(0);
+    bound(strips.iter().min())..=bound(strips.iter().max())
 }
 
 fn real_value<T: Scalar>(plane: &AffineField<T>, point: &Vector3<f64>) -> f64 {

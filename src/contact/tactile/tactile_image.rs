@@ -67,13 +67,9 @@ impl<'g, T: Scalar> TactileImage<'g, T> {
             GridBody::A => Division::new(grid, &Pose::identity(), motion),
             GridBody::B => Division::new(grid, pose_ab, motion),
         };
-        let pieces = surface.sum_of_cuts(|pieces: &mut Vec<_>, cut| {
-            if let Some(polygon) = surface.source.pressed_polygon(cut) {
-                division.divide(&polygon, pieces);
-            }
-        });
+        let pieces = surface.integral(&division);
         let mut image = Self::empty(grid);
-        for piece in &pieces {
+        for piece in &pieces.list {
             image.add(piece);
         }
         if body == GridBody::B {
