@@ -3,12 +3,12 @@
 //! `cargo run --release -p hydroelastic-examples --example tactile_pose`
 //!
 //! A rigid block presses with one face into a flat soft pad, whose taxels measure pressure and shear without noise. The whole face is on
-//! the pad, so all six degrees of freedom are observable: edges show position and yaw, and the pressure shows depth and tilt. A ball would
-//! not show its orientation, and a face larger than the pad would not show its position.
+//! the pad, so all six degrees of freedom are observable: the edges determine position and yaw, and the pressure determines depth and tilt.
+//! The orientation of a ball would not be observable, and neither would the position of a face larger than the pad.
 //!
 //! From 100 random poses within 5 mm and 10°, the Levenberg–Marquardt method fits the pose to the image. It uses the exact Jacobian of the
-//! taxels. A start may be above the pad, where the image is zero and shows no direction. Therefore a bisection first finds the depth at
-//! which the total force is the measured one.
+//! taxels. A start may be above the pad, where the image and its Jacobian are zero. Therefore a bisection first finds the depth at which
+//! the normal force equals the measured normal force.
 
 use hydroelastic::contact::{
     BodyError, ContactBody, ContactPair, GridBody, Partner, RigidShape, Shape, TaxelGrid,
@@ -28,7 +28,7 @@ const TAXELS: usize = 32;
 const STARTS: usize = 100;
 const DISTANCE: f64 = 0.005;
 const ANGLE: f64 = 10.0 / 180.0 * std::f64::consts::PI;
-/// Error of the position (m) at which a pose counts as found, and the number of poses to find.
+/// Largest position error (m) of a pose that counts as found, and the smallest number of poses to find.
 const FOUND: f64 = 1e-4;
 const EXPECTED: usize = 95;
 /// Largest number of steps of a fit.
@@ -76,7 +76,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-/// Returns a motion with a direction and a size that are uniform within the distance and the angle.
+/// Returns a twist whose angular and linear parts are uniform in balls with the radii `ANGLE` and `DISTANCE`.
 fn random_twist(random: &mut StdRng) -> Twist {
     let mut vector = |size: f64| loop {
         let vector = Vector3::from_fn(|_, _| random.random_range(-1.0..1.0));
@@ -112,7 +112,7 @@ impl Finger {
             .sum())
     }
 
-    /// Returns the pose at the height at which the pad carries the measured normal force.
+    /// Returns the pose with the height at which the pad carries the measured normal force.
     fn lowered(&self, measured: &Image, pose: &Pose) -> Result<Pose, BodyError> {
         let load = |image: &Image| -> f64 { image.iter().map(|force| -force.z).sum() };
         let at = |shift: f64| pose.with_translation(pose.translation() + Vector3::z() * shift);

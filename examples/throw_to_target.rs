@@ -1,4 +1,5 @@
-//! Can gradient descent find the throw that hits a target after bouncing off floor and wall, from a throw that misses the wall?
+//! Can gradient descent find the throw that hits a target after bouncing off floor and wall, if it starts with a throw that misses the
+//! wall?
 //!
 //! `cargo run --release -p hydroelastic-examples --example throw_to_target [-- --record FILE.glb --plot FILE.svg]`
 
@@ -17,7 +18,7 @@ use std::error::Error;
 /// Target of the ball at the end (m), and the velocity of the first guess (m/s).
 const TARGET: Vector3<f64> = Vector3::new(0.5, 0.3, 0.5);
 const GUESS: Vector3<f64> = Vector3::new(1.0, 0.0, -2.0);
-/// Clearance (m) between ball and wall that the first steps aim at. It is below zero, so that the ball has time to bounce.
+/// Target (m) of the clearance between ball and wall in the first steps. It is negative, so that the ball has time to bounce.
 const AIM: f64 = -0.3;
 /// Time step (s) and number of steps.
 const TIME_STEP: f64 = 5e-4;
@@ -75,7 +76,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Returns a throw that reaches the wall, by Newton steps of the clearance.
+/// Finds a throw that reaches the wall, by Newton steps on the clearance.
 fn throw_at_wall(plan: &Plan) -> Result<World, Box<dyn Error>> {
     let (mut world, by_velocity) = (
         room::with_ball(3, GUESS)?,

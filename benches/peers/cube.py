@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
 """Fits this library, MuJoCo or Drake to measured tosses of a cube, and predicts other tosses.
 
-Helps to compare contact laws on the same measurements as the example `cube_tosses`. Run
+Compares contact laws on the measurements of the example `cube_tosses`. Run
 
     python3 benches/peers/cube.py FOLDER --engine mujoco --fit 100 --held-out 100
 
-FOLDER has the file `cube_tosses.csv`. The first run downloads Drake, MuJoCo and CMA-ES into a virtual environment in cargo's target
-directory. The first run of the engine `hydroelastic` also builds the Python package of this library. README.md describes the measurements and the file. The output is Markdown.
+FOLDER contains the file `cube_tosses.csv`. The first run downloads Drake, MuJoCo and CMA-ES into a virtual environment in cargo's target
+directory. The first run of the engine `hydroelastic` also builds the Python package of this library. README.md describes the measurements
+and the file. The output is Markdown.
 """
 
 import argparse
@@ -58,7 +59,7 @@ def main():
 
 
 def engine_of(options):
-    """Returns the engine. The default variant is the one with the least cost."""
+    """Returns the engine. The default variant has the lowest cost."""
     import cube_engines
 
     if options.engine == "hydroelastic":
@@ -80,10 +81,10 @@ def parsed_options():
     options.add_argument("--loss", choices=["windows", "tosses"], default="tosses", help="cost (default: tosses)")
     options.add_argument("--starts", choices=["measured", "flight"], default="flight", help="initial states (default: flight)")
     options.add_argument("--inertia", action="store_true", help="fit the moment of inertia too")
-    options.add_argument("--fit", type=int, default=100, help="number of tosses, from the first (default: 100)")
-    options.add_argument("--held-out", type=int, default=100, help="number of tosses, up to the last (default: 100)")
-    options.add_argument("--searches", type=int, default=2, help="first searches, on at most 20 tosses (default: 2)")
-    options.add_argument("--evaluations", type=int, default=250, help="evaluations of the cost in a search (default: 250)")
+    options.add_argument("--fit", type=int, default=100, help="number of training tosses, from the first (default: 100)")
+    options.add_argument("--held-out", type=int, default=100, help="number of predicted tosses, up to the last (default: 100)")
+    options.add_argument("--searches", type=int, default=2, help="number of initial searches, on at most 20 tosses (default: 2)")
+    options.add_argument("--evaluations", type=int, default=250, help="number of evaluations of the cost per search (default: 250)")
     options.add_argument("--output", type=pathlib.Path, help="JSON file for parameters and errors")
     return options.parse_args()
 

@@ -28,14 +28,14 @@ from pydrake.systems.framework import DiagramBuilder
 
 FRAME_RATE = 148.0  # Hz
 EDGE, MASS, MOMENT = 0.1048, 0.37, 8.1e-4  # m, kg, kg m²
-CORNER_RADIUS = 1e-5  # m, of the spheres at the corners in Drake's point contact
+CORNER_RADIUS = 1e-5  # m, radius of the spheres at the corners in Drake's point contact
 HARD = 1e12  # N/m, the stiffness of the table in Drake's point contact
 GRAVITY, HEIGHT, INERTIA = "gravity (m/s²)", "table height (m)", "moment of inertia (kg m²)"
 
 
 @dataclasses.dataclass(frozen=True)
 class Parameter:
-    """A fitted number: a first guess and a typical change of its coordinate. The coordinate is the number, its logarithm or its logit."""
+    """A fitted number, with a guess and a typical change of its coordinate. The coordinate is the number, its logarithm or its logit."""
 
     name: str
     guess: float
@@ -92,7 +92,7 @@ class MuJoCo:
             priority=1,
             friction=[values["friction"], 0.0, 0.0],
             solref=[values["time constant (s)"], values["damping ratio"]],
-            # The last two are the defaults of midpoint and power.
+            # The last two entries are the defaults of midpoint and power.
             solimp=[values["d0"], values["dwidth"], values["width (m)"], 0.5, 2.0],
         )
         return spec.compile()
@@ -150,7 +150,7 @@ class Drake:
             try:
                 self.simulate(simulator, plant, state, path[:frame_count])
             except RuntimeError:
-                # The solver of contacts did not converge. The rest of the path remains NaN.
+                # The contact solver did not converge. The rest of the path remains NaN.
                 continue
         return paths
 
@@ -212,7 +212,8 @@ ENGINES = {"mujoco": MuJoCo, "drake-hydroelastic": DrakeHydroelastic, "drake-poi
 
 
 def material(values, dissipation, relaxation_time, **stiffness):
-    """Returns properties of a body. The approximation `sap` uses the relaxation time (s), the others the dissipation (s/m)."""
+    """Returns the contact properties of a body. `sap` uses the relaxation time (s), and `lagged` and `similar` use the dissipation
+    (s/m)."""
     properties = ProximityProperties()
     friction = CoulombFriction(values["friction"], values["friction"])
     AddContactMaterial(dissipation=dissipation, friction=friction, properties=properties, **stiffness)
@@ -221,7 +222,7 @@ def material(values, dissipation, relaxation_time, **stiffness):
 
 
 def staggered(states, gravity, step):
-    """Returns the states with velocities half a step earlier, with which the symplectic Euler method is exact in free flight."""
+    """Returns the states with the velocities of half a step earlier. The symplectic Euler method is then exact in free flight."""
     states = states.copy()
     states[:, :4] /= np.linalg.norm(states[:, :4], axis=1, keepdims=True)
     states[:, 12] -= gravity * step / 2

@@ -11,10 +11,10 @@ WINDOW = 25  # frames
 NOISE = 2e-3, 0.03  # m, rad
 CAUCHY_SCALE = 4.0
 PRIOR = -9.81, 0.1  # m/s², mean and standard deviation of gravity
-FEW = 20  # tosses of the first searches
-WIDE, NARROW = 0.7, 0.2  # initial deviations of a search, in typical changes of the parameters
-FAR = 1e3  # m, the position after a failure of the simulation
-LARGEST = 1e3  # % of the edge, of an error
+FEW = 20  # tosses of the initial searches
+WIDE, NARROW = 0.7, 0.2  # initial standard deviations of a search, in typical changes of the parameters
+FAR = 1e3  # m, each coordinate of the position after a failure of the simulation
+LARGEST = 1e3  # % of the edge, upper limit of an error
 
 
 def read(path):
@@ -24,7 +24,7 @@ def read(path):
 
 
 def deviations(engine, values, recordings):
-    """Returns distances (m) and angles (rad) of all frames, a row for each recording. Rows end with NaN if the recording is shorter."""
+    """Returns position errors (m) and rotation errors (rad), with one row per recording. Rows of shorter recordings end with NaN."""
     counts = [len(recording) for recording in recordings]
     measured = np.full((len(recordings), max(counts), 7), np.nan)
     for row, recording in zip(measured, recordings):
@@ -39,7 +39,7 @@ def deviations(engine, values, recordings):
 
 
 def errors(engine, values, tosses):
-    """Returns three errors of each toss: position (% of the edge) and rotation (°), as means along the path, and the final position."""
+    """Returns the mean position error (% of the edge), the mean rotation error (°) and the final position error (%) of each toss."""
     distances, angles = deviations(engine, values, tosses)
     percent = np.minimum(100 / EDGE * distances, LARGEST)
     return {
@@ -57,7 +57,7 @@ def summary(errors):
 
 
 def surprise(values):
-    """Returns the squared deviation of gravity from its prior, in standard deviations."""
+    """Returns the squared deviation of gravity from the mean of its prior, in standard deviations."""
     return ((values[GRAVITY] - PRIOR[0]) / PRIOR[1]) ** 2
 
 

@@ -1,16 +1,16 @@
-"""Initial states of tosses from their flight before the first contact, without a model of contact.
+"""Initial states of tosses, fitted to the flight before the first contact, without a model of contact.
 
-In flight the cube follows a parabola, and its angular velocity is constant because all its moments of inertia are equal. The initial state is
-fitted to the flight by least squares, within the stated deviations of the measurements.
+In flight the cube follows a parabola, and its angular velocity is constant because all its moments of inertia are equal. The initial state
+is fitted to the flight by weighted least squares, with the standard deviations of the measurements below.
 """
 
 import numpy as np
 from cube_engines import EDGE, FRAME_RATE, rotated
 
-GAP = 4e-3  # m, the least height of a corner in flight
-FEWEST = 4  # frames of a flight that is long enough
+GAP = 4e-3  # m, smallest height of a corner in flight
+FEWEST = 4  # smallest number of frames of a flight to which a state is fitted
 APPARENT_GRAVITY = -9.61  # m/s², the median of the measured accelerations in flight
-POSITION, ROTATION, VELOCITY, SPIN = 1e-3, 0.01, 0.03, 0.1  # m, rad, m/s, rad/s: deviations of the measurements
+POSITION, ROTATION, VELOCITY, SPIN = 1e-3, 0.01, 0.03, 0.1  # m, rad, m/s, rad/s: standard deviations of the measurements
 CORNERS = EDGE / 2 * np.stack(np.meshgrid([-1, 1], [-1, 1], [-1, 1]), axis=-1).reshape(-1, 3)
 
 
@@ -27,13 +27,13 @@ def improved_start(toss):
 
 
 def flight(toss):
-    """Returns the frames before the lowest corner comes near the table."""
+    """Returns the frames before the lowest corner first comes closer to the table than the gap."""
     heights = [min(frame[6] + rotated(frame[:4], corner)[2] for corner in CORNERS) for frame in toss]
     return toss[: next((index for index, height in enumerate(heights) if height < GAP), len(toss))]
 
 
 def move_along_parabola(start, frames, times):
-    """Fits position and velocity of the start."""
+    """Fits the position and the velocity of the start."""
     fall = APPARENT_GRAVITY * times**2 / 2
     matrix = np.stack([np.ones_like(times), times], axis=1) / POSITION
     matrix = np.vstack([matrix, [0.0, 1 / VELOCITY]])
@@ -45,10 +45,10 @@ def move_along_parabola(start, frames, times):
 
 
 def turn_steadily(start, frames, times):
-    """Fits orientation and angular velocity of the start by the Gauss–Newton method."""
+    """Fits the orientation and the angular velocity of the start by the Gauss–Newton method."""
     measured_spin = start[7:10].copy()
     for _ in range(5):
-        # For a turn δ before the motion, and a change of the angular velocity, both in body axes of the start.
+        # The unknowns are a rotation before the motion and a change of the angular velocity, both in body axes of the start.
         deviations, rows = [], []
         for time, frame in zip(times, frames):
             turn = start[7:10] * time
@@ -68,7 +68,7 @@ def rotation(turn):
 
 
 def right_jacobian(turn):
-    """Returns the derivative of a rotation with respect to its rotation vector, as turns in the turned axes."""
+    """Returns the right Jacobian of SO(3): the derivative of a rotation with respect to its rotation vector, in the rotated axes."""
     angle, skew = np.linalg.norm(turn), np.cross(np.eye(3), turn)
     if angle < 1e-6:
         return np.eye(3) - skew / 2

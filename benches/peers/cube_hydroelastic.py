@@ -31,7 +31,7 @@ class Hydroelastic:
         paths = np.full((len(states), frames, 7), np.nan)
         starts = [start(world.initial_state, state) for state in states]
         for path, result in zip(paths, he.Batch(plan).rollouts_from(world, starts)):
-            # An error leaves NaN in the path.
+            # The path of a failed rollout remains NaN.
             if isinstance(result, he.Trajectory):
                 poses = result.poses[1:, 0]
                 path[:, :4], path[:, 4:] = quaternions(poses[:, :3, :3]), poses[:, :3, 3]
@@ -39,7 +39,7 @@ class Hydroelastic:
 
 
 def start(initial, state):
-    """Returns the initial state of the world with the cube in a state of 13 numbers."""
+    """Returns the initial state of the world, with the cube in the given state of 13 numbers."""
     unit = state[:4] / np.linalg.norm(state[:4])
     poses, twists = initial.poses, initial.twists
     poses[0, :3, :3] = np.stack([rotated(unit, axis) for axis in np.eye(3)], axis=1)
@@ -49,7 +49,7 @@ def start(initial, state):
 
 
 def quaternions(rotations):
-    """Returns unit quaternions (w, x, y, z) of rotation matrices: the first eigenvectors of matrices that are linear in the entries."""
+    """Returns the unit quaternions (w, x, y, z) of rotation matrices, as eigenvectors of the largest eigenvalues of symmetric matrices."""
     matrices = np.zeros((len(rotations), 4, 4))
     trace = np.trace(rotations, axis1=1, axis2=2)
     symmetric = rotations + rotations.transpose(0, 2, 1)

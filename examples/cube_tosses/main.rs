@@ -2,8 +2,9 @@
 //!
 //! `cargo run --release -p hydroelastic-examples --example cube_tosses [-- --data FOLDER --fit 100 --held-out 100]`
 //!
-//! The folder has the file `cube_tosses.csv`: `docs/measured_motions.md` says where to get it. Without a folder, the tosses are simulated with noise, and the estimates are compared with the true values. Each toss is divided into
-//! windows of 25 frames, because motions through several impacts are too sensitive to their initial state.
+//! The folder contains the file `cube_tosses.csv`, whose source is in `docs/measured_motions.md`. Without a folder, the tosses are
+//! simulated with noise, and the estimates are compared with the true values. Each toss is divided into windows of 25 frames, because
+//! motions through several impacts are too sensitive to their initial state.
 
 mod tosses;
 
@@ -80,8 +81,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Returns the numbers that all tosses share. Measured accelerations in flight differ from 9.81 m/s², so gravity is among them. The prior of
-/// the radius of gyration is that of the published moments of inertia.
+/// Returns the unknowns that all tosses share. Gravity is an unknown, because measured accelerations in flight differ from 9.81 m/s². The
+/// mean of the prior of the radius of gyration follows from the published moments of inertia.
 fn unknowns() -> [Unknown; 6] {
     [
         Unknown::new(Parameter::modulus("cube")).logarithmic(),

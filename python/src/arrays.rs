@@ -54,7 +54,7 @@ pub fn numbers(argument: &Bound<'_, PyAny>, name: &str) -> PyResult<Numbers> {
     }
 }
 
-/// Reads the numbers of an argument with a shape.
+/// Reads the numbers of an argument that must have the expected shape.
 pub fn numbers_of_shape(
     argument: &Bound<'_, PyAny>,
     name: &str,

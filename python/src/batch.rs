@@ -194,7 +194,7 @@ impl Batch {
             .collect()
     }
 
-    /// Simulates k copies of a world, each from its state, and returns their last states.
+    /// Simulates k copies of a world, each from its own state, and returns their last states.
     ///
     /// Only the last states are kept, so this is the fastest way to step many worlds. Controls and paths depend on the times of the states.
     /// A control with one long interval acts at all times.
@@ -215,7 +215,7 @@ impl Batch {
     /// states : States
     ///     Last state of each copy. A copy with an error keeps the last state before the error.
     /// errors : dict of int to HydroelasticError
-    ///     Errors by the index of the copy.
+    ///     Errors by the indices of the copies.
     ///
     /// Raises
     /// ------

@@ -343,12 +343,13 @@ fn error(why: &IdentificationError) -> PyErr {
     }
 }
 
-/// Coordinates of the u unknowns and of the n nuisances of each of m measurements, from which a fit can continue. It can be pickled.
+/// Checkpoint from which a fit can continue: coordinates of the u unknowns, and of the n nuisances of each of m measurements. A checkpoint
+/// can be pickled.
 ///
 /// Parameters
 /// ----------
 /// horizon : int
-///     Index of the horizon that is fitted. The number of horizons stands for whole measurements.
+///     Index of the horizon that is fitted. If it is the number of horizons, whole measurements are fitted.
 /// unknowns : (u,) array_like
 ///     Coordinates of the unknowns.
 /// nuisances : (m, n) array_like
@@ -520,7 +521,7 @@ impl Fit {
             .collect()
     }
 
-    /// Coordinates, from which a fit can continue.
+    /// Checkpoint from which another fit can continue.
     #[getter]
     fn checkpoint(&self) -> Checkpoint {
         Checkpoint(self.0.checkpoint.clone())

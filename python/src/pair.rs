@@ -21,7 +21,7 @@ use std::path::PathBuf;
 /// Number of components of both wrenches.
 pub const BOTH: usize = 12;
 
-/// Number of coordinates of a point of each body.
+/// Number of coordinates of two points, one on each body.
 const POINTS: usize = 6;
 
 /// Number of columns of the Jacobian at rest.
@@ -126,11 +126,11 @@ impl Pair {
     }
 }
 
-/// Writes derivatives with respect to all inputs, row by row: all 28 columns, or the 14 columns of poses and moduli.
+/// Writes derivatives row by row, with all 28 columns, or with the 14 columns of poses and moduli.
 fn write_inputs<const N: usize>(rows: &mut [f64], block: &SMatrix<f64, 3, IN_MOTION>) {
     for (row, entries) in rows.chunks_exact_mut(N).enumerate() {
         for (column, entry) in entries.iter_mut().enumerate() {
-            // Without twists, the moduli follow the poses.
+            // The 14 columns have no twists, so the moduli follow the poses.
             let skipped = if N == AT_REST && column >= 12 { 12 } else { 0 };
             *entry = block[(row, column + skipped)];
         }
@@ -152,7 +152,7 @@ fn check_modulus(b: &AnyShape, modulus: Option<f64>) -> PyResult<()> {
     }
 }
 
-/// Converts a zero-dimensional array to a number.
+/// Converts a zero-dimensional array to a number, and returns other arrays unchanged.
 fn number_or_array(values: Floats<'_>) -> PyResult<Bound<'_, PyAny>> {
     match values.ndim() {
         0 => values.call_method0("item"),
@@ -386,8 +386,9 @@ impl Pair {
 
     /// Computes the forces on the taxels of a grid that is fixed to A or to B, as exact integrals.
     ///
-    /// A force is on the body of the grid, along the axes of the taxel: two components of shear, then the normal component, which is
-    /// negative if the taxel is pressed. With a twist, forces include dissipation and friction. Contact outside of the patch is omitted.
+    /// Each force acts on the body of the grid. Its components are along the axes of the taxel: two components of shear, then the normal
+    /// component, which is negative if the taxel is pressed. With a twist, forces include dissipation and friction. Contact outside of the
+    /// patch is omitted.
     ///
     /// Parameters
     /// ----------
@@ -400,7 +401,7 @@ impl Pair {
     /// body : str, optional
     ///     Body of the grid, "a" or "b". Default: "a".
     /// mean : bool, optional
-    ///     If true, returns mean tractions (Pa) instead of forces: the force over the area of contact in the taxel. Default: False.
+    ///     If True, returns mean tractions (Pa) instead of forces: the force divided by the contact area in the taxel. Default: False.
     /// moduli : (2,) or (n, 2) array_like, optional
     ///     Moduli (Pa) in place of the moduli of the pair.
     /// law : (2,) or (n, 2) array_like, optional
@@ -440,7 +441,7 @@ impl Pair {
 
     /// Computes the forces on the taxels of a grid on bodies at rest, and their Jacobian.
     ///
-    /// The columns of the Jacobian are those of wrench_and_jacobian.
+    /// The Jacobian has the same columns as wrench_and_jacobian.
     ///
     /// Parameters
     /// ----------
@@ -481,7 +482,7 @@ impl Pair {
 
     /// Computes the forces on the taxels of a grid on moving bodies, and their Jacobian.
     ///
-    /// The columns of the Jacobian are those of linearized.
+    /// The Jacobian has the same columns as linearized.
     ///
     /// Parameters
     /// ----------
@@ -561,10 +562,11 @@ impl Pair {
         number_or_array(results.array(py, 0, &[])?)
     }
 
-    /// Computes the signed distance of the bodies and its derivatives, also before contact.
+    /// Computes the signed distance between the bodies and its derivatives, also before contact.
     ///
-    /// The distance has kinks where the closest features change, for example at parallel faces. The derivatives are then those of one pair
-    /// of the closest features. Derivatives with respect to a pose are with respect to a twist in world axes, as in moved_pose.
+    /// The distance has kinks where the closest features change, for example at parallel faces. At a kink, the derivatives are the
+    /// derivatives for one pair of closest features. Derivatives with respect to a pose are derivatives with respect to a twist in world
+    /// axes, as in moved_pose.
     ///
     /// Parameters
     /// ----------
@@ -576,7 +578,7 @@ impl Pair {
     /// Returns
     /// -------
     /// distance : float or (n,) ndarray of float64
-    ///     Distance (m) of the surfaces, or minus the depth (m) by the pressure fields if the bodies overlap.
+    ///     Distance (m) between the surfaces, or minus the depth (m) if the bodies overlap. The depth depends on the pressure fields.
     /// points : (2, 3) or (n, 2, 3) ndarray of float64
     ///     Closest points (m) of A and B in the world. Both are the deepest point if the bodies overlap.
     /// by_poses : (12,) or (n, 12) ndarray of float64

@@ -197,7 +197,8 @@ impl Parameter {
 
     /// Radius of gyration (m) of a body about its center of mass: 1 number.
     ///
-    /// It is the square root of the mean principal moment of inertia per mass. The ratios of the moments, and the mass, stay constant.
+    /// It is the square root of the mean principal moment of inertia divided by the mass. The mass and the ratios of the moments stay
+    /// constant.
     ///
     /// Parameters
     /// ----------

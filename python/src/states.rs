@@ -1,4 +1,4 @@
-//! States of many worlds of one template, as arrays.
+//! States of many worlds with the same bodies and joints, as arrays.
 
 use crate::arrays::{Floats, Whole, array, check_finite, numbers_of_shape, whole};
 use crate::errors::value_error;
@@ -24,7 +24,7 @@ use pyo3::prelude::*;
 pub struct States(pub Vec<dynamics::State>);
 
 impl States {
-    /// States with the same numbers of bodies and joints.
+    /// Creates states that must have the same numbers of bodies and joints.
     fn of(states: Vec<dynamics::State>) -> PyResult<Self> {
         let Some(first) = states.first() else {
             return Err(value_error("there must be at least one state"));
@@ -38,24 +38,24 @@ impl States {
         }
     }
 
-    /// Shape of an array with an index in `NAMES`.
+    /// Returns the shape of the array with this index in `NAMES`.
     fn shape(&self, which: usize) -> Vec<usize> {
         [&[self.0.len()], &*shapes_of(&self.0[0])[which]].concat()
     }
 
-    /// Array with an index in `NAMES`.
+    /// Returns the array with this index in `NAMES`.
     fn array<'py>(&self, py: Python<'py>, which: usize) -> PyResult<Floats<'py>> {
         let values = std::mem::take(&mut numbers_of(&self.0)[which]);
         array(py, values, &self.shape(which))
     }
 
-    /// Times (s).
+    /// Returns the times (s).
     fn all_times(&self) -> Vec<f64> {
         self.0.iter().map(|state| state.time).collect()
     }
 }
 
-/// Reads finite numbers of an argument with a shape.
+/// Reads the finite numbers of an argument that must have the expected shape.
 fn finite_numbers(
     argument: &Bound<'_, PyAny>,
     name: &str,
@@ -117,7 +117,8 @@ impl States {
 
     /// Returns states with other arrays. Arrays that are not given stay the same.
     ///
-    /// Bodies on joints follow their joints if a rollout starts from a state, whatever their poses and twists are.
+    /// If a rollout starts from a state, the joints determine the poses and twists of bodies on joints. The rollout ignores the poses and
+    /// twists of these bodies in the state.
     ///
     /// Parameters
     /// ----------
@@ -184,19 +185,19 @@ impl States {
         Ok(Self(rows.map(state).collect::<PyResult<_>>()?))
     }
 
-    /// Returns these states, with the states of `other` in some rows.
+    /// Returns these states, with the states of `other` in the rows where the mask is True.
     ///
     /// Parameters
     /// ----------
     /// mask : sequence of bool
-    ///     For each row, whether the state is that of `other`.
+    ///     True for the rows that come from `other`, (k,).
     /// other : States
-    ///     As many states.
+    ///     States of k worlds with the same numbers of bodies and joints.
     ///
     /// Returns
     /// -------
     /// States
-    ///     States of both.
+    ///     States after the replacement.
     ///
     /// Raises
     /// ------

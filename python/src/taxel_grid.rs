@@ -20,8 +20,8 @@ use pyo3::types::PyTuple;
 /// axis of the frame of the patch does.
 ///
 /// The constructor is for a patch with its own parametrization. A plane (a, b, c, d) is the set of points with a x + b y + c z + d = 0. The
-/// normal (a, b, c) points towards higher columns or rows. The planes of a family must not cross in the box from lower to upper, which
-/// contains the patch.
+/// normal (a, b, c) points towards higher columns or rows. Two planes between columns must not cross in the box from lower to upper, which
+/// contains the patch. The same holds for two planes between rows.
 ///
 /// Parameters
 /// ----------
@@ -85,7 +85,7 @@ impl TaxelGrid {
     }
 }
 
-/// Body of a pair, by its name in arguments.
+/// Returns the body of a pair with this name.
 pub fn grid_body(name: &str) -> PyResult<GridBody> {
     match name {
         "a" => Ok(GridBody::A),
@@ -100,7 +100,7 @@ fn frame_of(frame: Option<&Bound<'_, PyAny>>) -> PyResult<Pose> {
     frame.map_or_else(|| Ok(Pose::identity()), |frame| single_pose(frame, "frame"))
 }
 
-/// Reads planes, (n, 4): the normal, and the value at the origin.
+/// Reads planes (n, 4). A row has the normal, and the value at the origin.
 fn planes(argument: &Bound<'_, PyAny>, name: &str) -> PyResult<Vec<AffineField>> {
     let Numbers { values, shape } = numbers(argument, name)?;
     if shape.len() != 2 || shape[1] != 4 {
@@ -199,7 +199,7 @@ impl TaxelGrid {
     /// Parameters
     /// ----------
     /// angle : float
-    ///     Angle (rad) of all columns, less than π. The patch is centered on the z axis.
+    ///     Total angle (rad) of all columns, less than π. The patch is centered on the z axis.
     /// length : float
     ///     Length (m) along y, positive. The patch is centered on the origin.
     /// columns, rows : int
@@ -241,7 +241,7 @@ impl TaxelGrid {
     /// Parameters
     /// ----------
     /// angles : (2,) array_like
-    ///     Angles (rad) of all columns and of all rows, less than π. The patch is centered on the z axis.
+    ///     Total angle (rad) of all columns, and total angle of all rows, less than π each. The patch is centered on the z axis.
     /// columns, rows : int
     ///     Numbers of columns and rows, from 1 to 4096.
     /// frame : (4, 4) array_like, optional
@@ -288,7 +288,7 @@ impl TaxelGrid {
         self.inner.row_count()
     }
 
-    /// Axes of the taxels in the frame of the body, (H, W, 3, 3) float64. The columns of a matrix are two tangential directions and the
+    /// Axes of the taxels in the frame of the body, (H, W, 3, 3) float64. The columns of each matrix are two tangential directions and the
     /// normal.
     #[getter]
     fn axes<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {

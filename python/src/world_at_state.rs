@@ -128,9 +128,9 @@ impl World {
     /// grid : TaxelGrid
     ///     Grid of H rows and W columns.
     /// partner : str, optional
-    ///     Name of the only other body whose contact counts. Default: all other bodies.
+    ///     Name of the only other body whose contact is included. Default: all other bodies.
     /// mean : bool, optional
-    ///     If true, returns mean tractions (Pa) instead of forces. Default: False.
+    ///     If True, returns mean tractions (Pa) instead of forces. Default: False.
     ///
     /// Returns
     /// -------

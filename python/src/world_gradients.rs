@@ -158,8 +158,8 @@ impl World {
 
     /// Computes the clearance of two bodies in a rollout, and its gradient, also if the bodies never touch.
     ///
-    /// The clearance is the signed distance of Pair.clearance. Shapes and moduli are constants in it. The derivatives contain their effect on
-    /// the motion.
+    /// The clearance is the signed distance of Pair.clearance. Its derivatives treat shapes and moduli as constants, except for their
+    /// effect on the motion.
     ///
     /// Parameters
     /// ----------
@@ -168,9 +168,9 @@ impl World {
     /// parameters : list of Parameter
     ///     Parameters to differentiate with respect to, with p components in total.
     /// first, second : str
-    ///     Names of the bodies. One of them is compliant with a mesh.
+    ///     Names of the bodies. At least one of them must be compliant and have a mesh.
     /// least : bool, optional
-    ///     True for the least clearance at the recorded states. Default: the clearance at the last state.
+    ///     If True, returns the least clearance at the recorded states. Default: the clearance at the last state.
     ///
     /// Returns
     /// -------
@@ -210,8 +210,8 @@ impl World {
 
     /// Computes the time of the first contact of two bodies in a rollout, or their least clearance if they stay apart, and its gradient.
     ///
-    /// Poses between two recorded states are cubic polynomials of time. Contacts that begin and end between two recorded states are not found.
-    /// The time has a kink where other features touch first, and jumps where a contact is grazing.
+    /// Poses between two recorded states are cubic polynomials of time. Contacts that begin and end between two recorded states are not
+    /// found. The time has a kink if the features that touch first change, and jumps if a contact is grazing.
     ///
     /// Parameters
     /// ----------
@@ -220,7 +220,7 @@ impl World {
     /// parameters : list of Parameter
     ///     Parameters to differentiate with respect to, with p components in total.
     /// first, second : str
-    ///     Names of the bodies. One of them is compliant with a mesh.
+    ///     Names of the bodies. At least one of them must be compliant and have a mesh.
     ///
     /// Returns
     /// -------

@@ -765,6 +765,8 @@ def test_pictures_refuse_what_the_package_refuses():
         "of_world": (lambda **it: soft.of_world(world, **it), shown),
         "of_trajectory": (lambda **it: soft.of_trajectory(trajectory, **it), shown | {"frames": 2}),
     }
+    image = {"image": np.ones((2, 3, 3)), "size": np.ones(2)}
+    table["of_tactile_image"] = (soft.of_tactile_image, image | shown)
     assert_complete(callables_of(soft), table, {})
     for call, arguments in table.values():
         check(call, arguments)

@@ -137,14 +137,13 @@ impl<K: Copy> Bvh<K> {
         self.visit_ascending(|aabb| aabb.squared_distance_to(point), visit);
     }
 
-    /// Visits items in the order of a lower bound over their boxes, approximately. `visit` returns a
-    /// limit. Items with a larger bound need not be visited.
+    /// Visits items approximately in ascending order of a lower bound, which `bound` computes for a
+    /// box. `visit` returns a limit. Items with a larger bound need not be visited.
     pub fn visit_ascending(&self, bound: impl Fn(&Aabb) -> f64, mut visit: impl FnMut(K) -> f64) {
         self.ascend(Node::ROOT, &bound, f64::INFINITY, &mut visit);
     }
 
-    /// Visits the children of a node, the child with the smallest bound first. Returns the last
-    /// limit.
+    /// Visits the children of a node in ascending order of their bounds. Returns the last limit.
     fn ascend(
         &self,
         Node { level, index }: Node,

@@ -159,7 +159,7 @@ impl<T: Scalar> PlanePolygon<T> {
         total * self.weights.still.area()
     }
 
-    /// Returns the elastic wrench on A in A's axes about A's origin, multiplied by the same weight.
+    /// Returns the elastic wrench on A in A's axes about A's origin, multiplied by the weight of the polygon in values.
     pub fn elastic_wrench(&self) -> Wrench<T> {
         self.plane.elastic_wrench(lift(self.weights.still.area()))
     }

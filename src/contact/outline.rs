@@ -69,8 +69,8 @@ impl<T: Scalar> Outline<T> {
         Some(part)
     }
 
-    /// Returns the parts where an affine function is not positive, and where it is not negative. Values within `zero` of zero count as
-    /// zero. Both parts have the same crossings.
+    /// Returns the parts where an affine function is not positive, and where it is not negative. Values of magnitude `zero` or less count
+    /// as zero. Both parts have the same crossings.
     pub fn split(&self, function: &Affine<T>, zero: f64) -> [Self; 2] {
         let mut parts = [Self::empty(); 2];
         let values = self.corners.map(|y| snapped(at(function, &y), zero));
@@ -100,7 +100,7 @@ impl<T: Scalar> Outline<T> {
         parts
     }
 
-    /// Returns the point between two corners at which a function with these values at all corners is zero.
+    /// Returns the zero of an affine function between two corners, from its values at all corners.
     fn crossing(&self, [before, now]: [usize; 2], values: &[T; PLANE_CAPACITY]) -> [T; 2] {
         let share = values[before] / (values[before] - values[now]);
         let [from, to] = [self.corners[before], self.corners[now]];

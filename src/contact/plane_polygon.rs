@@ -163,8 +163,8 @@ impl PlanePolygon<f64> {
 
 #[cfg(test)]
 impl PlanePolygon<f64> {
-    /// Returns the part under a positive pressure, in another scalar, with this pressure. The part is constant as the pressure changes,
-    /// because the pressure is zero at its end.
+    /// Returns the part of the polygon with a positive pressure, in another scalar, with this pressure. The outline of the part is a
+    /// constant, because the pressure is zero at its moving boundary.
     pub fn under_pressure<T: Scalar>(&self, pressure: [T; 3]) -> PlanePolygon<T> {
         let part = self.outline.cut(&pressure.map(real_part));
         let mut polygon = self.lifted();

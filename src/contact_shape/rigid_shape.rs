@@ -22,8 +22,8 @@ pub struct RigidShape {
     components: Bvh<usize>,
 }
 
-/// A vertical line crosses a triangle if it misses the triangle by less than this fraction of its area. Rounding then leaves no gap between
-/// neighboring triangles.
+/// Tolerance of the test whether a vertical line crosses a triangle, relative to the area of the triangle. Because of the tolerance,
+/// rounding leaves no gap between neighboring triangles.
 const GAP: f64 = 1e-9;
 
 /// Corners of the triangle in the order in which they are the first three corners of its cell. The cell, with the apex
@@ -62,7 +62,7 @@ impl RigidShape {
 
     /// Returns whether a point of the body frame (m) is inside the surface.
     ///
-    /// The nearest triangle above the point decides. The point is inside if it is on the inner side of that triangle.
+    /// The point is inside if it is on the inner side of the nearest triangle above the point.
     pub(crate) fn contains(&self, point: &Vector3<f64>) -> bool {
         let mut above = Aabb::around([point]);
         above.upper.z = self.bounds.upper.z.max(point.z);

@@ -1,4 +1,4 @@
-//! Clearance of two bodies along a motion.
+//! Clearance between two bodies along a motion.
 
 use super::{Body, BodyShape, Model, State, Trajectory, WorldError};
 use crate::contact::{Clearance, ContactBody, ContactPair, Partner, PartnerShape, Shape};
@@ -8,7 +8,7 @@ use nalgebra::{Matrix3, Vector3};
 use std::array::from_fn;
 use std::sync::Arc;
 
-/// Number of bisections of the time between two records, which reaches its rounding error.
+/// Number of bisections of the interval between two recorded states. The error of the time is then round-off.
 const BISECTIONS: usize = 60;
 
 /// Number of Newton steps that make an interpolated rotation orthonormal. Each step squares the deviation.
@@ -39,7 +39,7 @@ pub(crate) enum Approach<T> {
 /// Motion of two bodies between two recorded states.
 struct Path<'t, T> {
     pair: &'t PairClearance,
-    /// Poses at both times, and twists of the origins multiplied by the time between them.
+    /// Poses at both times, and twists of the origins multiplied by the duration between them.
     ends: [[(Pose<T>, Twist<T>); 2]; 2],
 }
 
@@ -145,7 +145,7 @@ impl PairClearance {
 }
 
 impl<T: Scalar> Path<'_, T> {
-    /// Returns the clearance (m) at a share of the time, from 0 to 1.
+    /// Returns the clearance (m) at a fraction of the duration, from 0 to 1.
     fn distance_at(&self, share: T) -> T {
         let pose = |k: usize| interpolated(self.ends.each_ref().map(|end| &end[k]), share);
         self.pair.at_poses([pose(0), pose(1)]).distance
@@ -167,10 +167,10 @@ impl<T: Scalar> Path<'_, T> {
         }
     }
 
-    /// Returns the share of the time at which bodies that are apart at first touch.
+    /// Returns the fraction of the duration at which the bodies first touch. The bodies are apart at the first state.
     ///
-    /// The root g(s) = 0 is bracketed in `f64`. Newton's method with the slope of g at the root then gives its derivatives (implicit function
-    /// theorem). Each step makes the derivatives of one more order right.
+    /// Bisection brackets the root s of the clearance g(s) in `f64`. Newton steps with the slope of g at the root then compute the
+    /// derivatives of the root (implicit function theorem). Each step makes the derivatives of one more order exact.
     fn first_contact(&self) -> T {
         let real = self.converted(real_part);
         let [mut apart, mut touching] = [0.0, 1.0];
@@ -189,8 +189,8 @@ impl<T: Scalar> Path<'_, T> {
     }
 }
 
-/// Returns the pose at a share of the time, by cubic Hermite interpolation of positions and of rotation matrices, which are then made
-/// orthonormal.
+/// Returns the pose at a fraction of the duration, by cubic Hermite interpolation of positions and of rotation matrices. The rotation
+/// matrix is then made orthonormal.
 fn interpolated<T: Scalar>(ends: [&(Pose<T>, Twist<T>); 2], share: T) -> Pose<T> {
     let [(start, start_twist), (end, end_twist)] = ends;
     let (square, rest) = (share * share, -share + lift::<T>(1.0));

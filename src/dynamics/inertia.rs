@@ -22,7 +22,7 @@ pub struct Inertia<T = f64> {
     pub center_of_mass: Vector3<f64>,
     /// Inertia per mass about the center of mass.
     pub(super) principal: PrincipalInertia,
-    /// Factor of the inertia, with the derivatives of the radius of gyration. Its real part is 1.
+    /// Factor of the inertia. Its derivatives are the effect of the radius of gyration, and its real part is 1.
     pub(super) factor: T,
 }
 
@@ -47,7 +47,7 @@ impl Inertia<f64> {
         Self::in_principal_axes(mass, center_of_mass, PrincipalInertia::of(per_mass))
     }
 
-    /// Inertia from its parts.
+    /// Creates an inertia from its parts.
     pub(super) fn in_principal_axes(
         mass: f64,
         center_of_mass: Vector3<f64>,
@@ -73,7 +73,8 @@ impl Inertia<f64> {
 }
 
 impl<T> Inertia<T> {
-    /// Radius of gyration (m) about the center of mass: the square root of the mean principal moment per mass. Negative for a negative mean.
+    /// Returns the radius of gyration (m) about the center of mass: the square root of the mean principal moment per mass. The radius is
+    /// negative if the mean is negative.
     pub(crate) fn radius_of_gyration(&self) -> f64 {
         let mean = self.principal.moments.mean();
         mean.abs().sqrt().copysign(mean)
@@ -97,8 +98,8 @@ impl<T: Scalar> Inertia<T> {
         }
     }
 
-    /// Multiplies all principal moments by one number, for a radius of gyration (m) about the center of mass. The moments are negative for a
-    /// negative radius.
+    /// Scales all principal moments by the same factor, to a radius of gyration (m) about the center of mass. The moments are negative for
+    /// a negative radius.
     pub(crate) fn set_radius_of_gyration(&mut self, radius: T) {
         let before = self.radius_of_gyration();
         let ratio = real_part(radius) / before;

@@ -25,7 +25,7 @@ pub enum Motion<T = f64> {
 }
 
 impl<T> Motion<T> {
-    /// Mass and inertia of a dynamic body.
+    /// Returns the mass and inertia of a dynamic body.
     pub(crate) fn inertia_mut(&mut self) -> Option<&mut Inertia<T>> {
         match self {
             Self::Dynamic { inertia, .. } => Some(inertia),

@@ -7,8 +7,8 @@ use crate::scalar::Scalar;
 
 impl<T: Scalar, F: Force> World<T, F> {
     /// Returns the forces on the taxels of a grid that is fixed to a body, in a state. `body` is the index of this body. `partner` is the
-    /// index of the only other body whose contact counts. If it is `None`, the contacts with all bodies are added. Ignored pairs and pairs
-    /// without a dynamic body are omitted.
+    /// index of the only other body whose contact is included. If it is `None`, the contacts with all bodies are added. Ignored pairs and
+    /// pairs without a dynamic body are omitted.
     ///
     /// # Errors
     /// Returns an error in these cases:

@@ -16,8 +16,8 @@ pub(crate) struct TriangleGap {
     pub squared_distance: f64,
     /// Vector (m) between the closest points of the parts, from the first triangle to the second.
     pub between: Vector3<f64>,
-    /// The parts that contain the closest points: a corner and any part, or two edges. If the triangles cross, these are the parts with the
-    /// smallest distance of those pairs of parts.
+    /// The parts that contain the closest points: a corner and any part, or two edges. If the triangles cross, these are the parts of the
+    /// closest such pair.
     pub parts: [TrianglePart; 2],
     /// Whether an edge of one triangle passes through the other triangle.
     pub are_crossing: bool,
@@ -26,8 +26,8 @@ pub(crate) struct TriangleGap {
 impl Triangle {
     /// Returns the smallest distance to another triangle.
     ///
-    /// If the triangles do not cross, one of the closest points is a corner, or both are inside edges. Parallel edges need no treatment,
-    /// because an end of one of them is a closest point too.
+    /// If the triangles do not cross, one of the closest points is a corner, or both are inside edges. Parallel edges need no special case,
+    /// because an end of one edge is also a closest point.
     pub fn gap_to(&self, other: &Self) -> TriangleGap {
         let corners = (0..3).map(|corner| self.gap_at_corner(corner, other));
         let corners_of_other = (0..3).map(|corner| {

@@ -1,4 +1,4 @@
-//! Outcomes of the clearance of two bodies.
+//! Outcomes of a rollout that depend on the clearance between two bodies.
 
 use super::{Experiment, GradientError, Outcome, Parameter};
 use crate::dynamics::{Approach, Force, PairClearance, State, Trajectory, World, WorldError};
@@ -14,7 +14,7 @@ pub struct FinalClearance(PairClearance);
 
 /// Least clearance (m) of two bodies at the recorded states: 1 number, with the properties of [`FinalClearance`].
 ///
-/// It is continuous. It has a kink where another recorded state becomes the closest.
+/// It is continuous. It has a kink where another recorded state becomes the state with the least clearance.
 #[derive(Debug, Clone)]
 pub struct LeastClearance(PairClearance);
 
@@ -73,7 +73,7 @@ impl LeastClearance {
     /// Creates the outcome for two named bodies, of which at least one is compliant with a mesh.
     ///
     /// # Errors
-    /// As [`FinalClearance::between`].
+    /// Returns the same errors as [`FinalClearance::between`].
     pub fn between<F: Force>(
         world: &World<f64, F>,
         first: &str,
@@ -98,20 +98,22 @@ impl Outcome for TimeOrClearance<'_> {
 }
 
 impl Experiment {
-    /// Time of the first contact of two named bodies, or their least clearance if they stay apart, with derivatives.
+    /// Computes the time of the first contact of two named bodies, or their least clearance if they stay apart, with derivatives.
     ///
-    /// The clearance at the recorded states gives the interval of the first contact. There, poses are interpolated from the poses and twists
-    /// at both ends, by cubic polynomials. The time is the root of the clearance. Its derivative follows from the implicit function theorem:
-    /// minus the derivative of the clearance over its rate. Shapes, moduli and centers of mass are constants, as in [`FinalClearance`].
+    /// The clearance at the recorded states gives the interval of the first contact. In this interval, poses are cubic polynomials of time
+    /// that interpolate the poses and twists at both ends. The time is the root of the clearance. Its derivative follows from the implicit
+    /// function theorem: minus the derivative of the clearance, divided by the rate of the clearance. Shapes, moduli and centers of mass
+    /// are constants, as in [`FinalClearance`].
     ///
-    /// The time is smooth as long as the touching features stay the same. It has a kink where they change. It jumps, and its derivative
-    /// becomes infinite, where a contact is grazing. If the bodies overlap at the start, the time is the start, and its derivatives are zero.
-    /// Contacts that begin and end between two recorded states are not found. The function takes a rollout and a gradient.
+    /// The time is smooth as long as the touching features stay the same. It has a kink where the features change. It jumps, and its
+    /// derivative becomes infinite, where a contact is grazing. If the bodies overlap at the start, the time is the start time, and its
+    /// derivatives are zero. Contacts that begin and end between two recorded states are not found. The cost is one rollout and one
+    /// gradient.
     ///
     /// # Errors
     /// - If one of the names is unknown, or both are the same.
     /// - If neither body is compliant with a mesh, or one has no shape.
-    /// - As [`Self::gradient`]. The derivative at a grazing contact is not finite.
+    /// - In the cases of [`Self::gradient`]. For example, the derivative at a grazing contact is not finite.
     pub fn first_contact(
         &self,
         parameters: &[Parameter],

@@ -31,8 +31,8 @@ pub enum Parameter {
     Friction(Arc<str>),
     /// Mass (kg) of the named body. The inertia is proportional to the mass.
     Mass(Arc<str>),
-    /// Radius of gyration (m) of the named body about its center of mass: the square root of the mean principal moment of inertia per mass.
-    /// The ratios of the moments, and the mass, stay constant.
+    /// Radius of gyration (m) of the named body about its center of mass: the square root of the mean principal moment of inertia divided
+    /// by the mass. The mass and the ratios of the moments stay constant.
     RadiusOfGyration(Arc<str>),
     /// Gravity (m/s²): 3 numbers.
     Gravity,

@@ -72,7 +72,7 @@ impl Slots {
         slots.flat_map(|slot| slot.scales(&mut model)).collect()
     }
 
-    /// Derivatives with respect to all numbers of a model.
+    /// Returns the derivatives with respect to the numbers of all parameters in a model.
     pub fn gradient(&self, model: &Model, gradient: &ModelGradient) -> Vec<f64> {
         let slots = self.0.iter();
         slots
@@ -241,8 +241,8 @@ impl Slot {
         }
     }
 
-    /// Numbers of the parameter in a model. The list is empty for a position, an orientation or a radius of gyration, which have methods of
-    /// their own.
+    /// Numbers of the parameter in a model. The list is empty for a position, an orientation or a radius of gyration, which have their own
+    /// methods.
     fn numbers<'a, T: Scalar>(&self, model: &'a mut Model<T>) -> Vec<&'a mut T> {
         match *self {
             Self::Gravity => model.gravity.iter_mut().collect(),

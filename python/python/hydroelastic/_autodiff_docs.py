@@ -83,9 +83,9 @@ TypeError
 """,
     "tactile_image": """Computes the forces on the taxels of a grid that is fixed to A or to B.
 
-A force is on the body of the grid, along the axes of the taxel: two components of shear, then the normal component,
-which is negative if the taxel is pressed. With a twist, forces include dissipation and friction. A derivative in
-reverse mode also computes the whole Jacobian, with 3 H W rows.
+Each force acts on the body of the grid. Its components are along the axes of the taxel: two components of shear, then
+the normal component, which is negative if the taxel is pressed. With a twist, forces include dissipation and friction.
+Reverse mode also computes the whole Jacobian, with 3 H W rows.
 
 Parameters
 ----------

@@ -19,7 +19,7 @@
     observations, _ = environment.reset(seed=1)
     observations, rewards, terminations, truncations, infos = environment.step(environment.action_space.sample())
 
-The functions that define the task receive all environments at once, as arrays. ``States`` has the arrays.
+The functions that define the task receive the ``States`` of all environments at once, whose attributes are arrays.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ _Array: TypeAlias = "np.ndarray[Any, np.dtype[Any]]"
 class WorldVectorEnv(VectorEnv[Any, _Array, _Array]):
     """Vector environment of n copies of a world.
 
-    A step sets parameters of each copy to the values that its action gives, and runs the plan from its present state. Environments reset
+    A step sets parameters of each copy from its action, and runs the plan from the current state of the copy. Environments reset
     in the step after an episode ends (``AutoresetMode.NEXT_STEP``). That step ignores the action, and its reward is 0.
 
     If the simulation of a copy ends early, the episode of the copy is truncated at its last state, ``infos["error"]`` has the error, and
@@ -67,17 +67,18 @@ class WorldVectorEnv(VectorEnv[Any, _Array, _Array]):
     observation_space : gymnasium.Space
         Observations of one environment.
     observe : function
-        Observations (n, ...) for States.
+        Function of States that returns observations (n, ...).
     reward : function
-        Rewards (n,) for the States before a step, the actions, and the States after it.
+        Function of the States before a step, the actions, and the States after the step. It returns rewards (n,).
     values : function, optional
-        Values (n, p) of the parameters for actions. The default is the actions themselves.
+        Function of actions that returns values (n, p) of the parameters. By default, the values are the actions.
     start : function, optional
-        States at the start of episodes, for a NumPy random generator and the default States. The default is the default States.
+        Function of a NumPy random generator and the default States. It returns the States at the start of episodes. Default: the default
+        States.
     terminated : function, optional
-        For States, (n,) booleans that are True if the episode has ended in a terminal state. The default is never.
+        Function of States that returns booleans (n,). They are True if the episode has ended in a terminal state. Default: always False.
     max_steps : int, optional
-        Number of steps after which an episode is truncated. The default is no limit.
+        Number of steps after which an episode is truncated. Default: no limit.
 
     Raises
     ------

@@ -216,10 +216,11 @@ def of_surface(surface: Surface, *, pressure_limit: float | None = None, height:
 def of_tactile_image(
     image: _Floats, *, size: Sequence[float] = (1.0, 1.0), pressure_limit: float | None = None, height: int = 420
 ) -> Picture:
-    """Draws a tactile image: a square for each taxel, colored by pressure, with an arrow along its shear.
+    """Draws a tactile image: a rectangle for each taxel, colored by pressure, with an arrow along the shear.
 
-    The picture is flat, with columns along x and rows along y, also for the image of a curved patch. The longest arrow
-    is as long as a taxel is wide. Pressures are minus the third component of the image, and are 0 for taxels that pull.
+    The picture is flat, even if the patch is curved. Columns follow each other along x, and rows along y. The longest
+    arrow is as long as a taxel is wide. The pressure is minus the third component of the image, or 0 if this component
+    is positive.
 
     Parameters
     ----------
@@ -458,7 +459,7 @@ class _Scene:
                 self._paths.append({"points": self._packed.add(points[indices], "f4"), "body": body})
 
     def add_arrows(self, tails: _Floats, vectors: _Floats) -> None:
-        """Adds arrows in planes of constant z, (n, 3) each."""
+        """Adds arrows in planes of constant z. Tails and vectors are (n, 3)."""
         aside = np.stack([-vectors[:, 1], vectors[:, 0], vectors[:, 2]], axis=1)
         heads = tails + vectors
         barbs = [heads - 0.3 * vectors + sign * 0.15 * aside for sign in (-1.0, 1.0)]
@@ -532,7 +533,7 @@ class _Scene:
 
 
 def _taxels(image: _Floats, widths: _Floats) -> Surface:
-    """Returns the taxels of an image as squares of constant pressure in the plane z = 0."""
+    """Returns the taxels of an image as rectangles of constant pressure in the plane z = 0."""
     rows, columns = image.shape[:2]
     count = rows * columns
     corners = _middles(image, widths)[:, None, :2] + 0.5 * widths * [[-1, -1], [1, -1], [1, 1], [-1, 1]]
@@ -554,7 +555,7 @@ def _taxels(image: _Floats, widths: _Floats) -> Surface:
 
 
 def _middles(image: _Floats, widths: _Floats) -> _Floats:
-    """Returns the middles of taxels, (H W, 3), centered on the origin."""
+    """Returns the centers of the taxels of a picture that is centered on the origin, (H W, 3)."""
     rows, columns = image.shape[:2]
     y, x = np.mgrid[:rows, :columns]
     places = np.stack([x.ravel(), y.ravel()], axis=1) - 0.5 * np.array([columns - 1, rows - 1])
@@ -566,7 +567,7 @@ def _shear(image: _Floats, widths: _Floats) -> tuple[_Floats, _Floats]:
     shear = image[..., :2].reshape(-1, 2)
     sizes = np.linalg.norm(shear, axis=1)
     greatest = sizes.max()
-    # Shorter arrows would be dots.
+    # Shorter arrows would look like dots.
     shown = np.flatnonzero(sizes > 0.02 * greatest)
     vectors = np.zeros((len(shown), 3))
     vectors[:, :2] = shear[shown] * (widths.min() / greatest if greatest > 0.0 else 0.0)

@@ -9,7 +9,7 @@ use nalgebra::Vector3;
 /// Signed distance between two bodies. The module `contact::clearance` has the definition of the depth.
 ///
 /// The clearance is continuous in the poses. Its derivative changes where the features change: at ties, such as parallel faces, and where
-/// the bodies begin to overlap. At a tie, the derivative is the derivative for one of the closest features.
+/// the bodies begin to overlap. At a tie, the derivative is the derivative for one pair of closest features.
 ///
 /// ```
 /// use hydroelastic::contact::{ContactBody, ContactPair, Feature, Partner, Shape};
@@ -43,7 +43,7 @@ pub struct Clearance<T = f64> {
 impl<T: Scalar> ContactPair<'_, T> {
     /// Returns the signed distance between the bodies, with the closest points. Dissipation, friction and twists have no effect.
     ///
-    /// The distance has derivatives also if the bodies are apart. It is computed from the features that are closest in real parts. If a
+    /// The distance has derivatives also if the bodies are apart. The closest features depend only on the real parts of the poses. If a
     /// body has no pressure where the bodies overlap, the clearance is 0.
     #[must_use]
     pub fn clearance(&self) -> Clearance<T> {
@@ -81,7 +81,7 @@ impl<T: Scalar> ContactPair<'_, T> {
         self.in_world(distance, separation.points, nearest.features)
     }
 
-    /// Returns a clearance with points that are given in A's frame.
+    /// Creates a clearance from points in A's frame.
     fn in_world(
         &self,
         distance: T,

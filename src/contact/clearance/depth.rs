@@ -15,9 +15,9 @@ use nalgebra::Vector3;
 pub(super) enum Place {
     /// A corner of the contact polygon of a cut, and its position (m) in A's frame.
     Corner(Box<Cut>, Vector3<f64>),
-    /// A vertex of A in a cell of B.
+    /// Index of a vertex of A, and index of the cell of B that contains the vertex.
     VertexOfA(usize, usize),
-    /// The position (m) of a vertex of B in B's frame, the vertex, and the tetrahedron of A that contains it.
+    /// Position (m) of a vertex of B in B's frame, index of the vertex, and index of the tetrahedron of A that contains the vertex.
     VertexOfB(Vector3<f64>, usize, usize),
 }
 
@@ -67,7 +67,7 @@ impl<'a, T: Scalar> Depths<'a, T> {
         let pair = &self.source.pair;
         match place {
             Place::Corner(cut, point) => {
-                // In another scalar, the corners may have another order.
+                // The order of the corners may depend on the scalar type.
                 let distance = |corner: &&Vector3<T>| (real_vector(corner) - point).norm_squared();
                 let polygon = self.source.polygon_in_space(cut);
                 let corners = polygon.outline.corners().iter();
@@ -81,9 +81,9 @@ impl<'a, T: Scalar> Depths<'a, T> {
         }
     }
 
-    /// Returns the depth (m) at a point of A's frame: below the surface of A plus below the surface of B.
+    /// Returns the depth (m) at a point in A's frame: the depth below the surface of A plus the depth below the surface of B.
     ///
-    /// A polygon on a rigid body lies in the surface of the body.
+    /// At a corner on a rigid B, the depth below the surface of B is zero, because the polygon lies in this surface.
     fn at(&self, point: &Vector3<T>, is_corner: bool) -> T {
         let pair = &self.source.pair;
         let in_a = depth_below(PartnerShape::Compliant(pair.shape_a), point, pair.margin());
@@ -95,8 +95,8 @@ impl<'a, T: Scalar> Depths<'a, T> {
     }
 }
 
-/// Returns the depth (m) of a point inside a body below its surface. A point within the margin (m) of the surface is measured from the plane of
-/// the closest triangle.
+/// Returns the depth (m) of a point below the surface of a body that contains the point. Within the margin (m) of the surface, it is the
+/// depth below the plane of the closest triangle.
 fn depth_below<T: Scalar>(shape: PartnerShape, point: &Vector3<T>, margin: f64) -> T {
     let tree = match shape {
         PartnerShape::Compliant(shape) => shape.triangle_bvh(),
@@ -129,7 +129,7 @@ fn depth_below<T: Scalar>(shape: PartnerShape, point: &Vector3<T>, margin: f64) 
 }
 
 impl<'a> ContactPair<'a> {
-    /// Returns the fields and the deepest place, or `None` if the bodies do not overlap. The pair is in A's frame.
+    /// Returns the pair in A's frame and the deepest place, or `None` if the bodies do not overlap.
     pub(super) fn deepest(&self) -> Option<(RelativePair<'a>, Place)> {
         let source = self.source();
         if !may_overlap(&source.pair) {
@@ -147,7 +147,7 @@ impl<'a> ContactPair<'a> {
 }
 
 impl<'a, T: Scalar> ContactPair<'a, T> {
-    /// Returns the depth (m) at a place, and the place (m) in A's frame.
+    /// Returns the depth (m) at a place, and the position (m) of the place in A's frame.
     pub(super) fn depth_at(&self, pair: RelativePair<'a>, place: &Place) -> (T, Vector3<T>) {
         let depths = Depths::of(self.source(), pair);
         let point = depths.point_at(place);
@@ -165,7 +165,7 @@ impl Depths<'_, f64> {
         })
     }
 
-    /// Adds the vertices of A inside B at which the pressure of A is the smaller one.
+    /// Adds the vertices of A inside B at which the pressure of A is not above the pressure of B.
     fn add_vertices_of_a(&self, deepest: &mut Deepest) {
         let pair = &self.source.pair;
         for (vertex, point, extent) in vertices_inside(pair.shape_a) {
@@ -179,7 +179,7 @@ impl Depths<'_, f64> {
         }
     }
 
-    /// Adds the vertices of a compliant B inside A at which the pressure of B is the smaller one.
+    /// Adds the vertices of a compliant B inside A at which the pressure of B is not above the pressure of A.
     fn add_vertices_of_b(&self, deepest: &mut Deepest) {
         let pair = &self.source.pair;
         let PartnerShape::Compliant(shape_b) = pair.shape_b else {
@@ -197,8 +197,8 @@ impl Depths<'_, f64> {
         }
     }
 
-    /// Returns the cell of B that contains a point of B's frame, and its pressure (Pa). The pressure of a rigid body is infinite. Returns
-    /// `None` if the point is outside.
+    /// Returns the cell of B that contains a point in B's frame, and the pressure (Pa) of B at the point. The pressure of a rigid body is
+    /// infinite. Returns `None` if the point is outside.
     fn pressure_in_b(&self, point: &Vector3<f64>) -> Option<(usize, f64)> {
         let pair = &self.source.pair;
         match pair.shape_b {

@@ -2,8 +2,8 @@ use crate::contact_shape::PartnerShape;
 use crate::geometry::{FACES, TrianglePart};
 use nalgebra::Vector3;
 
-/// Part of a body that determines a [clearance](super::Clearance). Vertices are vertices of the mesh of a compliant body, or of the surface of a
-/// rigid body.
+/// Part of a body that determines a [clearance](super::Clearance). Vertex indices refer to the vertices of the mesh of a compliant body, or
+/// of the surface of a rigid body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Feature {
@@ -15,19 +15,19 @@ pub enum Feature {
     Face([usize; 3]),
     /// The plane of a half-space.
     Plane,
-    /// A tetrahedron of a compliant body, or the triangle of a rigid body, that contains the deepest point of overlapping bodies.
+    /// The tetrahedron of a compliant body, or the triangle of a rigid body, at the deepest point of overlapping bodies.
     Cell(usize),
 }
 
 impl Feature {
-    /// Creates the feature for a part of a face of a cell. The face is the face opposite to this corner.
+    /// Creates the feature for a part of a face of a cell. `face` is the index of the corner opposite to the face.
     pub(super) fn of_face(
         shape: PartnerShape,
         (cell, face): (usize, usize),
         part: TrianglePart,
     ) -> Self {
         let corners = shape.corner_vertices(cell);
-        // Only the apex behind a triangle has no vertex, and it is on no face of the surface.
+        // Only the apex behind a triangle has no vertex. No face of the surface contains the apex.
         let vertices = FACES[face].map(|corner| corners[corner].unwrap_or_default());
         match part {
             TrianglePart::Corner(corner) => Self::Vertex(vertices[corner]),

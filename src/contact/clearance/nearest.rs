@@ -37,7 +37,7 @@ struct Side<'a> {
     pose: Pose,
 }
 
-/// A node of a tree, or one of its triangles, with its box in A's frame. A triangle is on the level after the last.
+/// A node of a tree, or one of its triangles, with its box in A's frame. A triangle is on the level after the last level of the tree.
 #[derive(Clone, Copy)]
 struct Part {
     node: Node,
@@ -163,7 +163,7 @@ fn nearest(a: &Side, b: &Side, margin: f64) -> Nearest {
 }
 
 impl Descent<'_, '_> {
-    /// Examines two parts. Splits the larger part, and continues with the nearest children.
+    /// Searches two parts: splits the larger part, and continues with its children in ascending order of distance.
     fn descend(&mut self, parts: &[Part; 2]) {
         let are_triangles = parts.each_ref().map(|part| part.corners.is_some());
         let size = |k: usize| parts[k].bounds.half_extents().max();
@@ -197,7 +197,7 @@ impl Descent<'_, '_> {
     fn are_separated(&self, [a, b]: &[Part; 2]) -> bool {
         let distance = self.gap.squared_distance.sqrt();
         let along = self.gap.between / distance;
-        // The direction of crossing triangles is not finite.
+        // For crossing triangles, the distance is 0, and the direction is not finite.
         -b.end_along(&-along) - a.end_along(&along) >= distance
     }
 
@@ -210,7 +210,7 @@ impl Descent<'_, '_> {
     }
 }
 
-/// Finds the lowest vertex of A above the plane of a half-space.
+/// Finds the vertex of A with the smallest height above the plane of a half-space.
 fn nearest_to_plane(a: &Shape, pose_ab: &Pose) -> Nearest {
     let pose_ba = pose_ab.inverse();
     let up = pose_ba.rotation().row(2).transpose();

@@ -1,21 +1,22 @@
 use crate::scalar::{Scalar, lift, lift_vector, norm, real_part, real_vector};
 use nalgebra::Vector3;
 
-/// Squared sine of the angle between two edges below which their common normal is ill-conditioned. Its rounding error is then above 1e-12.
+/// Squared sine of the angle between two edges below which their common normal is ill-conditioned. The rounding error of the normal is then
+/// above 1e-12.
 const PARALLEL: f64 = 1e-8;
 
 /// Distance between two features, and their closest points.
 #[derive(Clone, Copy)]
 pub(super) struct Separation<T> {
-    /// Distance (m). It may be negative by round-off for features that touch.
+    /// Distance (m). Because of round-off, it may be negative if the features touch.
     pub distance: T,
     /// Closest points (m).
     pub points: [Vector3<T>; 2],
 }
 
 impl<T: Scalar> Separation<T> {
-    /// Computes the distance of two features from their vertices (m). One feature is a vertex, or both are edges. If the features touch,
-    /// `touching` is the direction from the first to the second. It need not be perpendicular to an edge.
+    /// Computes the distance between two features from their vertices (m). One feature is a vertex, or both are edges. If the features
+    /// touch, `touching` is the direction from the first feature to the second. It need not be perpendicular to an edge.
     pub fn between(a: &[Vector3<T>], b: &[Vector3<T>], touching: Option<&Vector3<f64>>) -> Self {
         match (a, b) {
             ([vertex], [_, _, _]) => Self::above_face(vertex, b).unsigned(touching),
@@ -33,7 +34,7 @@ impl<T: Scalar> Separation<T> {
         }
     }
 
-    /// Computes the height of a vertex above the plane of a face. It is positive outside.
+    /// Computes the height of a vertex above the plane of a face. The height is positive outside of the body.
     pub fn above_face(vertex: &Vector3<T>, face: &[Vector3<T>]) -> Self {
         let normal = (face[1] - face[0]).cross(&(face[2] - face[0]));
         let normal = normal / norm(&normal);
@@ -57,7 +58,7 @@ impl<T: Scalar> Separation<T> {
         }
     }
 
-    /// Computes the distance of two points between the ends of edges, along the common normal of the edges.
+    /// Computes the distance between two edges along their common normal. The closest points lie between the ends of the edges.
     fn between_edges(a: &[Vector3<T>], b: &[Vector3<T>], touching: Option<&Vector3<f64>>) -> Self {
         let (along_a, along_b, between) = (a[1] - a[0], b[1] - b[0], b[0] - a[0]);
         let across = along_a.cross(&along_b);
@@ -83,7 +84,7 @@ impl<T: Scalar> Separation<T> {
         }
     }
 
-    /// Computes the distance of two points. The direction of touching points is `normal`.
+    /// Computes the distance between two points. If the points touch, `normal` is the direction of the distance.
     fn along(points: [Vector3<T>; 2], normal: Option<Vector3<f64>>) -> Self {
         let between = points[1] - points[0];
         let distance = match normal {
@@ -115,14 +116,14 @@ fn foot_on_edge<T: Scalar>(vertex: &Vector3<T>, edge: &[Vector3<T>]) -> Vector3<
     start + along * ((vertex - start).dot(&along) / along.dot(&along))
 }
 
-/// Returns the unit vector of the part of a normal that is perpendicular to an edge. It is zero if the normal is along the edge.
+/// Returns the unit vector along the component of a normal that is perpendicular to an edge. It is zero if the normal is along the edge.
 fn beside<T: Scalar>(normal: &Vector3<f64>, edge: &Vector3<T>) -> Vector3<f64> {
     let along = real_vector(edge).normalize();
     let beside = normal - along * along.dot(normal);
     unit(&beside)
 }
 
-/// Returns the unit vector along a vector, or zero if the vector is round-off.
+/// Returns the unit vector along a vector, or zero if the vector has the size of round-off.
 fn unit(vector: &Vector3<f64>) -> Vector3<f64> {
     vector.try_normalize(f64::EPSILON).unwrap_or_default()
 }

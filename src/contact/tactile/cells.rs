@@ -5,26 +5,27 @@
 //! leaves the outline at two of these crossings, and the lines of the other family divide it between them. Each segment of a line counts
 //! once for the cell on one side, and once with the opposite sign for the cell on the other side.
 //!
-//! The walk alone decides which lines cross each other: two lines do if the crossings of one separate those of the other. Therefore the
-//! edges of every part close, and the moments of all parts add up to those of the outline, wherever round-off puts a crossing.
+//! Only the walk decides which lines cross each other. Two lines cross if the crossings of one line separate the crossings of the other
+//! line along the outline. Therefore the edges of every part close, and the moments of all parts add up to the moments of the outline,
+//! regardless of round-off in the crossings.
 
 use crate::contact::outline::{Outline, at};
 use crate::friction::{Affine, ends};
 use crate::geometry::{PER_TRIANGLE, add_triangle};
 use crate::scalar::{Scalar, lift, real_part};
 
-/// Moments up to quadratic ones (see [`Outline::moments`]).
+/// Moments up to degree 2 (see [`Outline::moments`]).
 type Moments<T> = [T; 6];
 
 /// A point at which a line crosses the outline, and the index of its cell along the line.
 type Crossing<T> = ([T; 2], usize);
 
-/// A family of ordered lines, and where they cross the outline. Line l is between the cells l and l + 1.
+/// A family of ordered lines, and their crossings with the outline. Line l is between the cells l and l + 1.
 struct Family<T> {
     functions: Vec<Affine<T>>,
     /// Cell of each corner of the outline.
     corners: Vec<usize>,
-    /// Where the outline goes from cell l to cell l + 1, and where it comes back.
+    /// For each line l, the crossing of the outline from cell l to cell l + 1, and the crossing back.
     crossings: Vec<[Option<Crossing<T>>; 2]>,
 }
 
@@ -45,7 +46,7 @@ impl<T: Scalar> Family<T> {
         }
     }
 
-    /// Returns the share of the way from one point to another at which the line between two cells is crossed.
+    /// Returns the fraction of the segment between two points at which the segment crosses a line.
     fn share(&self, line: usize, [from, to]: [&[T; 2]; 2]) -> T {
         let [before, after] = [from, to].map(|y| at(&self.functions[line], y));
         let share = before / (before - after);
@@ -103,7 +104,7 @@ impl<T: Scalar> Cells<T> {
         Some(())
     }
 
-    /// Returns the moments of the parts with an area, with their columns and rows.
+    /// Returns the columns, the rows and the moments of the parts whose area is not zero.
     pub fn moments(&self) -> impl Iterator<Item = ([usize; 2], Moments<T>)> {
         let columns = self.columns();
         let parts = self.moments.iter().enumerate();
@@ -138,7 +139,7 @@ impl<T: Scalar> Cells<T> {
         }
     }
 
-    /// Adds the edges of the outline, and notes where they cross lines.
+    /// Adds the edges of the outline, and records their crossings with lines.
     fn add_outline(&mut self, outline: &Outline<T>) -> Option<()> {
         let corners = outline.corners();
         let cell_of = |cells: &Self, corner: usize| {
@@ -207,7 +208,7 @@ impl<T: Scalar> Cells<T> {
         }
     }
 
-    /// Adds a line from where the outline leaves the cells behind the line to where it comes back.
+    /// Adds a line, from the crossing of the outline into the cells in front of the line to the crossing back.
     fn add_line(&mut self, [family, line]: [usize; 2], [start, end]: [Crossing<T>; 2]) {
         let cells = |along: usize| {
             [line, line + 1].map(|across| {
@@ -230,7 +231,8 @@ impl<T: Scalar> Cells<T> {
         self.add_between(cells(cell), [point, end.0]);
     }
 
-    /// Returns the point at which a line between two points crosses a line of the other family. The lines of the columns determine it.
+    /// Returns the point at which a line between two points crosses a line of the other family. The lines of the columns compute the point,
+    /// and the lines of the rows reuse it.
     fn point(
         &mut self,
         [family, line]: [usize; 2],

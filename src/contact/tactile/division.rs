@@ -1,12 +1,12 @@
 //! Division of contact polygons by the planes of a grid.
 //!
-//! In the plane of a polygon, the field of a taxel plane is an affine function of y. A convex polygon is first cut by the first and the last
-//! plane of the columns and of the rows. A binary search finds the planes between the corners of the part in the patch. For a pair at
-//! rest, only moments of the pieces are needed, which `cells` adds up along the edges. For a pair in motion, the planes of the columns cut
-//! the outline into strips, and the planes of the rows cut the strips. Decisions depend on real parts.
+//! In the plane of a polygon, the field of a taxel plane is an affine function of y. A convex polygon is first cut by the first and the
+//! last plane of the columns and of the rows. A binary search finds the planes between the corners of the part in the patch. For a pair at
+//! rest, only the moments of the pieces are needed. `cells` adds them up along the edges. For a pair in motion, the planes of the columns
+//! cut the outline into strips, and the planes of the rows cut the strips. All decisions depend only on real parts.
 //!
-//! Every cut divides a convex outline into two convex outlines with the same crossings, up to the last bit. Therefore the moments of the
-//! pieces add up to those of the polygon, wherever round-off puts a corner:
+//! Every cut divides a convex outline into two convex outlines with bitwise equal crossings. Therefore the moments of the pieces add up to
+//! the moments of the polygon, regardless of round-off in the corners:
 //!
 //! - A corner on a plane, up to round-off, belongs to both outlines.
 //! - If an edge is on a plane, the polygon is one outline. The other outline is this edge, without an area.
@@ -33,7 +33,7 @@ use std::ops::RangeInclusive;
 /// Bound on the rounding error of a plane's field, relative to the size of its terms.
 const ROUNDING: f64 = 1e-14;
 
-/// Number of octets in a piece of work for a thread.
+/// Number of octets in the work item of a thread.
 const OCTETS: usize = 4;
 
 /// A part of a contact polygon in one taxel, or outside of the patch.
@@ -109,7 +109,7 @@ impl<T: Scalar> Division<T> {
         self.visit_strips(polygon, 0, &inside, add_strip);
     }
 
-    /// Returns the part of a polygon in the patch, if any. Visits the parts outside of it.
+    /// Returns the part of a polygon in the patch, or `None` if this part is empty. Visits the parts outside of the patch.
     fn cut_to_patch(
         &self,
         polygon: &PlanePolygon<T>,
@@ -131,8 +131,8 @@ impl<T: Scalar> Division<T> {
         (!inside.corners().is_empty()).then_some(inside)
     }
 
-    /// Appends the pieces of an outline in the patch from the moments of cells, which is faster than cutting outlines. This is for a pair at
-    /// rest, because the quadrature of friction needs outlines. Returns `None` if round-off prevents it.
+    /// Appends the pieces of an outline in the patch from the moments of cells, which is faster than cutting outlines. The pair must be at
+    /// rest, because the quadrature of friction needs outlines. Returns `None` if round-off makes a line cross the outline more than twice.
     fn add_cells(
         &self,
         polygon: &PlanePolygon<T>,
@@ -254,7 +254,7 @@ fn strips<T: Scalar>(
     outline.corners().iter().map(strip).collect()
 }
 
-/// Returns the range of strips. It is 0..=0 for an outline without corners.
+/// Returns the range of the strips. It is 0..=0 for an outline without corners.
 fn range_of(strips: &[usize]) -> RangeInclusive<usize> {
     let bound = |bound: Option<&usize>| bound.copied().unwrap_or(0);
     bound(strips.iter().min())..=bound(strips.iter().max())

@@ -17,13 +17,14 @@ const IN_MOTION: usize = 16;
 /// twists, their moduli, dissipation and friction. Forces are along the [axes of the taxels](TaxelGrid::axes), which are fixed in the body
 /// of the grid. If both bodies move together, the image is therefore constant.
 ///
-/// The derivatives are computed in dual numbers, also through the clips by faces and taxels. If faces coincide, they are one-sided.
+/// The derivatives are computed in dual numbers, including the clipping by faces and taxels. If faces coincide, the derivatives are
+/// one-sided.
 #[derive(Debug, Clone)]
 pub struct LinearizedTactileImage<'g> {
     image: TactileImage<'g>,
     /// Derivatives of the forces on `image.taxels()` with respect to the relative inputs.
     by_relative: Vec<SMatrix<f64, 3, IN_MOTION>>,
-    /// Derivatives of the relative inputs.
+    /// Derivatives of the relative inputs with respect to the inputs.
     by_inputs: SMatrix<f64, IN_MOTION, 28>,
 }
 
@@ -58,7 +59,7 @@ impl ContactPair<'_> {
         let change = |input: usize| DenseDual::<N>::variable(0.0, input);
         let real = self.real();
         let mut twist = Twist::from_vector(&Vector6::from_fn(|row, _| change(row)));
-        // A turn about A's origin also moves the origin of B.
+        // A rotation about A's origin also moves the origin of B.
         let origin_b = real.b().pose().translation().map(lift);
         twist.linear += twist.angular.cross(&origin_b);
         let pair = ContactPair::new(
@@ -79,7 +80,7 @@ impl ContactPair<'_> {
     }
 }
 
-/// Returns a law and a velocity after changes of the angular velocity, the velocity at A's origin, dissipation and friction.
+/// Returns a law and a relative motion after changes of the angular velocity, the velocity at A's origin, dissipation and friction.
 fn perturbed_motion<const N: usize>(
     law: &SurfaceLaw,
     motion: &RelativeMotion<f64>,
@@ -123,7 +124,7 @@ impl<'g> LinearizedTactileImage<'g> {
     }
 
     /// Returns the derivatives of a number with respect to the inputs, from its derivatives with respect to the forces on the taxels.
-    /// `by_force` receives the row and the column of each taxel with contact.
+    /// `by_force` returns the derivatives for the row and the column of a taxel with contact.
     #[must_use]
     pub fn pullback(
         &self,

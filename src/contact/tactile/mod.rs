@@ -2,7 +2,8 @@
 //!
 //! A [`TaxelGrid`] is fixed to one body of a pair. Its planes divide space into columns and rows, and a taxel is the intersection of a
 //! column and a row. The planes also divide each contact polygon into convex pieces (`division`), over which traction is integrated
-//! exactly. Pieces outside of the patch contribute to one more sum. Therefore the sum over all taxels is the wrench, up to round-off.
+//! exactly. The pieces outside of the patch contribute to a separate wrench. Therefore the sum over all taxels and this wrench is the
+//! contact wrench, up to round-off.
 //!
 //! ```
 //! use hydroelastic::contact::{ContactBody, ContactPair, GridBody, Partner, Shape, TaxelGrid};

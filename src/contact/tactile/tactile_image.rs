@@ -33,7 +33,7 @@ pub struct TaxelContact<T = f64> {
 /// The contact of a pair of bodies on the taxels of a grid, integrated exactly.
 ///
 /// Forces are on the body of the grid. If the taxels' normals point out of the body, a pressed taxel has a negative normal force. Mean
-/// pressures are positive. Taxels without contact have zeros.
+/// pressures are positive. The values of taxels without contact are zero.
 #[derive(Debug, Clone)]
 pub struct TactileImage<'g, T = f64> {
     grid: &'g TaxelGrid,
@@ -44,11 +44,11 @@ pub struct TactileImage<'g, T = f64> {
 }
 
 impl<T: Scalar> ContactPair<'_, T> {
-    /// Returns the forces on the taxels of a grid that is fixed to a body of the pair. For a pair in motion they include dissipation and
-    /// friction.
+    /// Returns the forces on the taxels of a grid that is fixed to a body of the pair. For a pair in motion, the forces include dissipation
+    /// and friction.
     ///
-    /// The image is generic over the scalar: with dual numbers it carries derivatives with respect to poses, twists, moduli and the law.
-    /// All geometry, clipping and integration carry them, as in [`Self::pipeline`].
+    /// The image is generic over the scalar. With dual numbers, it has derivatives with respect to poses, twists, moduli and the law.
+    /// Geometry, clipping and integration propagate these derivatives, as in [`Self::pipeline`].
     #[must_use]
     pub fn tactile_image<'g>(&self, body: GridBody, grid: &'g TaxelGrid) -> TactileImage<'g, T> {
         TactileImage::of(&self.cut_surface(), self.relative_motion(), (body, grid))
@@ -120,7 +120,7 @@ impl<'g, T: Scalar> TactileImage<'g, T> {
         }
     }
 
-    /// Replaces the wrenches on A, in A's axes about A's origin, by those on B, in B's axes about B's origin.
+    /// Replaces the wrenches on A, in A's axes about A's origin, by the wrenches on B, in B's axes about B's origin.
     fn exchange(&mut self, pose_ab: &Pose<T>) {
         let rotation_ba = pose_ab.rotation().transpose();
         let on_b = |on_a: &Wrench<T>| -on_a.about(pose_ab.translation()).rotated(&rotation_ba);
@@ -142,7 +142,7 @@ impl<'g, T: Scalar> TactileImage<'g, T> {
         &self.taxels
     }
 
-    /// Returns the contact in a taxel, or `None` if there is none or the grid has no such taxel.
+    /// Returns the contact in a taxel, or `None` if the taxel has no contact or does not exist.
     #[must_use]
     pub fn taxel(&self, row: usize, column: usize) -> Option<&TaxelContact<T>> {
         self.taxels.get(self.index(row, column)?)
@@ -189,7 +189,7 @@ impl<'g, T: Scalar> TactileImage<'g, T> {
             .map_or(lift(0.0), |taxel| taxel.area)
     }
 
-    /// Returns the mean traction (Pa) on the body in a taxel: the force over the area of contact, along the axes of the taxel. The first
+    /// Returns the mean traction (Pa) on the body in a taxel: the force divided by the contact area, along the axes of the taxel. The first
     /// two components are the mean shear stress.
     #[must_use]
     pub fn mean_traction(&self, row: usize, column: usize) -> Vector3<T> {

@@ -23,7 +23,8 @@ const LEAST_SINE: f64 = 1e-6;
 ///
 /// Each taxel has its own orthonormal axes, fixed in the body's frame. The first axis is the normal of the middle of its column, in the
 /// direction of ascending columns. The third axis is perpendicular to this normal and to the normal of the middle of its row. The second
-/// axis completes a right-handed frame. On a ready-made grid the third axis points out of the body if the z axis of the patch does.
+/// axis completes a right-handed frame. If the grid is flat, cylindrical or a dome, the third axis points out of the body if the z axis of
+/// the frame does.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TaxelGrid {
     /// Planes of the columns and of the rows: fields with unit gradients, which are zero on the plane (m).
@@ -75,7 +76,7 @@ impl TaxelGrid {
 
     /// Creates a grid on a dome around the z axis of a frame in the body, for example the cap of a fingertip with its center at the
     /// frame's origin. Columns are sectors about the y axis, as in [`Self::cylindrical`], and rows are sectors about the x axis. `angles`
-    /// are the angles (rad) of all columns and of all rows. The third axis of a taxel is the radial direction at its middle.
+    /// are the total angles (rad) of all columns and of all rows. The third axis of a taxel is the radial direction at its middle.
     ///
     /// # Errors
     /// Returns an error if the frame is not a pose, an angle is not between 0 and π, or a count is not from 1 to 4096.
@@ -96,7 +97,8 @@ impl TaxelGrid {
 
     /// Creates a grid from planes in the body's frame, for a patch with its own parametrization. A plane is the set of points at which its
     /// field is zero, and its gradient points towards higher columns or rows. `patch` is a box around the part of the surface that the
-    /// taxels cover, in the body's frame. The planes may cross outside of the box. Contact there counts once, but in any taxel.
+    /// taxels cover, in the body's frame. The planes may cross outside of the box. Contact outside of the box counts once, but in an
+    /// arbitrary taxel.
     ///
     /// # Errors
     /// Returns an error in these cases:
@@ -198,8 +200,8 @@ impl TaxelGrid {
         })
     }
 
-    /// Checks that no point of the box with these corners is in front of a plane and behind the plane before. A convex set contains such a
-    /// point only if a corner of its part in front of the plane is one.
+    /// Checks that no point of the box with these corners is in front of a plane and behind the previous plane. The part of the box in
+    /// front of the plane is convex. It contains a point behind the previous plane only if one of its corners is behind the previous plane.
     fn check_order(&self, corners: &[Vector3<f64>; 8]) -> Result<(), TaxelGridError> {
         for (family, planes) in FAMILIES.into_iter().zip(&self.planes) {
             for (plane, pair) in planes.windows(2).enumerate() {

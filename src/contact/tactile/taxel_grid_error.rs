@@ -1,6 +1,6 @@
 use crate::spatial::PoseError;
 
-/// The reason why numbers or planes do not make a grid of taxels.
+/// The reason why a grid of taxels cannot be created.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum TaxelGridError {
@@ -65,9 +65,9 @@ pub enum TaxelGridError {
     Crossing {
         /// `"columns"` or `"rows"`.
         family: &'static str,
-        /// Index of the first of both planes.
+        /// Index of the first of the two planes.
         plane: usize,
-        /// Point of the patch (m) between the planes in the wrong order, in the body's frame.
+        /// Point of the patch (m) that is in front of the second plane but not in front of the first plane, in the body's frame.
         point: [f64; 3],
     },
     /// A column and a row are parallel.
