@@ -28,7 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._core import HalfSpace, HydroelasticError, RigidShape, Shape, State, Surface, Trajectory, World
-from ._checks import check_count
+from ._checks import check_count, checked
 
 __all__ = ["Picture", "html", "of_surface", "of_tactile_image", "of_trajectory", "of_world", "picture", "save"]
 
@@ -245,13 +245,12 @@ def of_tactile_image(
         If a number is out of range or not finite, or the image has an unexpected shape.
     """
     _check(height, pressure_limit)
-    image, lengths = np.asarray(image, dtype=np.float64), np.asarray(size, dtype=np.float64)
-    if image.ndim != 3 or image.shape[2] != 3 or not image.size:
-        raise HydroelasticError(f"image must have the shape (H, W, 3), but has {image.shape}")
-    if lengths.shape != (2,) or not (np.isfinite(lengths).all() and (lengths > 0.0).all()):
+    shape = np.shape(image)
+    if len(shape) != 3 or shape[2] != 3 or 0 in shape:
+        raise HydroelasticError(f"image must have the shape (H, W, 3), but has {shape}")
+    image, lengths = checked(image, "image", shape), checked(size, "size", (2,))
+    if (lengths <= 0.0).any():
         raise HydroelasticError(f"size must be two positive lengths, but is {lengths.tolist()}")
-    if not np.isfinite(image).all():
-        raise HydroelasticError("image must be finite")
     scene = _Scene(pressure_limit)
     widths = lengths / image.shape[1::-1]
     scene.add_frame(0.0, np.zeros((0, 4, 4)), [_taxels(image, widths)])
