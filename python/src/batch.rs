@@ -206,7 +206,8 @@ impl Batch {
     /// states : States
     ///     Initial state of each copy.
     /// parameters : list of Parameter
-    ///     Parameters whose values differ between the copies, with p components in total, for example the wrench of a control.
+    ///     Parameters whose values differ between the copies, with p components in total, for example the wrench of a control. A
+    ///     parameter of the initial state replaces this part of the state.
     /// values : (k, p) array_like, optional
     ///     Values of the parameters in each copy, as in World.with_values.
     ///

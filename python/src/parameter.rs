@@ -364,6 +364,7 @@ impl Parameter {
             P::Dissipation(body) => format!("dissipation({body:?})"),
             P::Friction(body) => format!("friction({body:?})"),
             P::Mass(body) => format!("mass({body:?})"),
+            P::RadiusOfGyration(body) => format!("radius_of_gyration({body:?})"),
             P::Gravity => "gravity()".to_owned(),
             P::Control(body, interval) => format!("control({body:?}, {interval})"),
             P::ForceParameter(name) => format!("force_parameter({name:?})"),

@@ -127,9 +127,15 @@ pub fn rotation(argument: &Bound<'_, PyAny>, name: &str) -> PyResult<Matrix3<f64
     if shape != [3, 3] {
         return Err(wrong_shape(name, "(3, 3)", &shape));
     }
-    let pose = Pose::restored(Matrix3::from_row_slice(&values), Vector3::zeros());
-    let pose = pose.map_err(|error| named_error(name, &value_error(error)));
-    Ok(*pose?.rotation())
+    check_rotation(&values, name)?;
+    Ok(Matrix3::from_row_slice(&values))
+}
+
+/// Checks that nine entries are a rotation matrix.
+pub fn check_rotation(entries: &[f64], name: &str) -> PyResult<()> {
+    let pose = Pose::restored(Matrix3::from_row_slice(entries), Vector3::zeros());
+    pose.map_err(|error| named_error(name, &value_error(error)))?;
+    Ok(())
 }
 
 /// Entries of the matrix of a pose, row by row.

@@ -2,6 +2,7 @@
 
 use crate::arrays::{Floats, Whole, array, check_finite, numbers_of_shape, whole};
 use crate::errors::value_error;
+use crate::poses::check_rotation;
 use crate::state::{State, state_at};
 use crate::state_arrays::{ARRAYS, NAMES, numbers_of, shapes_of, state_of};
 use hydroelastic::dynamics;
@@ -143,7 +144,7 @@ impl States {
     /// Raises
     /// ------
     /// HydroelasticError
-    ///     If an array has an unexpected shape, a number is not finite, or a pose is not rigid.
+    ///     If an array has an unexpected shape, a number is not finite, a pose is not rigid, or a rotation is not orthonormal.
     #[pyo3(signature = (*, times=None, poses=None, twists=None, joint_positions=None, joint_velocities=None, ball_joint_rotations=None,
                         ball_joint_velocities=None))]
     fn replace(
@@ -173,6 +174,9 @@ impl States {
             if let Some(argument) = argument {
                 arrays[which] = finite_numbers(argument, NAMES[which], &self.shape(which))?;
             }
+        }
+        for rotation in arrays[4].chunks(9) {
+            check_rotation(rotation, NAMES[4])?;
         }
         let rows = times.into_iter().zip(&self.0).enumerate();
         let state = |(row, (time, like)): (usize, (f64, &dynamics::State))| {

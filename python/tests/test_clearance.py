@@ -53,6 +53,29 @@ def test_the_time_of_first_contact_is_the_time_of_the_fall():
     assert time == 0.0 and abs(clearance - 0.4) < 1e-12
 
 
+def test_the_time_of_first_contact_of_a_turning_box_has_the_slope_of_differences():
+    box = he.Body.dynamic(
+        "box",
+        he.Shape.cuboid([0.2, 0.3, 0.4]),
+        he.Material(1e4),
+        1.0,
+        pose=he.pose([0.0, 0.0, 0.6], [0.3, 0.4, 0.5]),
+        velocity=[0.0, 0.0, -1.0],
+        angular_velocity=[6.0, 0.0, 4.0],
+    )
+    floor = he.Body.fixed("floor", he.HalfSpace(), he.Material.rigid())
+    world = he.World([box, floor], ignoring=[("box", "floor")])
+    plan = he.Plan(1e-2, 64, record_every=16)
+    parameters = [he.Parameter.initial_position("box"), he.Parameter.initial_orientation("box")]
+
+    def time_after(changes):
+        return world.perturbed(parameters, changes).first_contact(plan, [], "box", "floor")[0]
+
+    _, _, gradient = world.first_contact(plan, parameters, "box", "floor")
+    differences = [(time_after(change) - time_after(-change)) / 2e-6 for change in 1e-6 * np.eye(6)]
+    assert np.allclose(gradient, differences, atol=1e-7)
+
+
 def test_bodies_without_a_clearance_are_refused():
     world = ball_and_floor([0.0, 0.0, 0.0])
     for names in (("ball", "ball"), ("ball", "wall")):

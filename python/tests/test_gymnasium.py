@@ -82,6 +82,18 @@ def test_errors_of_the_simulation_truncate_their_rows():
     assert not truncations.any() and not infos
 
 
+def test_results_of_other_shapes_are_refused():
+    actions = np.zeros((4, 2))
+    for name in ("reward", "terminated"):
+        vector = environment(**{name: lambda *arguments: np.zeros((4, 1))})
+        vector.reset()
+        with pytest.raises(he.HydroelasticError, match=rf"{name} must return an array of the shape \(4,\)"):
+            vector.step(actions)
+    vector = environment(start=lambda generator, states: he.States([states[0]] * 3))
+    with pytest.raises(he.HydroelasticError, match="start must return 4 states, but returned 3"):
+        vector.reset()
+
+
 def test_counts_below_one_are_refused():
     for options in ({"count": 0}, {"max_steps": 0}):
         with pytest.raises(he.HydroelasticError, match="must be at least 1"):

@@ -97,6 +97,8 @@ def test_invalid_states_are_refused():
         he.States([template.initial_state, arm().initial_state])
     with pytest.raises(he.HydroelasticError, match=r"poses must have the shape \(2, 2, 4, 4\)"):
         states.replace(poses=np.eye(4))
+    with pytest.raises(he.HydroelasticError, match="ball_joint_rotations"):
+        he.States([arm().initial_state]).replace(ball_joint_rotations=np.ones((1, 1, 3, 3)))
     with pytest.raises(he.HydroelasticError, match="rows"):
         states.replace_where([True], states)
     with pytest.raises(IndexError):

@@ -222,6 +222,11 @@ fn interpolated<T: Scalar>(ends: [&(Pose<T>, Twist<T>); 2], share: T) -> Pose<T>
         rotation += rotations[k] * weight;
         position += positions[k] * weight;
     }
-    let pose = Pose::from_parts(rotation, position);
-    (0..NEWTON_STEPS).fold(pose, |pose, _| pose.orthonormalized())
+    // The steps toward the nearest rotation are not small, so their derivatives are needed in full.
+    let three = Matrix3::from_diagonal_element(lift::<T>(3.0));
+    for _ in 0..NEWTON_STEPS {
+        let gram = rotation.transpose() * rotation;
+        rotation = (rotation * (three - gram)).map(|entry| entry * 0.5);
+    }
+    Pose::from_parts(rotation, position)
 }

@@ -527,10 +527,13 @@ impl Quantity {
             }
             Self::Position | Self::Orientation => !body.motion.is_kinematic(),
             Self::Velocity | Self::AngularVelocity | Self::Mass => body.inertia().is_some(),
-            Self::RadiusOfGyration => {
-                let inertia = body.inertia();
-                inertia.is_some_and(|inertia| inertia.radius_of_gyration() > 0.0)
-            }
+            Self::RadiusOfGyration => match body.inertia() {
+                Some(inertia) => {
+                    check_mass_number(&name(), "radius of gyration", inertia.radius_of_gyration())?;
+                    true
+                }
+                None => false,
+            },
             Self::Modulus | Self::Dissipation | Self::Friction => true,
         };
         if has_effect {

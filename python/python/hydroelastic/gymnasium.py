@@ -172,9 +172,9 @@ class WorldVectorEnv(VectorEnv[Any, _Array, _Array]):
         self._steps = np.where(resets, 0, self._steps + 1)
         terminations = np.zeros(self.num_envs, dtype=bool)
         if self._terminated is not None:
-            terminations = np.asarray(self._terminated(after), dtype=bool) & ~resets
+            terminations = self._of_rows("terminated", self._terminated(after)).astype(bool) & ~resets
         truncations = failed if self._max_steps is None else failed | (self._steps >= self._max_steps)
-        rewards = np.where(resets, 0.0, self._reward(before, actions, after))
+        rewards = np.where(resets, 0.0, self._of_rows("reward", self._reward(before, actions, after)))
         self.states, self._ended = after, terminations | truncations
         infos: dict[str, Any] = {}
         if failed.any():
@@ -183,4 +183,16 @@ class WorldVectorEnv(VectorEnv[Any, _Array, _Array]):
 
     def _starts(self) -> States:
         """Returns the states at the start of episodes."""
-        return self._default if self._start is None else self._start(self.np_random, self._default)
+        if self._start is None:
+            return self._default
+        states = self._start(self.np_random, self._default)
+        if len(states) != self.num_envs:
+            raise HydroelasticError(f"start must return {self.num_envs} states, but returned {len(states)}")
+        return states
+
+    def _of_rows(self, name: str, result: Any) -> _Array:
+        """Checks that a function returned a number for each environment."""
+        array = np.asarray(result)
+        if array.shape != (self.num_envs,):
+            raise HydroelasticError(f"{name} must return an array of the shape ({self.num_envs},), but returned {array.shape}")
+        return array

@@ -17,8 +17,8 @@ const IN_MOTION: usize = 16;
 /// twists, their moduli, dissipation and friction. Forces are along the [axes of the taxels](TaxelGrid::axes), which are fixed in the body
 /// of the grid. If both bodies move together, the image is therefore constant.
 ///
-/// The derivatives are computed in dual numbers, including the clipping by faces and taxels. If faces coincide, the derivatives are
-/// one-sided.
+/// The derivatives are computed in dual numbers, including the clipping by faces and taxels. If faces coincide, entries
+/// of the Jacobian may be wrong, also if the wrench has a derivative there.
 #[derive(Debug, Clone)]
 pub struct LinearizedTactileImage<'g> {
     image: TactileImage<'g>,
