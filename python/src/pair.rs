@@ -607,7 +607,7 @@ impl Pair {
             row[0] = clearance.distance;
             let [a, b] = clearance.points;
             row[1..4].copy_from_slice(a.as_slice());
-            row[4..1 + POINTS].copy_from_slice(b.as_slice());
+            row[4..=POINTS].copy_from_slice(b.as_slice());
             row[1 + POINTS..].copy_from_slice(by_poses.as_slice());
         })?;
         let points = results.array(py, 1, &[2, 3])?;
