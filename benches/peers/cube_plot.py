@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Draws the errors of predictions that `cube.py` wrote with `--output`. Needs matplotlib. Run
 
-python3 benches/peers/cube_plot.py docs/figures/cube_tosses.svg hydroelastic.json mujoco.json drake-hydroelastic.json
+    python3 benches/peers/cube_plot.py docs/figures/cube_tosses.svg hydroelastic.json mujoco.json drake-hydroelastic.json
 """
 
 import json

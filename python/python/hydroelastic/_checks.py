@@ -1,4 +1,4 @@
-"""Checks of arguments, which ``pin``, ``mujoco``, ``ray`` and ``view`` share."""
+"""Checks of arguments, which ``pin``, ``mujoco``, ``ray``, ``gymnasium`` and ``view`` share."""
 
 from __future__ import annotations
 

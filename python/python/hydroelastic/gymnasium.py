@@ -36,6 +36,7 @@ try:
 except ImportError as error:
     raise ImportError('hydroelastic.gymnasium needs Gymnasium: pip install "hydroelastic[gymnasium]"') from error
 
+from ._checks import check_count
 from ._core import Batch, HydroelasticError, Parameter, Plan, States, World
 
 __all__ = ["WorldVectorEnv"]
@@ -84,6 +85,8 @@ class WorldVectorEnv(VectorEnv[Any, _Array, _Array]):
     ------
     HydroelasticError
         If a number is not positive.
+    TypeError
+        If a number is not an integer.
     """
 
     metadata = {"autoreset_mode": AutoresetMode.NEXT_STEP}
@@ -104,10 +107,9 @@ class WorldVectorEnv(VectorEnv[Any, _Array, _Array]):
         terminated: Callable[[States], Any] | None = None,
         max_steps: int | None = None,
     ) -> None:
-        for name, count in (("num_envs", num_envs), ("max_steps", max_steps)):
-            if count is not None and count < 1:
-                raise HydroelasticError(f"{name} must be at least 1, but is {count}")
-        self.num_envs = num_envs
+        self.num_envs = num_envs = check_count(num_envs, "num_envs", 1)
+        if max_steps is not None:
+            max_steps = check_count(max_steps, "max_steps", 1)
         self.single_action_space, self.single_observation_space = action_space, observation_space
         self.action_space, self.observation_space = (batch_space(space, num_envs) for space in (action_space, observation_space))
         self._world, self._batch, self._parameters = world, Batch(plan), list(actions)
