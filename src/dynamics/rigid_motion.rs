@@ -55,7 +55,7 @@ impl Inertia {
     }
 
     /// Mean radius of gyration (m) about the origin of the body frame, or 0 for a massless body.
-    pub(in crate::dynamics) fn gyration_radius(&self) -> f64 {
+    pub(in crate::dynamics) fn radius_of_gyration_about_origin(&self) -> f64 {
         if self.mass <= 0.0 {
             return 0.0;
         }

@@ -428,14 +428,13 @@ impl Slot {
                     Quantity::Friction => vec![by_body.friction],
                     Quantity::Mass => vec![by_body.mass],
                     Quantity::RadiusOfGyration => {
+                        // The inertia per mass is proportional to the square of the radius.
+                        let by_radius = |inertia: &Inertia| {
+                            2.0 * by_body.inertia.dot(&inertia.per_mass())
+                                / inertia.radius_of_gyration()
+                        };
                         let inertia = model.bodies[body].inertia();
-                        inertia
-                            .map(|inertia| {
-                                let by_square = by_body.inertia.dot(&inertia.per_mass());
-                                2.0 * by_square / inertia.radius_of_gyration()
-                            })
-                            .into_iter()
-                            .collect()
+                        inertia.map(by_radius).into_iter().collect()
                     }
                 }
             }

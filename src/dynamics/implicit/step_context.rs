@@ -136,7 +136,7 @@ impl<'a> StepContext<'a> {
         let Some(inertia) = inertia else {
             return self.thickness(body);
         };
-        let radius = inertia.gyration_radius();
+        let radius = inertia.radius_of_gyration_about_origin();
         if radius > 0.0 {
             2.0 * radius
         } else {
