@@ -1,20 +1,26 @@
 //! Which modulus, dissipation and friction explain recorded tosses of a cube onto a table, and how well do they predict other tosses?
 //!
-//! `cargo run --release -p hydroelastic-examples --example cube_tosses [-- --data FOLDER --fit 100 --held-out 100]`
+//! `cargo run --release -p hydroelastic-examples --example cube_tosses [-- --data FOLDER --fit 100 --held-out 100 --plot FILE.svg]`
 //!
 //! The folder contains the file `cube_tosses.csv`, whose source is in `docs/measured_motions.md`. Without a folder, the tosses are
 //! simulated with noise, and the estimates are compared with the true values. Each toss is divided into windows of 25 frames, because
-//! motions through several impacts are too sensitive to their initial state.
+//! motions through several impacts are too sensitive to their initial state. The plot shows the quartiles of the errors along the windows
+//! of the fit, and along predictions of fitted and of held-out tosses.
 
+mod quartiles;
+#[path = "../show/mod.rs"]
+mod show;
 mod tosses;
 
 use hydroelastic::dynamics::{Accuracy, Integrator, Plan};
 use hydroelastic::gradient::Parameter;
 use hydroelastic::identification::{
-    Fit, Identification, IdentificationError, Measurement, Noise, Nuisance, RobustLoss,
+    Fit, Identification, IdentificationError, Measurement, Noise, Nuisance, Prediction, RobustLoss,
     StartingState, Unknown,
 };
 use hydroelastic::parallel;
+use quartiles::panel;
+use show::{Panel, Wanted};
 use std::error::Error;
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -65,9 +71,15 @@ fn main() -> Result<(), Box<dyn Error>> {
         .collect();
     let fit = identification.fit(&windows)?;
     print_fit(&fit);
+    let held_out = &rest[rest.len() - held_out..];
     for start in [StartingState::Measured, StartingState::Fitted(FLIGHT)] {
-        let held_out = &rest[rest.len() - held_out..];
-        print_errors(&identification, &fit.values(), held_out, start)?;
+        println!("{} predictions, {start:?}:", held_out.len());
+        print_errors(&predictions(&identification, &fit, held_out, start)?);
+    }
+    let wanted = Wanted::only_plot(option("--plot").map(Into::into));
+    if wanted.has_plot() {
+        let panels = panels(&identification, &fit, &windows, [training, held_out])?;
+        wanted.plot(|| panels)?;
     }
     if folder.is_none() {
         for (estimate, truth) in fit.estimates.iter().zip(TRUTH) {
@@ -125,26 +137,51 @@ fn print_fit(fit: &Fit) {
         .for_each(|direction| println!("{direction}"));
 }
 
-/// Prints the median and the mean over tosses of three errors of predictions: mean position, last position and mean rotation.
-fn print_errors(
+/// Returns predictions of tosses with the values of a fit.
+fn predictions(
     identification: &Identification,
-    values: &[f64],
-    measurements: &[Measurement],
+    fit: &Fit,
+    tosses: &[Measurement],
     start: StartingState,
-) -> Result<(), IdentificationError> {
-    let predictions = parallel::map(measurements, |toss| {
-        identification.predict(values, toss, start)
-    });
+) -> Result<Vec<Prediction>, IdentificationError> {
+    let values = fit.values();
+    let predict = |toss: &Measurement| identification.predict(&values, toss, start);
+    parallel::map(tosses, predict).into_iter().collect()
+}
+
+/// Returns panels of the errors in the windows of a fit, and of predictions of fitted and held-out tosses.
+fn panels(
+    identification: &Identification,
+    fit: &Fit,
+    windows: &[Measurement],
+    tosses: [&[Measurement]; 2],
+) -> Result<Vec<Panel>, Box<dyn Error>> {
+    let residuals = identification.residuals(windows, &fit.checkpoint)?;
+    let residuals = residuals
+        .iter()
+        .flatten()
+        .map(|window| &window.normalized_errors);
+    let mut panels = vec![panel("windows: error / noise", residuals, 1.0)];
+    let names = ["fitted: position (%)", "held out: position (%)"];
+    for (name, tosses) in names.into_iter().zip(tosses) {
+        let start = StartingState::Fitted(FLIGHT);
+        let predictions = predictions(identification, fit, tosses, start)?;
+        let errors = predictions.iter().map(|toss| &toss.position_errors);
+        panels.push(panel(name, errors, 100.0 / tosses::EDGE));
+    }
+    Ok(panels)
+}
+
+/// Prints the median and the mean over tosses of three errors of predictions: mean position, last position and mean rotation.
+fn print_errors(predictions: &[Prediction]) {
     let mut errors = [Vec::new(), Vec::new(), Vec::new()];
     for prediction in predictions {
-        let prediction = prediction?;
         let mean = |errors: &[Vec<f64>]| errors.iter().flatten().sum::<f64>() / errors.len() as f64;
         let last = prediction.position_errors.iter().flatten().last();
         errors[0].push(100.0 * mean(&prediction.position_errors) / tosses::EDGE);
         errors[1].push(100.0 * last.unwrap_or(&f64::NAN) / tosses::EDGE);
         errors[2].push(mean(&prediction.rotation_errors).to_degrees());
     }
-    println!("{} predictions, {start:?}:", measurements.len());
     let names = [
         "position (% of the edge)",
         "last position (% of the edge)",
@@ -158,5 +195,4 @@ fn print_errors(
             errors[errors.len() / 2]
         );
     }
-    Ok(())
 }

@@ -39,6 +39,11 @@ pub fn wanted() -> Result<Wanted, Box<dyn Error>> {
 }
 
 impl Wanted {
+    /// Creates a request of a plot only, if there is a path.
+    pub fn only_plot(plot: Option<PathBuf>) -> Self {
+        Self { record: None, plot }
+    }
+
     /// Writes the recording if requested.
     pub fn record(
         &self,

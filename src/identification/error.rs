@@ -96,6 +96,16 @@ pub enum IdentificationError {
         /// Reason why its rollout ends early.
         source: GradientError,
     },
+    /// The horizon index of a checkpoint is larger than the number of horizons.
+    #[error(
+        "the checkpoint has the horizon index {found}, but the identification has {count} horizons: use the horizons of the fit that made the checkpoint"
+    )]
+    HorizonIndex {
+        /// Index that was found.
+        found: usize,
+        /// Number of horizons.
+        count: usize,
+    },
     /// A count of values, unknowns, nuisances or measurements is wrong.
     #[error("expected {expected} {quantity}, but found {found}")]
     WrongCount {

@@ -26,7 +26,8 @@ impl Identification {
     ///
     /// # Errors
     /// - As [`Self::fit`].
-    /// - If the checkpoint has another number of unknowns, nuisances or measurements.
+    /// - If the checkpoint has another number of unknowns, nuisances or measurements, or its horizon index is larger than the number of
+    ///   horizons.
     pub fn resume(
         &self,
         measurements: &[Measurement],
@@ -48,22 +49,26 @@ impl Identification {
         }
     }
 
-    fn check(
+    /// Checks that a checkpoint fits the identification and its measurements.
+    pub(super) fn check(
         &self,
         measurements: &[Measurement],
         checkpoint: &Checkpoint,
     ) -> Result<(), IdentificationError> {
-        let count = measurements.len();
-        if count == 0 {
+        if measurements.is_empty() {
             return Err(IdentificationError::NoMeasurement);
         }
         let Checkpoint {
+            horizon,
             unknowns,
             nuisances,
-            ..
         } = checkpoint;
+        let (found, count) = (*horizon, self.horizons.len());
+        if found > count {
+            return Err(IdentificationError::HorizonIndex { found, count });
+        }
         check_count("unknowns", unknowns.len(), self.unknowns.len())?;
-        check_count("measurements", nuisances.len(), count)?;
+        check_count("measurements", nuisances.len(), measurements.len())?;
         let mut nuisances = nuisances.iter();
         nuisances.try_for_each(|nuisances| {
             check_count("nuisances", nuisances.len(), self.nuisances.len())

@@ -1,8 +1,10 @@
+use super::deviations::Deviations;
 use super::error::check_positive;
-use super::trial::Trial;
-use super::{Identification, IdentificationError, Measurement};
+use super::trial::{Point, Trial};
+use super::{Checkpoint, Identification, IdentificationError, Measurement, RobustLoss};
 use crate::dynamics::{BodyState, State, Trajectory, turn_between};
-use crate::gradient::GradientError;
+use crate::gradient::{GradientError, Outcome};
+use crate::parallel;
 use nalgebra::DVector;
 
 /// Initial state of a prediction.
@@ -15,17 +17,38 @@ pub enum StartingState {
     Fitted(f64),
 }
 
-/// Simulated motion of a measurement, and its errors.
+/// Simulated motion of a measurement, and its errors. The observed bodies have the order of
+/// [`Identification::with_observed_bodies`], or of the world.
 #[derive(Debug, Clone)]
 #[non_exhaustive]
 pub struct Prediction {
     /// Simulated states at the measured times.
     pub trajectory: Trajectory,
-    /// `position_errors[i][k]` is the distance (m) of the simulated from the measured position in state i, for observed body k. The
-    /// bodies have the order of [`Identification::with_observed_bodies`], or of the world.
+    /// `position_errors[i][k]` is the distance (m) of the simulated from the measured position in state i, for observed body k.
     pub position_errors: Vec<Vec<f64>>,
     /// `rotation_errors[i][k]` is the angle (rad) of the rotation from the measured to the simulated orientation.
     pub rotation_errors: Vec<Vec<f64>>,
+    /// `normalized_errors[i][k]` is √s, with the squared deviation s of the pose in units of the [`Noise`](super::Noise): see
+    /// [`RobustLoss`](super::RobustLoss).
+    pub normalized_errors: Vec<Vec<f64>>,
+}
+
+impl Prediction {
+    /// Mean squared normalized error of each observed body in the states after the first, which are the states that a fit compares. For a
+    /// right model it is near 6, or less if few states determine the nuisances.
+    #[must_use]
+    pub fn mean_squares(&self) -> Vec<f64> {
+        let count = self.normalized_errors.first().map_or(0, Vec::len);
+        let mut means = vec![0.0; count];
+        let states = self.normalized_errors.iter().skip(1);
+        let weight = 1.0 / states.len() as f64;
+        for errors in states {
+            for (mean, error) in means.iter_mut().zip(errors) {
+                *mean += weight * error * error;
+            }
+        }
+        means
+    }
 }
 
 impl Identification {
@@ -52,26 +75,54 @@ impl Identification {
             }
         };
         let trial = Trial::new(&known, measurement, f64::INFINITY)?;
-        let experiment = trial.at([&DVector::zeros(0), &nuisances])?;
-        let simulated = experiment.trajectory().map_err(GradientError::from)?;
+        Ok(known.compared(&trial, measurement, [&DVector::zeros(0), &nuisances])?)
+    }
+
+    /// Simulates each measurement of a fit with the unknowns and nuisances of a checkpoint, usually [`Fit::checkpoint`](super::Fit), and
+    /// compares all of its states. The simulations run on all threads.
+    ///
+    /// The result of a measurement is an error if its rollout ends early.
+    ///
+    /// # Errors
+    /// - If a measurement does not fit the world or the time steps of the plan.
+    /// - If the checkpoint has another number of unknowns, nuisances or measurements, or its horizon index is too large.
+    pub fn residuals(
+        &self,
+        measurements: &[Measurement],
+        checkpoint: &Checkpoint,
+    ) -> Result<Vec<Result<Prediction, GradientError>>, IdentificationError> {
+        self.check(measurements, checkpoint)?;
+        let trials = measurements.iter().enumerate().map(|(i, measurement)| {
+            let trial = Trial::new(self, measurement, f64::INFINITY)?;
+            Ok((i, trial))
+        });
+        let trials = trials.collect::<Result<Vec<_>, IdentificationError>>()?;
+        let residuals = |(i, trial): &(usize, Trial)| {
+            self.compared(trial, &measurements[*i], checkpoint.of(*i))
+        };
+        Ok(parallel::map(&trials, residuals))
+    }
+
+    /// Simulated motion at a point, compared with all states of the measurement of a trial.
+    fn compared(
+        &self,
+        trial: &Trial,
+        measurement: &Measurement,
+        point: Point,
+    ) -> Result<Prediction, GradientError> {
+        let simulated = trial.at(point)?.trajectory()?;
         let recorded = trial.steps().map(|step| simulated.states()[step].clone());
         let trajectory = Trajectory::new(recorded.collect())?;
-        let pairs = || {
-            trajectory
-                .states()
-                .iter()
-                .zip(measurement.trajectory().states())
+        let measured = measurement.trajectory().states();
+        let errors = |error: fn(&BodyState, &BodyState) -> f64| {
+            let pairs = trajectory.states().iter().zip(measured);
+            pairs.map(|pair| self.errors(pair, error)).collect()
         };
-        let position_errors = pairs()
-            .map(|pair| self.errors(pair, position_error))
-            .collect();
-        let rotation_errors = pairs()
-            .map(|pair| self.errors(pair, rotation_error))
-            .collect();
         Ok(Prediction {
+            position_errors: errors(position_error),
+            rotation_errors: errors(rotation_error),
+            normalized_errors: self.normalized_errors(&trajectory, measured),
             trajectory,
-            position_errors,
-            rotation_errors,
         })
     }
 
@@ -84,6 +135,22 @@ impl Identification {
         let bodies = self.observed.iter();
         bodies
             .map(|&body| error(&simulated.bodies[body], &measured.bodies[body]))
+            .collect()
+    }
+
+    /// Roots of the squared deviations of the observed bodies in all states, in units of the noise.
+    fn normalized_errors(&self, simulated: &Trajectory, measured: &[State]) -> Vec<Vec<f64>> {
+        let deviations = Deviations {
+            states: measured.iter().enumerate().collect(),
+            bodies: &self.observed,
+            noise: self.noise,
+        };
+        let deviations = deviations.of(simulated);
+        let squared = RobustLoss::Squared.of_poses(&deviations);
+        let errors: Vec<f64> = squared.map(|[squared, _]| squared.sqrt()).collect();
+        let per_state = self.observed.len();
+        (0..measured.len())
+            .map(|state| errors[state * per_state..(state + 1) * per_state].to_vec())
             .collect()
     }
 }

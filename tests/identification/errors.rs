@@ -108,3 +108,17 @@ fn invalid_measurements_are_refused() {
         "{error}"
     );
 }
+
+#[test]
+fn a_horizon_index_beyond_the_horizons_is_refused() {
+    let identification = Identification::new(&world(TRUTH), &plan(), &unknowns()).unwrap();
+    let identification = identification.with_horizons(&[0.1]).unwrap();
+    let mut checkpoint = identification.fit(&clean(1)).unwrap().checkpoint;
+    assert_eq!(checkpoint.horizon, 1);
+    checkpoint.horizon = 2;
+    let error = identification.resume(&clean(1), checkpoint).unwrap_err();
+    assert_eq!(
+        error,
+        IdentificationError::HorizonIndex { found: 2, count: 1 }
+    );
+}

@@ -3,5 +3,6 @@
 mod errors;
 mod intervals;
 mod recovery;
+mod residuals;
 mod robustness;
 mod tosses;
