@@ -17,19 +17,24 @@ const DAMPING_FLOOR: f64 = 1e-12;
 
 /// Quadratic model of a cost: gradient and Gauss–Newton matrix.
 #[derive(Debug, Clone)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct QuadraticModel {
     pub gradient: DVector<f64>,
     pub matrix: DMatrix<f64>,
 }
 
-/// Cost of one measurement, and its quadratic model in the shared coordinates and in its own.
+/// Cost of one measurement, and its quadratic model in the coordinates of the unknowns and of its nuisances. The memory is proportional to
+/// the square of the number of these coordinates, and does not depend on the number of states.
 #[derive(Debug, Clone)]
-pub(super) struct Equations {
-    pub cost: f64,
-    pub shared: QuadraticModel,
-    pub local: QuadraticModel,
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Equations {
+    pub(super) cost: f64,
+    /// Model in the shared coordinates.
+    pub(super) shared: QuadraticModel,
+    /// Model in the coordinates of the nuisances.
+    pub(super) local: QuadraticModel,
     /// C: rows for the shared coordinates, columns for its own.
-    pub coupling: DMatrix<f64>,
+    pub(super) coupling: DMatrix<f64>,
 }
 
 /// Solution of the damped equations: changes of all coordinates.
@@ -79,7 +84,7 @@ impl QuadraticModel {
 
 impl Equations {
     /// Equations for deviations and their derivatives with respect to shared and local coordinates. The loss weights each pose.
-    pub fn new(
+    pub(super) fn new(
         loss: RobustLoss,
         deviations: &DVector<f64>,
         by_shared: &DMatrix<f64>,
@@ -115,7 +120,7 @@ impl Equations {
 
     /// Reduced equations of the shared coordinates, with the local coordinates damped and eliminated. `None` if the equations of the local
     /// coordinates are singular.
-    pub fn reduced(&self, damping: f64) -> Option<QuadraticModel> {
+    pub(super) fn reduced(&self, damping: f64) -> Option<QuadraticModel> {
         let factor = damped(&self.local.matrix, damping)?;
         Some(QuadraticModel {
             gradient: &self.shared.gradient - &self.coupling * factor.solve(&self.local.gradient),

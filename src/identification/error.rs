@@ -94,8 +94,11 @@ pub enum IdentificationError {
         /// Name of the first measurement.
         measurement: String,
         /// Reason why its rollout ends early.
-        source: GradientError,
+        source: Box<IdentificationError>,
     },
+    /// An [`Evaluator`](super::Evaluator) reports an error, which may come from another machine.
+    #[error("{0}")]
+    Evaluation(String),
     /// The horizon index of a checkpoint is larger than the number of horizons.
     #[error(
         "the checkpoint has the horizon index {found}, but the identification has {count} horizons: use the horizons of the fit that made the checkpoint"

@@ -1,6 +1,7 @@
-use super::error::check_count;
 use super::minimizer::Minimizer;
-use super::{Checkpoint, Fit, Identification, IdentificationError, Measurement, Termination};
+use super::{
+    Checkpoint, Evaluator, Fit, Identification, IdentificationError, Measurement, Termination,
+};
 use nalgebra::DVector;
 
 impl Identification {
@@ -14,12 +15,7 @@ impl Identification {
     /// - [`IdentificationError::NoRollout`] if no measurement can be simulated.
     /// - [`RolloutError::Stopped`](crate::dynamics::RolloutError::Stopped) if the cancel flag is set.
     pub fn fit(&self, measurements: &[Measurement]) -> Result<Fit, IdentificationError> {
-        let checkpoint = Checkpoint {
-            horizon: 0,
-            unknowns: self.unknowns.start(),
-            nuisances: vec![DVector::zeros(self.nuisances.len()); measurements.len()],
-        };
-        self.resume(measurements, checkpoint)
+        self.resume(measurements, self.first_checkpoint(measurements.len()))
     }
 
     /// Continues a fit from a checkpoint with the same measurements. Iterations are counted from zero.
@@ -33,45 +29,52 @@ impl Identification {
         measurements: &[Measurement],
         checkpoint: Checkpoint,
     ) -> Result<Fit, IdentificationError> {
-        self.check(measurements, &checkpoint)?;
+        let (threads, _) = self.threads(measurements, &checkpoint)?;
+        self.minimized(measurements, checkpoint, &threads)
+    }
+
+    /// Continues a fit from a checkpoint, as [`Self::resume`]. An evaluator simulates the measurements, for example on other machines.
+    ///
+    /// # Errors
+    /// - As [`Self::resume`].
+    /// - Errors of the evaluator.
+    pub fn resume_with(
+        &self,
+        measurements: &[Measurement],
+        checkpoint: Checkpoint,
+        evaluator: &dyn Evaluator,
+    ) -> Result<Fit, IdentificationError> {
+        self.threads(measurements, &checkpoint)?;
+        self.minimized(measurements, checkpoint, evaluator)
+    }
+
+    /// Checkpoint at the initial guess, for a number of measurements.
+    #[must_use]
+    pub fn first_checkpoint(&self, measurements: usize) -> Checkpoint {
+        Checkpoint {
+            horizon: 0,
+            unknowns: self.unknowns.start(),
+            nuisances: vec![DVector::zeros(self.nuisances.len()); measurements],
+        }
+    }
+
+    fn minimized(
+        &self,
+        measurements: &[Measurement],
+        checkpoint: Checkpoint,
+        evaluator: &dyn Evaluator,
+    ) -> Result<Fit, IdentificationError> {
         let (mut point, mut iterations) = (checkpoint, 0);
         loop {
-            let horizon = self.horizons.get(point.horizon).copied();
-            let duration = horizon.unwrap_or(f64::INFINITY);
-            let mut minimizer = Minimizer::new(self, measurements, duration, (point, iterations))?;
+            let is_whole = point.horizon == self.horizons.len();
+            let mut minimizer = Minimizer::new(self, measurements, evaluator, (point, iterations))?;
             let termination = minimizer.run()?;
-            if horizon.is_none() || termination == Termination::Stopped {
+            if is_whole || termination == Termination::Stopped {
                 return Ok(Fit::new(&self.unknowns, minimizer, termination));
             }
             iterations = minimizer.iterations;
             point = minimizer.point;
             point.horizon += 1;
         }
-    }
-
-    /// Checks that a checkpoint fits the identification and its measurements.
-    pub(super) fn check(
-        &self,
-        measurements: &[Measurement],
-        checkpoint: &Checkpoint,
-    ) -> Result<(), IdentificationError> {
-        if measurements.is_empty() {
-            return Err(IdentificationError::NoMeasurement);
-        }
-        let Checkpoint {
-            horizon,
-            unknowns,
-            nuisances,
-        } = checkpoint;
-        let (found, count) = (*horizon, self.horizons.len());
-        if found > count {
-            return Err(IdentificationError::HorizonIndex { found, count });
-        }
-        check_count("unknowns", unknowns.len(), self.unknowns.len())?;
-        check_count("measurements", nuisances.len(), measurements.len())?;
-        let mut nuisances = nuisances.iter();
-        nuisances.try_for_each(|nuisances| {
-            check_count("nuisances", nuisances.len(), self.nuisances.len())
-        })
     }
 }

@@ -1,11 +1,10 @@
 //! Levenberg–Marquardt method for the beginnings of the measurements up to one horizon.
 
 use super::equations::{Equations, QuadraticModel, Step};
-use super::trial::Trial;
-use super::{Checkpoint, Identification, IdentificationError, Iteration, Measurement};
-use crate::dynamics::RolloutError;
-use crate::gradient::GradientError;
-use crate::parallel;
+use super::error::check_count;
+use super::{
+    Checkpoint, Evaluated, Evaluator, Identification, IdentificationError, Iteration, Measurement,
+};
 use std::ops::ControlFlow;
 
 /// Damping at the beginning.
@@ -26,7 +25,7 @@ pub struct FittedMeasurement {
     /// Cost of the measurement and of the priors of its nuisances. Zero after an error.
     pub cost: f64,
     /// Reason why the measurement was omitted: its rollout ended early at the initial guess of the horizon.
-    pub error: Option<GradientError>,
+    pub error: Option<IdentificationError>,
 }
 
 /// Reason why a fit ended.
@@ -48,11 +47,11 @@ pub enum Termination {
 /// Minimization over the measurements that can be simulated.
 pub(super) struct Minimizer<'a> {
     problem: &'a Identification,
-    horizon: f64,
-    /// Index of each measurement that can be simulated, with its beginning.
-    trials: Vec<(usize, Trial<'a>)>,
+    evaluator: &'a dyn Evaluator,
+    /// Indices of the measurements that can be simulated.
+    simulated: Vec<usize>,
     pub point: Checkpoint,
-    /// Equations of the trials, in their order.
+    /// Equations of these measurements, in their order.
     pub equations: Vec<Equations>,
     /// Priors of the unknowns.
     pub priors: QuadraticModel,
@@ -71,7 +70,7 @@ struct Damping {
 }
 
 impl FittedMeasurement {
-    pub(super) fn new(name: &str, error: Option<GradientError>) -> Self {
+    pub(super) fn new(name: &str, error: Option<IdentificationError>) -> Self {
         let (name, cost) = (name.to_owned(), 0.0);
         Self { name, cost, error }
     }
@@ -98,28 +97,23 @@ impl Damping {
 }
 
 impl<'a> Minimizer<'a> {
-    /// Evaluates the beginnings of the measurements, with a duration (s), at a point after a number of iterations.
+    /// Evaluates the measurements at a point after a number of iterations.
     ///
     /// # Errors
-    /// - If a measurement does not fit the world or the time steps of the plan.
-    /// - If no measurement can be simulated at the point, or the cancel flag is set.
+    /// - If no measurement can be simulated at the point.
+    /// - Errors of the evaluator.
     pub fn new(
         problem: &'a Identification,
         measurements: &'a [Measurement],
-        horizon: f64,
+        evaluator: &'a dyn Evaluator,
         (point, iterations): (Checkpoint, usize),
     ) -> Result<Self, IdentificationError> {
-        let trials = measurements.iter();
-        let trials = trials.map(|measurement| Trial::new(problem, measurement, horizon));
-        let trials: Vec<_> = trials
-            .enumerate()
-            .map(|(i, trial)| Ok((i, trial?)))
-            .collect::<Result<_, IdentificationError>>()?;
-        let results = parallel::map(&trials, |(i, trial)| trial.equations(point.of(*i)));
+        let all: Vec<usize> = (0..measurements.len()).collect();
+        let results = equations_at(problem, evaluator, (&point, &all))?;
         let mut minimizer = Self {
             problem,
-            horizon,
-            trials: Vec::new(),
+            evaluator,
+            simulated: Vec::new(),
             point,
             equations: Vec::new(),
             priors: QuadraticModel::zeros(problem.unknowns.len()),
@@ -128,15 +122,15 @@ impl<'a> Minimizer<'a> {
             measurements: Vec::new(),
             damping: Damping::new(),
         };
-        for ((trial, result), measurement) in trials.into_iter().zip(results).zip(measurements) {
-            let (equations, error) = match result {
-                Ok(equations) => (Some(equations), None),
-                Err(error) => (None, Some(unless_stopped(error)?)),
+        for ((index, measurement), result) in measurements.iter().enumerate().zip(results) {
+            let error = match result {
+                Ok(equations) => {
+                    minimizer.simulated.push(index);
+                    minimizer.equations.push(equations);
+                    None
+                }
+                Err(error) => Some(error),
             };
-            minimizer
-                .trials
-                .extend(equations.is_some().then_some(trial));
-            minimizer.equations.extend(equations);
             minimizer
                 .measurements
                 .push(FittedMeasurement::new(measurement.name(), error));
@@ -153,9 +147,9 @@ impl<'a> Minimizer<'a> {
                 name,
                 error: Some(source),
                 ..
-            } if self.trials.is_empty() => Err(IdentificationError::NoRollout {
+            } if self.simulated.is_empty() => Err(IdentificationError::NoRollout {
                 measurement: name.clone(),
-                source: source.clone(),
+                source: Box::new(source.clone()),
             }),
             _ => Ok(()),
         }
@@ -167,7 +161,7 @@ impl<'a> Minimizer<'a> {
         self.cost = self
             .priors
             .add_priors(&self.problem.unknowns, &self.point.unknowns);
-        for ((index, _), equations) in self.trials.iter().zip(&self.equations) {
+        for (index, equations) in self.simulated.iter().zip(&self.equations) {
             self.measurements[*index].cost = equations.cost;
             self.cost += equations.cost;
         }
@@ -176,7 +170,7 @@ impl<'a> Minimizer<'a> {
     /// Minimizes the cost.
     ///
     /// # Errors
-    /// If the cancel flag is set.
+    /// Errors of the evaluator.
     pub fn run(&mut self) -> Result<Termination, IdentificationError> {
         let end = self.iterations + self.problem.iterations;
         loop {
@@ -196,7 +190,7 @@ impl<'a> Minimizer<'a> {
     fn progress(&self) -> Iteration {
         Iteration {
             index: self.iterations,
-            horizon: self.horizon,
+            horizon: self.problem.duration(&self.point),
             cost: self.cost,
             values: self.problem.unknowns.values(&self.point.unknowns),
             checkpoint: self.point.clone(),
@@ -235,7 +229,9 @@ impl<'a> Minimizer<'a> {
         if decrease <= 0.0 {
             return Ok(false);
         }
-        let Some(equations) = self.at_all(|index, trial| trial.equations(point.of(index)))? else {
+        let at = (&point, &self.simulated[..]);
+        let equations = equations_at(self.problem, self.evaluator, at)?;
+        let Ok(equations) = equations.into_iter().collect() else {
             return Ok(false);
         };
         (self.point, self.equations) = (point, equations);
@@ -245,60 +241,85 @@ impl<'a> Minimizer<'a> {
     }
 
     /// Returns the point after a step, and its cost. `None` if a rollout ends early.
-    ///
-    /// If a step increases the cost of a measurement, its old nuisances are kept if they have a lower cost. One chaotic motion then does
-    /// not shorten the steps of all measurements.
     fn moved(&self, step: &Step) -> Result<Option<(Checkpoint, f64)>, IdentificationError> {
         let mut point = self.point.clone();
         point.unknowns += &step.shared;
-        for ((index, _), local) in self.trials.iter().zip(&step.local) {
-            point.nuisances[*index] += local;
+        for (&index, local) in self.simulated.iter().zip(&step.local) {
+            point.nuisances[index] += local;
         }
-        let least = |index: usize, trial: &Trial| {
-            let moved = trial.cost(point.of(index))?;
-            if moved <= self.measurements[index].cost {
-                return Ok((moved, true));
-            }
-            let kept = trial.cost([&point.unknowns, &self.point.nuisances[index]])?;
-            Ok((moved.min(kept), moved <= kept))
-        };
-        let Some(costs) = self.at_all(least)? else {
+        let Some(mut costs) = self.costs_at(&point, &self.simulated)? else {
             return Ok(None);
         };
-        let unknowns = &self.problem.unknowns;
-        let mut cost = QuadraticModel::zeros(unknowns.len()).add_priors(unknowns, &point.unknowns);
-        for ((index, _), (least, is_moved)) in self.trials.iter().zip(costs) {
-            cost += least;
-            if !is_moved {
-                point.nuisances[*index].clone_from(&self.point.nuisances[*index]);
-            }
+        if !self.keep_nuisances(&mut point, &mut costs)? {
+            return Ok(None);
         }
+        let unknowns = &self.problem.unknowns;
+        let priors = QuadraticModel::zeros(unknowns.len()).add_priors(unknowns, &point.unknowns);
+        let cost = costs.into_iter().fold(priors, |sum, cost| sum + cost);
         Ok(Some((point, cost)))
     }
 
-    /// Values of a function of the index of a measurement and its trial, for all trials. `None` if a rollout ends early.
+    /// Restores the old nuisances of each measurement whose cost would increase, if they have a lower cost. One chaotic motion then does
+    /// not shorten the steps of all measurements. Returns false if a rollout ends early.
+    fn keep_nuisances(
+        &self,
+        point: &mut Checkpoint,
+        costs: &mut [f64],
+    ) -> Result<bool, IdentificationError> {
+        let (mut kept, mut increased) = (point.clone(), Vec::new());
+        for ((place, &index), moved) in self.simulated.iter().enumerate().zip(&*costs) {
+            let has_decreased = *moved <= self.measurements[index].cost;
+            if !has_decreased && !point.nuisances[index].is_empty() {
+                kept.nuisances[index].clone_from(&self.point.nuisances[index]);
+                increased.push((place, index));
+            }
+        }
+        let indices: Vec<usize> = increased.iter().map(|(_, index)| *index).collect();
+        if indices.is_empty() {
+            return Ok(true);
+        }
+        let Some(costs_kept) = self.costs_at(&kept, &indices)? else {
+            return Ok(false);
+        };
+        for ((place, index), cost) in increased.into_iter().zip(costs_kept) {
+            if cost < costs[place] {
+                costs[place] = cost;
+                point.nuisances[index].clone_from(&kept.nuisances[index]);
+            }
+        }
+        Ok(true)
+    }
+
+    /// Costs of measurements at a point. `None` if a rollout ends early.
     ///
     /// # Errors
-    /// If the cancel flag is set.
-    fn at_all<O: Send>(
+    /// Errors of the evaluator.
+    fn costs_at(
         &self,
-        function: impl Fn(usize, &Trial<'a>) -> Result<O, GradientError> + Sync,
-    ) -> Result<Option<Vec<O>>, IdentificationError> {
-        let results = parallel::map(&self.trials, |(index, trial)| function(*index, trial));
-        match results.into_iter().collect::<Result<_, _>>() {
-            Ok(values) => Ok(Some(values)),
-            Err(error) => unless_stopped(error).map(|_| None),
-        }
+        point: &Checkpoint,
+        measurements: &[usize],
+    ) -> Result<Option<Vec<f64>>, IdentificationError> {
+        let costs = self.evaluator.costs(point, measurements)?;
+        check_count("costs", costs.len(), measurements.len())?;
+        Ok(costs.into_iter().collect::<Result<_, _>>().ok())
     }
 }
 
-/// Returns an error of a rollout, unless the rollout was stopped.
+/// Equations of measurements at a point, with the sizes of the problem.
 ///
 /// # Errors
-/// The error of a stopped rollout.
-fn unless_stopped(error: GradientError) -> Result<GradientError, IdentificationError> {
-    match error {
-        GradientError::Rollout(RolloutError::Stopped) => Err(error.into()),
-        _ => Ok(error),
+/// Errors of the evaluator.
+fn equations_at(
+    problem: &Identification,
+    evaluator: &dyn Evaluator,
+    (point, measurements): (&Checkpoint, &[usize]),
+) -> Evaluated<Equations> {
+    let results = evaluator.equations(point, measurements)?;
+    check_count("equations", results.len(), measurements.len())?;
+    for Equations { shared, local, .. } in results.iter().flatten() {
+        let sizes = [shared.gradient.len(), local.gradient.len()];
+        check_count("unknowns", sizes[0], problem.unknowns.len())?;
+        check_count("nuisances", sizes[1], problem.nuisances.len())?;
     }
+    Ok(results)
 }

@@ -10,7 +10,7 @@
 //! over unknowns and nuisances. The first sum is over all measured poses, with the squared deviation s of the simulated pose in units
 //! of the [`Noise`], and a [`RobustLoss`] ρ. The minimizer is the Levenberg–Marquardt method with exact derivatives of the rollouts.
 //! The nuisances of each measurement are eliminated by Schur complements, so that the computing time is proportional to the number
-//! of measurements. Rollouts are spread over all threads.
+//! of measurements. Rollouts are spread over all threads, or an [`Evaluator`] spreads them over other machines.
 //!
 //! Motions through impacts are sensitive to their initial state. Two methods help:
 //!
@@ -49,6 +49,7 @@ mod coordinates;
 mod deviations;
 mod equations;
 mod error;
+mod evaluator;
 mod fit;
 mod fitting;
 mod measurement;
@@ -63,7 +64,9 @@ mod trial;
 mod unknown;
 
 pub use checkpoint::{Checkpoint, Iteration};
+pub use equations::Equations;
 pub use error::IdentificationError;
+pub use evaluator::{Evaluated, Evaluator};
 pub use fit::{Direction, Estimate, Fit};
 pub use measurement::Measurement;
 pub use minimizer::{FittedMeasurement, Termination};

@@ -1,10 +1,9 @@
 use super::deviations::Deviations;
 use super::error::check_positive;
 use super::trial::{Point, Trial};
-use super::{Checkpoint, Identification, IdentificationError, Measurement, RobustLoss};
+use super::{Checkpoint, Evaluated, Identification, IdentificationError, Measurement, RobustLoss};
 use crate::dynamics::{BodyState, State, Trajectory, turn_between};
 use crate::gradient::{GradientError, Outcome};
-use crate::parallel;
 use nalgebra::DVector;
 
 /// Initial state of a prediction.
@@ -75,7 +74,7 @@ impl Identification {
             }
         };
         let trial = Trial::new(&known, measurement, f64::INFINITY)?;
-        Ok(known.compared(&trial, measurement, [&DVector::zeros(0), &nuisances])?)
+        Ok(known.compared(&trial, [&DVector::zeros(0), &nuisances])?)
     }
 
     /// Simulates each measurement of a fit with the unknowns and nuisances of a checkpoint, usually [`Fit::checkpoint`](super::Fit), and
@@ -86,34 +85,24 @@ impl Identification {
     /// # Errors
     /// - If a measurement does not fit the world or the time steps of the plan.
     /// - If the checkpoint has another number of unknowns, nuisances or measurements, or its horizon index is too large.
+    /// - If the cancel flag is set.
     pub fn residuals(
         &self,
         measurements: &[Measurement],
         checkpoint: &Checkpoint,
-    ) -> Result<Vec<Result<Prediction, GradientError>>, IdentificationError> {
-        self.check(measurements, checkpoint)?;
-        let trials = measurements.iter().enumerate().map(|(i, measurement)| {
-            let trial = Trial::new(self, measurement, f64::INFINITY)?;
-            Ok((i, trial))
-        });
-        let trials = trials.collect::<Result<Vec<_>, IdentificationError>>()?;
-        let residuals = |(i, trial): &(usize, Trial)| {
-            self.compared(trial, &measurements[*i], checkpoint.of(*i))
-        };
-        Ok(parallel::map(&trials, residuals))
+    ) -> Evaluated<Prediction> {
+        let (threads, all) = self.threads(measurements, checkpoint)?;
+        threads.map(checkpoint, &all, f64::INFINITY, |trial, point| {
+            self.compared(trial, point)
+        })
     }
 
     /// Simulated motion at a point, compared with all states of the measurement of a trial.
-    fn compared(
-        &self,
-        trial: &Trial,
-        measurement: &Measurement,
-        point: Point,
-    ) -> Result<Prediction, GradientError> {
+    fn compared(&self, trial: &Trial, point: Point) -> Result<Prediction, GradientError> {
         let simulated = trial.at(point)?.trajectory()?;
         let recorded = trial.steps().map(|step| simulated.states()[step].clone());
         let trajectory = Trajectory::new(recorded.collect())?;
-        let measured = measurement.trajectory().states();
+        let measured = trial.measurement().trajectory().states();
         let errors = |error: fn(&BodyState, &BodyState) -> f64| {
             let pairs = trajectory.states().iter().zip(measured);
             pairs.map(|pair| self.errors(pair, error)).collect()

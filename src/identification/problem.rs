@@ -1,6 +1,6 @@
 use super::coordinates::Coordinates;
 use super::error::check_positive;
-use super::{IdentificationError, Iteration, Noise, Nuisance, RobustLoss, Unknown};
+use super::{Checkpoint, IdentificationError, Iteration, Noise, Nuisance, RobustLoss, Unknown};
 use crate::dynamics::{Force, Plan, World};
 use crate::gradient::Experiment;
 use std::fmt;
@@ -131,6 +131,12 @@ impl Identification {
     pub fn with_cancel_flag(self, flag: Arc<AtomicBool>) -> Self {
         let template = self.template.with_cancel_flag(flag);
         Self { template, ..self }
+    }
+
+    /// Duration (s) of the horizon of a checkpoint, or infinity for whole measurements.
+    pub(super) fn duration(&self, point: &Checkpoint) -> f64 {
+        let horizon = self.horizons.get(point.horizon).copied();
+        horizon.unwrap_or(f64::INFINITY)
     }
 
     /// Calls the progress function, if there is one.

@@ -12,6 +12,7 @@ const TIME_TOLERANCE: f64 = 1e-3;
 /// Beginning of a measurement: a rollout from its first state, and the measured states.
 pub(super) struct Trial<'a> {
     problem: &'a Identification,
+    measurement: &'a Measurement,
     experiment: Experiment,
     deviations: Deviations<'a>,
 }
@@ -40,6 +41,7 @@ impl<'a> Trial<'a> {
         problem.check_poses(measurement)?;
         Ok(Self {
             problem,
+            measurement,
             experiment: experiment.with_plan(plan.with_steps(steps).recording_every(1)),
             deviations: Deviations {
                 states: used.to_vec(),
@@ -52,6 +54,11 @@ impl<'a> Trial<'a> {
     /// Coordinates of the unknowns and of the nuisances.
     fn coordinates(&self) -> [&Coordinates; 2] {
         [&self.problem.unknowns, &self.problem.nuisances]
+    }
+
+    /// The whole measurement.
+    pub fn measurement(&self) -> &'a Measurement {
+        self.measurement
     }
 
     /// Numbers of time steps from the first state to all states, beginning with the first.

@@ -18,6 +18,7 @@ use crate::scalar::portable::{exp, ln};
 /// assert_eq!(height.name(), "table height");
 /// ```
 #[derive(Debug, Clone)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Unknown {
     pub(super) name: String,
     /// Parameters with a component each. All of these numbers have the value of the unknown.
@@ -40,6 +41,7 @@ pub struct Nuisance {
 
 /// Map from a coordinate to the value of an unknown.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(super) enum Scale {
     Linear,
     Logarithmic,

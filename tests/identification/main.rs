@@ -1,6 +1,7 @@
 //! Identification of worlds from simulated recordings.
 
 mod errors;
+mod evaluator;
 mod intervals;
 mod recovery;
 mod residuals;
