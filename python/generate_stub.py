@@ -45,7 +45,7 @@ WIDTH = 120
 CLASSES = {name: member for name, member in vars(_core).items() if inspect.isclass(member) and not issubclass(member, Exception)}
 ERRORS = {"HydroelasticError", "RolloutError"}
 # Python types, by their names in docstrings and in Rust.
-TYPES = {name: name for name in ["None", "bool", "float", "int", "str", "object", *ERRORS, *CLASSES]} | {
+TYPES = {name: name for name in ["None", "bool", "bytes", "float", "int", "str", "object", *ERRORS, *CLASSES]} | {
     "callable": "_Progress",
     "function of iterations": "Callable[[int, float, _Floats, Checkpoint], object]",
     "function of points": "Callable[[_Floats], _Numbers]",

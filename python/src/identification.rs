@@ -1,23 +1,23 @@
 //! Identification of a world from measured motions.
 
-use crate::arrays::{
-    Floats, Numbers, Whole, array, check_finite, copied, count, list, named_real, numbers,
-    optional_real, row, whole, wrong_shape,
-};
+use crate::arrays::{Whole, array, count, list, named_real, optional_real, row, whole};
 use crate::errors::{gradient_error, value_error};
+use crate::evaluator::{PythonEvaluator, Raised, keep};
+use crate::fit::{Checkpoint, Fit, Prediction};
 use crate::interrupt::{Shared, run};
 use crate::parameter::Parameter;
+use crate::pickle::{Reduced, loaded, reduced};
 use crate::plan::Plan;
 use crate::trajectory::Trajectory;
 use crate::world::World;
-use crate::world_gradients::by_rows;
 use hydroelastic::dynamics::Trajectory as States;
 use hydroelastic::identification::{
-    self, IdentificationError, Iteration, Measurement, Noise, Nuisance, RobustLoss, StartingState,
-    Termination,
+    self, Evaluated, IdentificationError, Iteration, Measurement, Noise, Nuisance, RobustLoss,
+    StartingState,
 };
-use hydroelastic::nalgebra::DVector;
+use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyDict};
 use std::ops::ControlFlow;
 use std::sync::{Arc, Mutex};
 
@@ -99,13 +99,23 @@ impl Unknown {
     fn __repr__(&self) -> String {
         format!("Unknown({:?})", self.0.name())
     }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        reduced(py, "_load_unknown", &self.0)
+    }
+}
+
+/// Restores an unknown from a pickle.
+#[pyfunction]
+pub fn _load_unknown(saved: &[u8]) -> PyResult<Unknown> {
+    Ok(Unknown(loaded(saved)?))
 }
 
 /// Estimation of unknown parameters of a world from measured motions.
 ///
 /// The fit minimizes the deviations of simulated from measured poses, with exact derivatives. A measurement is a Trajectory of the
 /// world. Its rollout begins at the first state, with its velocities. Later states are compared by the poses of the observed bodies.
-/// Their times after the first state are multiples of the time step of the plan.
+/// Their times after the first state are multiples of the time step of the plan. An identification can be pickled.
 ///
 /// Parameters
 /// ----------
@@ -136,15 +146,68 @@ impl Unknown {
 ///     If the world does not have a parameter or a body, an initial guess is out of range, two unknowns set the same component, or a deviation,
 ///     threshold or duration is not positive.
 #[pyclass(frozen, module = "hydroelastic")]
-pub struct Identification(identification::Identification);
+pub struct Identification {
+    inner: identification::Identification,
+    // The arguments of the constructor, for pickles.
+    world: Py<World>,
+    plan: Py<Plan>,
+    unknowns: Vec<Py<Unknown>>,
+    settings: Settings,
+}
 
-/// Loss for the arguments `huber` and `cauchy`.
-fn loss(huber: Option<f64>, cauchy: Option<f64>) -> PyResult<RobustLoss> {
-    match (huber, cauchy) {
-        (None, None) => Ok(RobustLoss::Squared),
-        (Some(threshold), None) => Ok(RobustLoss::Huber(threshold)),
-        (None, Some(scale)) => Ok(RobustLoss::Cauchy(scale)),
-        (Some(_), Some(_)) => Err(value_error("huber and cauchy exclude each other")),
+/// Optional arguments of an identification.
+struct Settings {
+    nuisances: Vec<(Py<Parameter>, f64)>,
+    noise: Option<[f64; 2]>,
+    huber: Option<f64>,
+    cauchy: Option<f64>,
+    horizons: Vec<f64>,
+    max_iterations: usize,
+    bodies: Option<Vec<String>>,
+}
+
+impl Settings {
+    fn applied_to(
+        &self,
+        created: identification::Identification,
+    ) -> Result<identification::Identification, IdentificationError> {
+        let nuisances = self.nuisances.iter();
+        let nuisances = nuisances
+            .map(|(parameter, deviation)| Nuisance::new(parameter.get().0.clone(), *deviation));
+        let noise = self
+            .noise
+            .map(|[position, rotation]| Noise::new(position, rotation));
+        let loss = match (self.huber, self.cauchy) {
+            (Some(threshold), _) => RobustLoss::Huber(threshold),
+            (None, Some(scale)) => RobustLoss::Cauchy(scale),
+            (None, None) => RobustLoss::Squared,
+        };
+        let created = created
+            .with_nuisances(&nuisances.collect::<Vec<_>>())?
+            .with_noise(noise.transpose()?.unwrap_or_default())
+            .with_loss(loss)?
+            .with_horizons(&self.horizons)?
+            .with_max_iterations(self.max_iterations);
+        let Some(bodies) = &self.bodies else {
+            return Ok(created);
+        };
+        let bodies: Vec<&str> = bodies.iter().map(String::as_str).collect();
+        created.with_observed_bodies(&bodies)
+    }
+
+    /// Keyword arguments of the constructor.
+    fn keywords<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let nuisances = self.nuisances.iter();
+        let nuisances = nuisances.map(|(parameter, deviation)| (parameter.bind(py), *deviation));
+        let keywords = PyDict::new(py);
+        keywords.set_item("nuisances", nuisances.collect::<Vec<_>>())?;
+        keywords.set_item("noise", self.noise)?;
+        keywords.set_item("huber", self.huber)?;
+        keywords.set_item("cauchy", self.cauchy)?;
+        keywords.set_item("horizons", &self.horizons)?;
+        keywords.set_item("max_iterations", self.max_iterations)?;
+        keywords.set_item("bodies", &self.bodies)?;
+        Ok(keywords)
     }
 }
 
@@ -154,8 +217,8 @@ impl Identification {
     #[pyo3(signature = (world, plan, unknowns, *, nuisances=vec![], noise=None, huber=None, cauchy=None, horizons=None, max_iterations=50,
         bodies=None))]
     fn new(
-        world: &World,
-        plan: &Plan,
+        world: &Bound<'_, World>,
+        plan: &Bound<'_, Plan>,
         unknowns: Vec<Bound<'_, Unknown>>,
         nuisances: Vec<(Bound<'_, Parameter>, Bound<'_, PyAny>)>,
         noise: Option<Bound<'_, PyAny>>,
@@ -165,39 +228,35 @@ impl Identification {
         #[pyo3(from_py_with = whole)] max_iterations: Whole,
         bodies: Option<Vec<String>>,
     ) -> PyResult<Self> {
-        let unknowns: Vec<_> = unknowns
+        if huber.is_some() && cauchy.is_some() {
+            return Err(value_error("huber and cauchy exclude each other"));
+        }
+        let nuisances = nuisances.into_iter().map(|(parameter, deviation)| {
+            let deviation = named_real(&deviation, "the deviation of a nuisance")?;
+            Ok((parameter.unbind(), deviation))
+        });
+        let settings = Settings {
+            nuisances: nuisances.collect::<PyResult<_>>()?,
+            noise: noise.map(|noise| row(&noise, "noise")).transpose()?,
+            huber,
+            cauchy,
+            horizons: horizons.map_or(Ok(vec![]), |horizons| list(&horizons, "horizons"))?,
+            max_iterations: count(max_iterations, "max_iterations")?,
+            bodies,
+        };
+        let inner: Vec<_> = unknowns
             .iter()
             .map(|unknown| unknown.get().0.clone())
             .collect();
-        let nuisance = |(parameter, deviation): &(Bound<'_, Parameter>, Bound<'_, PyAny>)| {
-            let deviation = named_real(deviation, "the deviation of a nuisance")?;
-            Ok(Nuisance::new(parameter.get().0.clone(), deviation))
-        };
-        let nuisances = nuisances
-            .iter()
-            .map(nuisance)
-            .collect::<PyResult<Vec<_>>>()?;
-        let horizons = horizons.map_or(Ok(vec![]), |horizons| list(&horizons, "horizons"))?;
-        let loss = loss(huber, cauchy)?;
-        let noise = noise.map(|noise| row(&noise, "noise")).transpose()?;
-        let create = || {
-            let noise = noise.map_or(Ok(Noise::default()), |[position, rotation]| {
-                Noise::new(position, rotation)
-            })?;
-            let created = identification::Identification::new(&world.inner, &plan.0, &unknowns)?
-                .with_nuisances(&nuisances)?
-                .with_noise(noise)
-                .with_loss(loss)?
-                .with_horizons(&horizons)?;
-            let Some(bodies) = &bodies else {
-                return Ok(created);
-            };
-            let bodies: Vec<&str> = bodies.iter().map(String::as_str).collect();
-            created.with_observed_bodies(&bodies)
-        };
-        let created = create().map_err(|why| error(&why))?;
-        let max_iterations = count(max_iterations, "max_iterations")?;
-        Ok(Self(created.with_max_iterations(max_iterations)))
+        let inner = identification::Identification::new(&world.get().inner, &plan.get().0, &inner);
+        let inner = inner.and_then(|inner| settings.applied_to(inner));
+        Ok(Self {
+            inner: inner.map_err(|why| error(&why))?,
+            world: world.clone().unbind(),
+            plan: plan.clone().unbind(),
+            unknowns: unknowns.into_iter().map(Bound::unbind).collect(),
+            settings,
+        })
     }
 
     /// Fits the unknowns to measurements. Rollouts run on all threads. Ctrl-C ends the fit.
@@ -231,27 +290,129 @@ impl Identification {
         start: Option<&Checkpoint>,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Fit> {
-        let trajectories = trajectories
-            .iter()
-            .map(|trajectory| &trajectory.get().inner);
-        let measurements: Vec<_> = trajectories.enumerate().map(measurement).collect();
         let shared = Shared::default();
-        let raised = Arc::new(Mutex::new(None));
-        let mut inner = self.0.clone().with_cancel_flag(Arc::clone(&shared.stop));
-        if let Some(progress) = progress {
-            let raised = Arc::clone(&raised);
-            inner = inner.with_progress(move |iteration| told(&progress, iteration, &raised));
-        }
-        let checkpoint = start.map(|start| start.0.clone());
-        let fit = run(py, &shared, None, || match checkpoint {
-            None => inner.fit(&measurements),
-            Some(checkpoint) => inner.resume(&measurements, checkpoint),
+        let Job {
+            inner,
+            measurements,
+            checkpoint,
+            raised,
+        } = self.job(&trajectories, start, progress);
+        let inner = inner.with_cancel_flag(Arc::clone(&shared.stop));
+        let fit = run(py, &shared, None, || {
+            inner.resume(&measurements, checkpoint)
         })?;
-        let raised = raised.lock().map_or(None, |mut raised| raised.take());
-        match raised {
-            Some(exception) => Err(exception),
-            None => fit.map(Fit).map_err(|why| error(&why)),
-        }
+        ended(fit, &raised)
+    }
+
+    /// Fits the unknowns as fit does. The methods costs and equations of the evaluator receive a checkpoint and a list of indices of
+    /// measurements, and return a result of _costs or _equations for each index. They run on the calling thread.
+    ///
+    /// Parameters
+    /// ----------
+    /// evaluator : object
+    /// progress : function of iterations, optional
+    #[pyo3(signature = (trajectories, evaluator, start=None, progress=None))]
+    fn _fit_with(
+        &self,
+        py: Python<'_>,
+        trajectories: Vec<Bound<'_, Trajectory>>,
+        evaluator: Py<PyAny>,
+        start: Option<&Checkpoint>,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<Fit> {
+        let Job {
+            inner,
+            measurements,
+            checkpoint,
+            raised,
+        } = self.job(&trajectories, start, progress);
+        let evaluator = PythonEvaluator {
+            evaluator,
+            raised: Arc::clone(&raised),
+        };
+        let fit = py.detach(|| inner.resume_with(&measurements, checkpoint, &evaluator));
+        ended(fit, &raised)
+    }
+
+    /// Costs of measurements at a checkpoint: a number or the text of an error for each.
+    ///
+    /// Returns
+    /// -------
+    /// list of float or str
+    fn _costs<'py>(
+        &self,
+        py: Python<'py>,
+        trajectories: Vec<Bound<'py, Trajectory>>,
+        checkpoint: &Checkpoint,
+    ) -> PyResult<Vec<Bound<'py, PyAny>>> {
+        let costs = self.evaluated(py, &trajectories, |inner, measurements| {
+            inner.costs(measurements, &checkpoint.0)
+        })?;
+        let costs = costs.into_iter().map(|cost| match cost {
+            Ok(cost) => cost.into_bound_py_any(py),
+            Err(why) => why.to_string().into_bound_py_any(py),
+        });
+        costs.collect()
+    }
+
+    /// Normal equations of measurements at a checkpoint: bytes or the text of an error for each.
+    ///
+    /// Returns
+    /// -------
+    /// list of bytes or str
+    fn _equations<'py>(
+        &self,
+        py: Python<'py>,
+        trajectories: Vec<Bound<'py, Trajectory>>,
+        checkpoint: &Checkpoint,
+    ) -> PyResult<Vec<Bound<'py, PyAny>>> {
+        let equations = self.evaluated(py, &trajectories, |inner, measurements| {
+            inner.equations(measurements, &checkpoint.0)
+        })?;
+        let equations = equations.into_iter().map(|equations| match equations {
+            Ok(equations) => {
+                let saved = serde_json::to_vec(&equations).map_err(value_error)?;
+                Ok(PyBytes::new(py, &saved).into_any())
+            }
+            Err(why) => why.to_string().into_bound_py_any(py),
+        });
+        equations.collect()
+    }
+
+    /// Simulates the measurements of a fit with the unknowns and nuisances of a checkpoint, and compares all of their states. The
+    /// simulations run on all threads.
+    ///
+    /// Parameters
+    /// ----------
+    /// trajectories : list of Trajectory
+    ///     Measurements of the fit.
+    /// checkpoint : Checkpoint
+    ///     Unknowns, and nuisances of each measurement, usually Fit.checkpoint.
+    ///
+    /// Returns
+    /// -------
+    /// list of Prediction or HydroelasticError
+    ///     Simulated motion and errors of each measurement. If a rollout ends early, its result is the exception.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If a trajectory does not fit the world or the time step, or the checkpoint does not fit the identification or the number of
+    ///     trajectories.
+    fn residuals<'py>(
+        &self,
+        py: Python<'py>,
+        trajectories: Vec<Bound<'py, Trajectory>>,
+        checkpoint: &Checkpoint,
+    ) -> PyResult<Vec<Bound<'py, PyAny>>> {
+        let residuals = self.evaluated(py, &trajectories, |inner, measurements| {
+            inner.residuals(measurements, &checkpoint.0)
+        })?;
+        let residuals = residuals.into_iter().map(|residuals| match residuals {
+            Ok(prediction) => Prediction(prediction).into_bound_py_any(py),
+            Err(why) => error(&why).into_bound_py_any(py),
+        });
+        residuals.collect()
     }
 
     /// Simulates a measurement with values of the unknowns, and compares all of its states. Use this method for measurements that were not
@@ -268,48 +429,120 @@ impl Identification {
     ///
     /// Returns
     /// -------
-    /// trajectory : Trajectory
-    ///     Simulated states at the measured times.
-    /// position_errors : (k, b) ndarray of float64
-    ///     Distances (m) of the simulated from the measured position of each observed body, in each state.
-    /// rotation_errors : (k, b) ndarray of float64
-    ///     Angles (rad) of the rotations from the measured to the simulated orientation.
+    /// Prediction
+    ///     Simulated motion, and its errors.
     ///
     /// Raises
     /// ------
     /// HydroelasticError
     ///     If a value is out of range, the trajectory does not fit the world or the time step, or the rollout ends early.
     #[pyo3(signature = (values, trajectory, *, fitted_duration=None))]
-    fn predict<'py>(
+    fn predict(
         &self,
-        py: Python<'py>,
-        values: &Bound<'py, PyAny>,
+        py: Python<'_>,
+        values: &Bound<'_, PyAny>,
         trajectory: &Trajectory,
         #[pyo3(from_py_with = optional_real)] fitted_duration: Option<f64>,
-    ) -> PyResult<(Trajectory, Floats<'py>, Floats<'py>)> {
+    ) -> PyResult<Prediction> {
         let values = list(values, "values")?;
         let start = fitted_duration.map_or(StartingState::Measured, StartingState::Fitted);
         let measurement = measurement((0, &trajectory.inner));
         let shared = Shared::default();
-        let inner = self.0.clone().with_cancel_flag(Arc::clone(&shared.stop));
+        let inner = self.inner.clone();
+        let inner = inner.with_cancel_flag(Arc::clone(&shared.stop));
         let prediction = run(py, &shared, None, || {
             inner.predict(&values, &measurement, start)
         })?;
-        let prediction = prediction.map_err(|why| error(&why))?;
-        let by_state = |errors: &[Vec<f64>]| {
-            let shape = [errors.len(), errors.first().map_or(0, Vec::len)];
-            array(py, errors.concat(), &shape)
+        prediction.map(Prediction).map_err(|why| error(&why))
+    }
+
+    fn __getnewargs_ex__<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<(
+        (
+            Bound<'py, World>,
+            Bound<'py, Plan>,
+            Vec<Bound<'py, Unknown>>,
+        ),
+        Bound<'py, PyDict>,
+    )> {
+        let unknowns = self.unknowns.iter().map(|unknown| unknown.bind(py).clone());
+        let positional = (
+            self.world.bind(py).clone(),
+            self.plan.bind(py).clone(),
+            unknowns.collect(),
+        );
+        Ok((positional, self.settings.keywords(py)?))
+    }
+}
+
+/// Data of a fit.
+struct Job {
+    inner: identification::Identification,
+    measurements: Vec<Measurement>,
+    checkpoint: identification::Checkpoint,
+    raised: Raised,
+}
+
+impl Identification {
+    fn job(
+        &self,
+        trajectories: &[Bound<'_, Trajectory>],
+        start: Option<&Checkpoint>,
+        progress: Option<Py<PyAny>>,
+    ) -> Job {
+        let raised = Raised::default();
+        let mut inner = self.inner.clone();
+        if let Some(progress) = progress {
+            let raised = Arc::clone(&raised);
+            inner = inner.with_progress(move |iteration| told(&progress, iteration, &raised));
+        }
+        let checkpoint = match start {
+            Some(start) => start.0.clone(),
+            None => inner.first_checkpoint(trajectories.len()),
         };
-        Ok((
-            prediction.trajectory.clone().into(),
-            by_state(&prediction.position_errors)?,
-            by_state(&prediction.rotation_errors)?,
-        ))
+        Job {
+            inner,
+            measurements: measurements(trajectories),
+            checkpoint,
+            raised,
+        }
+    }
+
+    /// Results of a function of the identification and measurements.
+    fn evaluated<V: Send>(
+        &self,
+        py: Python<'_>,
+        trajectories: &[Bound<'_, Trajectory>],
+        function: impl FnOnce(&identification::Identification, &[Measurement]) -> Evaluated<V> + Send,
+    ) -> PyResult<Vec<Result<V, IdentificationError>>> {
+        let measurements = measurements(trajectories);
+        let shared = Shared::default();
+        let inner = self.inner.clone();
+        let inner = inner.with_cancel_flag(Arc::clone(&shared.stop));
+        let evaluated = run(py, &shared, None, || function(&inner, &measurements))?;
+        evaluated.map_err(|why| error(&why))
+    }
+}
+
+/// Result of a fit, or the exception of a Python function.
+fn ended(fit: Result<identification::Fit, IdentificationError>, raised: &Raised) -> PyResult<Fit> {
+    let raised = raised.lock().map_or(None, |mut raised| raised.take());
+    match raised {
+        Some(exception) => Err(exception),
+        None => fit.map(Fit).map_err(|why| error(&why)),
     }
 }
 
 fn measurement((index, trajectory): (usize, &States)) -> Measurement {
     Measurement::new(format!("trajectory {index}"), trajectory.clone())
+}
+
+fn measurements(trajectories: &[Bound<'_, Trajectory>]) -> Vec<Measurement> {
+    let trajectories = trajectories.iter();
+    let trajectories = trajectories.map(|trajectory| &trajectory.get().inner);
+    trajectories.enumerate().map(measurement).collect()
 }
 
 /// Calls the progress function. Keeps an exception, and ends the fit after an exception or the result True.
@@ -328,9 +561,7 @@ fn told(
         Ok(false) => ControlFlow::Continue(()),
         Ok(true) => ControlFlow::Break(()),
         Err(exception) => {
-            if let Ok(mut raised) = raised.lock() {
-                *raised = Some(exception);
-            }
+            keep(raised, exception);
             ControlFlow::Break(())
         }
     }
@@ -340,212 +571,5 @@ fn error(why: &IdentificationError) -> PyErr {
     match why {
         IdentificationError::Gradient(why) => gradient_error(why),
         why => value_error(why),
-    }
-}
-
-/// Checkpoint from which a fit can continue: coordinates of the u unknowns, and of the n nuisances of each of m measurements. A checkpoint
-/// can be pickled.
-///
-/// Parameters
-/// ----------
-/// horizon : int
-///     Index of the horizon that is fitted. If it is the number of horizons, whole measurements are fitted.
-/// unknowns : (u,) array_like
-///     Coordinates of the unknowns.
-/// nuisances : (m, n) array_like
-///     Coordinates of the nuisances of each measurement.
-///
-/// Raises
-/// ------
-/// HydroelasticError
-///     If a number is not finite, or an array has an unexpected shape.
-#[pyclass(frozen, module = "hydroelastic")]
-pub struct Checkpoint(identification::Checkpoint);
-
-#[pymethods]
-impl Checkpoint {
-    #[new]
-    fn new(
-        #[pyo3(from_py_with = whole)] horizon: Whole,
-        unknowns: &Bound<'_, PyAny>,
-        nuisances: &Bound<'_, PyAny>,
-    ) -> PyResult<Self> {
-        let unknowns = list(unknowns, "unknowns")?;
-        check_finite(&unknowns, "unknowns")?;
-        let Numbers { values, shape } = numbers(nuisances, "nuisances")?;
-        check_finite(&values, "nuisances")?;
-        let [measurements, width] = shape[..] else {
-            return Err(wrong_shape("nuisances", "(m, n)", &shape));
-        };
-        let row = |row: usize| DVector::from_column_slice(&values[row * width..(row + 1) * width]);
-        Ok(Self(identification::Checkpoint {
-            horizon: count(horizon, "horizon")?,
-            unknowns: unknowns.into(),
-            nuisances: (0..measurements).map(row).collect(),
-        }))
-    }
-
-    /// Index of the horizon that is fitted.
-    #[getter]
-    fn horizon(&self) -> usize {
-        self.0.horizon
-    }
-
-    /// Coordinates of the unknowns, (u,) float64.
-    #[getter]
-    fn unknowns<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
-        let unknowns = &self.0.unknowns;
-        copied(py, unknowns.as_slice(), &[unknowns.len()])
-    }
-
-    /// Coordinates of the nuisances of each measurement, (m, n) float64.
-    #[getter]
-    fn nuisances<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
-        let rows = &self.0.nuisances;
-        let values = rows.iter().flat_map(|row| row.iter().copied()).collect();
-        array(
-            py,
-            values,
-            &[rows.len(), rows.first().map_or(0, DVector::len)],
-        )
-    }
-
-    fn __repr__(&self) -> String {
-        let (unknowns, measurements) = (self.0.unknowns.len(), self.0.nuisances.len());
-        format!("Checkpoint({unknowns} unknowns, {measurements} measurements)")
-    }
-
-    fn __getnewargs__<'py>(&self, py: Python<'py>) -> PyResult<(usize, Floats<'py>, Floats<'py>)> {
-        Ok((self.horizon(), self.unknowns(py)?, self.nuisances(py)?))
-    }
-}
-
-/// Result of Identification.fit, with u unknowns and m measurements.
-#[pyclass(frozen, module = "hydroelastic")]
-pub struct Fit(identification::Fit);
-
-#[pymethods]
-impl Fit {
-    /// Names of the unknowns.
-    #[getter]
-    fn names(&self) -> Vec<String> {
-        self.0
-            .estimates
-            .iter()
-            .map(|estimate| estimate.name.clone())
-            .collect()
-    }
-
-    /// Estimates, (u,) float64.
-    #[getter]
-    fn values<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
-        let values = self.0.values();
-        let shape = [values.len()];
-        array(py, values, &shape)
-    }
-
-    /// 95 % intervals of the estimates, for a right world and right deviations of the noise, (u, 2) float64.
-    #[getter]
-    fn intervals<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
-        let ends = self
-            .0
-            .estimates
-            .iter()
-            .flat_map(|estimate| estimate.interval);
-        array(py, ends.collect(), &[self.0.estimates.len(), 2])
-    }
-
-    /// 95 % intervals of the estimates from the spread between measurements, (u, 2) float64. They remain valid if the world is only
-    /// approximate, and need many more measurements than unknowns.
-    #[getter]
-    fn sandwich_intervals<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
-        let estimates = self.0.estimates.iter();
-        let ends = estimates.flat_map(|estimate| estimate.sandwich_interval);
-        array(py, ends.collect(), &[self.0.estimates.len(), 2])
-    }
-
-    /// Covariance of the coordinates of the unknowns, (u, u) float64. Infinite if a direction is not determined.
-    #[getter]
-    fn covariance<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
-        by_rows(py, &self.0.covariance)
-    }
-
-    /// Covariance of the coordinates from the spread between measurements (sandwich estimator), (u, u) float64.
-    #[getter]
-    fn sandwich_covariance<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
-        by_rows(py, &self.0.sandwich_covariance)
-    }
-
-    /// Unit vectors along the principal directions of the information about the coordinates, the least known first, (u, u) float64. Each row
-    /// is a direction.
-    #[getter]
-    fn directions<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
-        let directions = self.0.directions.iter();
-        let weights =
-            directions.flat_map(|direction| direction.weights.iter().map(|(_, weight)| *weight));
-        array(py, weights.collect(), &[self.0.directions.len(); 2])
-    }
-
-    /// Standard deviation of the coordinates along each direction, (u,) float64. Infinite if the measurements do not determine it. For
-    /// logarithms, 1 is an uncertainty by a factor of e.
-    #[getter]
-    fn direction_deviations<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
-        let directions = self.0.directions.iter();
-        let deviations = directions.map(|direction| direction.standard_deviation);
-        array(py, deviations.collect(), &[self.0.directions.len()])
-    }
-
-    /// Cost, in units of ½χ².
-    #[getter]
-    fn cost(&self) -> f64 {
-        self.0.cost
-    }
-
-    /// Cost of each measurement, (m,) float64. Zero if it was omitted.
-    #[getter]
-    fn costs<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
-        let costs = self
-            .0
-            .measurements
-            .iter()
-            .map(|measurement| measurement.cost);
-        array(py, costs.collect(), &[self.0.measurements.len()])
-    }
-
-    /// Reason why each measurement was omitted, or None.
-    #[getter]
-    fn errors(&self) -> Vec<Option<String>> {
-        let measurements = self.0.measurements.iter();
-        measurements
-            .map(|measurement| measurement.error.as_ref().map(ToString::to_string))
-            .collect()
-    }
-
-    /// Checkpoint from which another fit can continue.
-    #[getter]
-    fn checkpoint(&self) -> Checkpoint {
-        Checkpoint(self.0.checkpoint.clone())
-    }
-
-    /// Number of iterations, over all horizons.
-    #[getter]
-    fn iterations(&self) -> usize {
-        self.0.iterations
-    }
-
-    /// Reason why the fit ended: "converged", "stalled", "iteration limit" or "stopped".
-    #[getter]
-    fn termination(&self) -> &'static str {
-        match self.0.termination {
-            Termination::Converged => "converged",
-            Termination::Stalled => "stalled",
-            Termination::IterationLimit => "iteration limit",
-            _ => "stopped",
-        }
-    }
-
-    fn __repr__(&self) -> String {
-        let estimates: Vec<String> = self.0.estimates.iter().map(ToString::to_string).collect();
-        format!("Fit({})", estimates.join(", "))
     }
 }

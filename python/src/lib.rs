@@ -12,6 +12,8 @@ mod control;
 mod diagnostics;
 mod dimension_rates;
 mod errors;
+mod evaluator;
+mod fit;
 mod force;
 mod half_space;
 mod identification;
@@ -117,8 +119,9 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<vjp::VectorJacobianProduct>()?;
     module.add_class::<identification::Unknown>()?;
     module.add_class::<identification::Identification>()?;
-    module.add_class::<identification::Checkpoint>()?;
-    module.add_class::<identification::Fit>()?;
+    module.add_class::<fit::Checkpoint>()?;
+    module.add_class::<fit::Fit>()?;
+    module.add_class::<fit::Prediction>()?;
     module.add_class::<contacts::Contact>()?;
     module.add_class::<contacts::ContactTopology>()
 }
@@ -127,6 +130,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
 fn add_loaders(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(path::_load_path, module)?)?;
     module.add_function(wrap_pyfunction!(parameter::_load_parameter, module)?)?;
+    module.add_function(wrap_pyfunction!(identification::_load_unknown, module)?)?;
     module.add_function(wrap_pyfunction!(diagnostics::_load_step_report, module)?)?;
     module.add_function(wrap_pyfunction!(world_pickle::_load_world, module)?)?;
     module.add_function(wrap_pyfunction!(world_pickle::_load_body, module)?)?;

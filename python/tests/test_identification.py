@@ -42,9 +42,9 @@ def test_clean_measurements_give_the_true_values():
     diagonal = fit.directions @ fit.covariance @ fit.directions.T
     np.testing.assert_allclose(diagonal, np.diag(fit.direction_deviations**2), atol=1e-9 * diagonal.max())
     for trajectory in measurements():
-        simulated, positions, rotations = identification.predict(TRUTH, trajectory)
-        assert positions.shape == rotations.shape == (31, 1) and len(simulated) == 31
-        assert positions.max() < 1e-9 and rotations.max() < 1e-9
+        prediction = identification.predict(TRUTH, trajectory)
+        assert prediction.position_errors.shape == prediction.rotation_errors.shape == (31, 1) and len(prediction.trajectory) == 31
+        assert prediction.position_errors.max() < 1e-9 and prediction.rotation_errors.max() < 1e-9
 
 
 def test_a_fit_stops_and_continues():
@@ -84,6 +84,52 @@ def test_nuisances_absorb_errors_of_the_initial_velocity():
     assert errors[0] < 0.02 < errors[1]
 
 
+def test_squared_residuals_and_priors_add_up_to_the_costs():
+    identification = he.Identification(
+        tossed(1.2e5, 1.0, 0.2), PLAN, unknowns(), nuisances=[(he.Parameter.initial_velocity("ball"), 0.05)], max_iterations=2
+    )
+    trajectories = measurements()
+    fit = identification.fit(trajectories)
+    residuals = identification.residuals(trajectories, fit.checkpoint)
+    for residual, cost, nuisances in zip(residuals, fit.costs, fit.checkpoint.nuisances, strict=True):
+        priors = np.sum((nuisances / 0.05) ** 2)
+        np.testing.assert_allclose(0.5 * (np.sum(residual.normalized_errors[1:] ** 2) + priors), cost, rtol=1e-9)
+        np.testing.assert_allclose(residual.mean_squares, np.mean(residual.normalized_errors[1:] ** 2, axis=0), rtol=1e-12)
+        positions, rotations = residual.position_errors / 1e-3, 2.0 * np.sin(0.5 * residual.rotation_errors) / 1e-2
+        np.testing.assert_allclose(residual.normalized_errors, np.hypot(positions, rotations), rtol=1e-9, atol=1e-12)
+        assert residual.trajectory.times.shape == (31,) and repr(residual) == "Prediction(31 states, 1 bodies)"
+
+
+def test_a_measurement_that_cannot_be_simulated_has_an_exception_alone():
+    identification = he.Identification(tossed(*TRUTH), PLAN, unknowns())
+    trajectories = measurements()
+    states = list(trajectories[0])
+    states[0] = he.State(0.0, np.stack([he.pose([0.0, 0.0, -1.0]), np.eye(4)]), states[0].twists)
+    trajectories[0] = he.Trajectory(states)
+    fit = identification.fit(trajectories)
+    assert fit.errors[0] and fit.errors[1] is None
+    failed, simulated = identification.residuals(trajectories, fit.checkpoint)
+    assert isinstance(failed, he.HydroelasticError) and str(failed) == fit.errors[0]
+    assert simulated.position_errors.max() < 1e-4
+
+
+def test_pickled_identifications_give_the_same_fit():
+    unknown = [
+        he.Unknown(he.Parameter.modulus("ball"), logarithmic=True, prior=(1e5, 1.0)),
+        he.Unknown(he.Parameter.friction("ball"), bounds=(0.0, 1.0), name="friction"),
+        he.Unknown(he.Parameter.gravity(), component=2),
+        he.Unknown(he.Parameter.dissipation("ball"), tied_to=[he.Parameter.dissipation("table")]),
+    ]
+    deviations = np.array([0.05])
+    options = {"nuisances": [(he.Parameter.initial_velocity("ball"), deviations[0])], "noise": (2e-3, 2e-2), "cauchy": 4.0}
+    world = tossed(1.5e5, 0.8, 0.15)
+    identification = he.Identification(world, PLAN, unknown, **options, horizons=[0.2], max_iterations=3, bodies=["ball"])
+    fits = [each.fit(measurements()) for each in (identification, pickle.loads(pickle.dumps(identification)))]
+    assert fits[0].names == fits[1].names and fits[0].iterations == fits[1].iterations
+    for name in ("values", "covariance", "costs"):
+        assert getattr(fits[0], name).tobytes() == getattr(fits[1], name).tobytes()
+
+
 def test_invalid_arguments_are_refused():
     world = tossed(*TRUTH)
     friction = he.Parameter.friction("ball")
@@ -95,6 +141,8 @@ def test_invalid_arguments_are_refused():
         (lambda: he.Identification(world, PLAN, unknowns(), huber=3.0, cauchy=3.0), "exclude each other"),
         (lambda: he.Identification(world, PLAN, unknowns(), bodies=["cube"]), "cube"),
         (lambda: he.Identification(world, PLAN, unknowns()).fit([]), "at least one measurement"),
+        (lambda: he.Identification(world, PLAN, []).fit(measurements(), start=he.Checkpoint(1, [], np.zeros((2, 0)))), "0 horizons"),
+        (lambda: he.Identification(world, PLAN, []).residuals(measurements(), he.Checkpoint(0, [], np.zeros((1, 0)))), "2 measurements"),
     ]:
         with pytest.raises(he.HydroelasticError, match=match):
             create()

@@ -777,7 +777,10 @@ def test_batches_of_ray_refuse_what_the_package_refuses():
     soft = importlib.import_module("hydroelastic.ray")
     plan, world = he.Plan(1e-3, 2), scene()
     refused = {"samples": np.full((2, 3), 0.1)}
-    table = {"Batch": (lambda **it: soft.Batch(plan, **it) and None, {"chunk": 1, "max_retries": Signed(1)})}
+    tasks = {"chunk": 1, "max_retries": Signed(1)}
+    table = {"Batch": (lambda **it: soft.Batch(plan, **it) and None, tasks)}
+    # The evaluator checks the numbers of a fit before any work is sent.
+    table["fit"] = (lambda **it: soft._Evaluator(None, [], **it) and None, tasks)
     # The local batch checks the samples before any work is sent, and raises errors of their shape or type.
     excluded = {"Batch": {"progress"}, "Batch.rollouts_perturbed": {"samples"}, "Batch.jacobians_perturbed": {"samples"}}
     assert_complete(callables_of(soft), table, excluded)

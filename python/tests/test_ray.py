@@ -1,4 +1,4 @@
-"""Batches on a Ray cluster of two nodes on one machine. They have the same bits after the loss of workers and nodes."""
+"""Batches and fits on a Ray cluster of two nodes on one machine. They have the same bits after the loss of workers and nodes."""
 
 import concurrent.futures
 import contextlib
@@ -254,6 +254,103 @@ def test_an_exception_of_the_progress_function_and_ctrl_c_end_the_batch(cluster,
 
     with pytest.raises(RuntimeError, match="enough"):
         Batch(he.Plan(2e-4, 10), chunk=1, progress=stop).rollouts([world] * 4)
+
+
+@pytest.fixture
+def fit(cluster):
+    from hydroelastic.ray import fit
+
+    return fit
+
+
+def identified(count, plan):
+    """Returns an identification of modulus and friction, and measurements of tosses without noise."""
+    skin, table = he.Material(1.5e5, 0.5, 0.3), he.Body.fixed("table", he.HalfSpace(), he.Material.rigid())
+    ball = he.Body.dynamic("ball", he.Shape.icosphere(0.05, 1), skin, 0.2, pose=he.pose([0.0, 0.0, 0.1]))
+    world = he.World([ball, table], gravity=[0.0, 0.0, -9.81])
+    unknowns = [he.Unknown(parameter, logarithmic=True) for parameter in (he.Parameter.modulus("ball"), he.Parameter.friction("ball"))]
+    velocity = he.Parameter.initial_velocity("ball")
+    identification = he.Identification(world, plan, unknowns, nuisances=[(velocity, 0.02)], horizons=[0.15], cauchy=4.0)
+    truth = world.perturbed([he.Parameter.modulus("ball"), he.Parameter.friction("ball")], [-5e4, -0.1])
+    velocities = np.random.default_rng(2).normal(size=(count, 3)) * 0.2 + [0.8, 0.0, -0.9]
+    return identification, [truth.perturbed([velocity], each).rollout(plan).run() for each in velocities]
+
+
+TOSS = he.Plan(0.01, 30, integrator=he.Integrator.SDIRK3)
+
+
+def fit_bits(fit):
+    arrays = [fit.values, fit.intervals, fit.covariance, fit.sandwich_covariance, fit.costs, fit.checkpoint.nuisances]
+    return [array.tobytes() for array in arrays] + [fit.cost, fit.iterations, fit.termination, fit.errors]
+
+
+def test_a_fit_has_the_bits_and_errors_of_the_local_fit(fit):
+    identification, trajectories = identified(5, TOSS)
+    states = list(trajectories[1])
+    states[0] = he.State(0.0, np.stack([he.pose([0.0, 0.0, -1.0]), np.eye(4)]), states[0].twists)
+    trajectories[1] = he.Trajectory(states)
+    expected = identification.fit(trajectories)
+    assert fit_bits(fit(identification, trajectories, chunk=2)) == fit_bits(expected)
+    assert expected.errors[1] and expected.termination == "converged"
+    # A fit continues from the checkpoint of an iteration, on the cluster as on one machine.
+    checkpoints = []
+    fit(identification, trajectories, progress=lambda *iteration: checkpoints.append(iteration[3]) or len(checkpoints) == 3)
+    assert len(checkpoints) == 3
+    continued = fit(identification, trajectories, start=checkpoints[-1])
+    assert fit_bits(continued) == fit_bits(identification.fit(trajectories, start=checkpoints[-1]))
+
+
+def test_bad_arguments_of_a_fit_are_refused_as_by_the_local_fit(fit):
+    identification, trajectories = identified(2, TOSS)
+    calls = [
+        lambda fit: fit([]),
+        lambda fit: fit([3]),
+        lambda fit: fit(trajectories, start=he.Checkpoint(2, np.zeros(2), np.zeros((2, 3)))),
+        lambda fit: fit(trajectories, progress=lambda *_: 1 / 0),
+    ]
+    for call in calls:
+        with pytest.raises((TypeError, ValueError, ZeroDivisionError)) as expected:
+            call(identification.fit)
+        with pytest.raises(expected.type) as actual:
+            call(lambda *arguments, **keywords: fit(identification, *arguments, **keywords))
+        assert str(actual.value) == str(expected.value)
+    with pytest.raises(TypeError, match="Identification"):
+        fit(3, trajectories)
+    for refused in ({"chunk": 0}, {"max_retries": -2}):
+        with pytest.raises(he.HydroelasticError, match=next(iter(refused))):
+            fit(identification, trajectories, **refused)
+
+
+def long_fit():
+    """Returns a fit of a few seconds."""
+    return identified(8, he.Plan(1e-3, 300, integrator=he.Integrator.SDIRK3))
+
+
+def test_a_worker_that_is_killed_during_a_fit_costs_nothing_but_time(kill_worker, fit):
+    identification, trajectories = long_fit()
+    expected = identification.fit(trajectories)
+    with meanwhile(kill_worker):
+        actual = fit(identification, trajectories, chunk=2)
+    assert fit_bits(actual) == fit_bits(expected)
+
+
+def test_a_fit_whose_task_is_lost_raises_an_error(kill_worker, fit):
+    identification, trajectories = long_fit()
+    with meanwhile(kill_worker), pytest.raises(he.RolloutError, match="worker") as raised:
+        fit(identification, trajectories, chunk=2, max_retries=0)
+    assert isinstance(raised.value.__cause__, ray.exceptions.WorkerCrashedError)
+
+
+def test_ctrl_c_ends_a_fit_and_its_tasks(cluster, fit):
+    identification, trajectories = long_fit()
+
+    def interrupt():
+        wait_for(lambda: working(*cluster.ours))
+        os.kill(os.getpid(), signal.SIGINT)
+
+    with meanwhile(interrupt), pytest.raises(KeyboardInterrupt):
+        fit(identification, trajectories, chunk=2)
+    wait_for(lambda: not working(*cluster.ours))
 
 
 # This test is the last on the cluster, because a node is lost.

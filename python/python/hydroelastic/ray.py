@@ -1,10 +1,11 @@
-"""Batches of rollouts on a Ray cluster, with the interface of ``hydroelastic.Batch``.
+"""Batches of rollouts and fits on a Ray cluster, with the interfaces of ``hydroelastic.Batch`` and ``Identification.fit``.
 
-    from hydroelastic.ray import Batch
+    from hydroelastic.ray import Batch, fit
 
     results = Batch(plan).jacobians_perturbed(world, parameters, samples)
+    estimates = fit(identification, trajectories).values
 
-If all machines have the same version of this package, the results are those of the local ``Batch``, in the same order
+If all machines have the same version of this package, the results are those of the local machine, in the same order
 and with the same bits. Only implicit steps of 16 or more bodies may differ in the last bits, between processors with
 and without fused multiply-add. ``docs/python/cluster.md`` describes how to start a cluster.
 """
@@ -19,7 +20,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _core, _progress
-from ._core import HydroelasticError, Parameter, Plan, RolloutError, State, Trajectory, TrajectoryJacobian, World
+from ._core import (
+    Checkpoint,
+    Fit,
+    HydroelasticError,
+    Identification,
+    Parameter,
+    Plan,
+    RolloutError,
+    State,
+    Trajectory,
+    TrajectoryJacobian,
+    World,
+)
 from ._checks import check_count
 
 try:
@@ -28,7 +41,7 @@ try:
 except ImportError as _error:
     raise ImportError('hydroelastic.ray needs Ray: pip install "hydroelastic[ray]"') from _error
 
-__all__ = ["Batch"]
+__all__ = ["Batch", "fit"]
 
 # Each task has one thread, because Ray runs one task for each core of a machine.
 _ENVIRONMENT = {"env_vars": {"RAYON_NUM_THREADS": "1"}}
@@ -54,11 +67,11 @@ class _Sliced(Protocol):
     def __getitem__(self, indices: slice, /) -> Any: ...
 
 
-# Common data of the parts of the current batch in this worker, by its pickled bytes.
-_HELD: dict[bytes, tuple[Any, ...]] = {}
+# Common data of the parts of the current batch or fit in this worker, by its pickled bytes.
+_HELD: dict[bytes, Any] = {}
 
 
-def _loaded(common: bytes) -> tuple[Any, ...]:
+def _loaded(common: bytes) -> Any:
     """Returns the common data of parts. Each worker unpickles it once, because a world of 20,000 tetrahedra takes about
     60 ms."""
     if common not in _HELD:
@@ -67,10 +80,14 @@ def _loaded(common: bytes) -> tuple[Any, ...]:
     return _HELD[common]
 
 
-def _results(version: str, plan: Plan, method: str, common: bytes, part: Any) -> list[Any]:
-    """Runs a method of the local batch for a part, in a worker."""
+def _check_version(version: str) -> None:
     if version != _core.__version__:
         raise RuntimeError(f"this worker has hydroelastic {_core.__version__}, but was sent work of {version}")
+
+
+def _results(version: str, plan: Plan, method: str, common: bytes, part: Any) -> list[Any]:
+    """Runs a method of the local batch for a part, in a worker."""
+    _check_version(version)
     function, shared = getattr(_core.Batch(plan), method), _loaded(common)
     # The worlds of ``jacobians`` are its first argument. Other inputs are the last argument.
     return function(part, *shared) if method == "jacobians" else function(*shared, part)  # type: ignore[no-any-return]
@@ -297,18 +314,156 @@ class Batch:
 
     def _tasks(self, method: str, common: tuple[Any, ...], items: _Sliced) -> dict[ray.ObjectRef[Any], slice]:
         """Starts a Ray task for each part of the items. Returns the slice of the results of each task."""
-        if not ray.is_initialized():
-            ray.init()
+        _start_ray()
         length = self._chunk or _part_length(len(items))
         parts = [slice(first, min(first + length, len(items))) for first in range(0, len(items), length)]
-        function = ray.remote(_results).options(
-            name=f"hydroelastic {method}", num_cpus=1, max_retries=self._max_retries, runtime_env=_ENVIRONMENT
-        )
+        function = _remote(_results, method, self._max_retries)
         shared = ray.put(pickle.dumps(common))
         return {function.remote(_core.__version__, self._plan, method, shared, items[part]): part for part in parts}
 
     def __repr__(self) -> str:
         return f"hydroelastic.ray.Batch({self._plan!r})"
+
+
+def fit(
+    identification: Identification,
+    trajectories: Sequence[Trajectory],
+    *,
+    start: Checkpoint | None = None,
+    progress: Callable[[int, float, NDArray[np.float64], Checkpoint], object] | None = None,
+    chunk: int | None = None,
+    max_retries: int = 5,
+) -> Fit:
+    """Fits the unknowns of an identification to measurements, on a Ray cluster.
+
+    The result is that of ``identification.fit``, with the same bits. The minimizer runs in this process. In each
+    iteration, tasks simulate parts of the measurements. The identification and the measurements are sent once to each
+    machine that needs them. After that, only coordinates, costs and normal equations are sent, whose sizes do not
+    depend on the number of states.
+
+    If Ray is not running, ``ray.init()`` starts it or connects to the cluster. Ctrl-C, or an exception of the progress
+    function, ends the fit and its tasks. If the checkpoint of each iteration is saved, a fit can continue after a loss
+    of this process.
+
+    Parameters
+    ----------
+    identification : Identification
+        World, plan, unknowns and nuisances.
+    trajectories : sequence of Trajectory
+        Measurements.
+    start : Checkpoint, optional
+        Checkpoint from which the fit continues. Default: the initial guess.
+    progress : callable, optional
+        Function of (index, cost, values, checkpoint), called at the beginning of each iteration. If it returns True,
+        the fit ends with its present result.
+    chunk : int, optional
+        Number of measurements in a task. Default: eight tasks for each core of the cluster, with at most 32
+        measurements each.
+    max_retries : int
+        Number of times that a task is started again after a loss. -1 means no limit.
+
+    Returns
+    -------
+    Fit
+        Estimates and their uncertainty.
+
+    Raises
+    ------
+    HydroelasticError
+        If chunk or max_retries is out of range, a trajectory does not fit the world or the time step, or no
+        measurement can be simulated.
+    RolloutError
+        If a task is lost too often. The cause is Ray's exception.
+    TypeError
+        If identification is not an Identification, or an item of trajectories is not a Trajectory.
+    """
+    if not isinstance(identification, Identification):
+        raise TypeError(f"identification must be an Identification, but is {identification!r}")
+    evaluator = _Evaluator(identification, list(trajectories), chunk, max_retries)
+    return identification._fit_with(trajectories, evaluator, start, progress)
+
+
+class _Evaluator:
+    """Simulation of the measurements of a fit in tasks."""
+
+    def __init__(
+        self, identification: Identification, trajectories: list[Trajectory], chunk: int | None, max_retries: int
+    ) -> None:
+        self._identification = identification
+        self._trajectories = trajectories
+        self._chunk = None if chunk is None else check_count(chunk, "chunk", 1)
+        self._max_retries = check_count(max_retries, "max_retries", -1)
+        # Pickled identification, and pickled measurements of each part, once they are sent.
+        self._sent: tuple[ray.ObjectRef[bytes], list[ray.ObjectRef[bytes]]] | None = None
+
+    def costs(self, checkpoint: Checkpoint, indices: list[int]) -> list[Any]:
+        """Returns the cost of each measurement at a checkpoint, or the text of an error."""
+        return self._evaluated("_costs", checkpoint, indices)
+
+    def equations(self, checkpoint: Checkpoint, indices: list[int]) -> list[Any]:
+        """Returns the pickled equations of each measurement at a checkpoint, or the text of an error."""
+        return self._evaluated("_equations", checkpoint, indices)
+
+    def _evaluated(self, method: str, checkpoint: Checkpoint, indices: list[int]) -> list[Any]:
+        tasks: dict[ray.ObjectRef[Any], list[int]] = {}
+        results: dict[int, Any] = {}
+        try:
+            tasks.update(self._tasks(method, checkpoint, indices))
+            for task in _as_they_end(list(tasks)):
+                part = tasks.pop(task)
+                values = _result(task, len(part))
+                if isinstance(values[0], RolloutError):
+                    raise values[0]
+                results.update(zip(part, values, strict=True))
+        finally:
+            # Only Ctrl-C or an exception leaves tasks.
+            for task in tasks:
+                ray.cancel(task)
+        return [results[index] for index in indices]
+
+    def _tasks(
+        self, method: str, checkpoint: Checkpoint, indices: list[int]
+    ) -> dict[ray.ObjectRef[Any], list[int]]:
+        """Starts a task for each part of the measurements. Returns the indices of the measurements of each task."""
+        _start_ray()
+        count = len(self._trajectories)
+        length = self._chunk = self._chunk or _part_length(count)
+        if self._sent is None:
+            parts = [self._trajectories[first : first + length] for first in range(0, count, length)]
+            self._sent = ray.put(pickle.dumps(self._identification)), [ray.put(pickle.dumps(part)) for part in parts]
+        function = _remote(_evaluations, "fit", self._max_retries)
+        members: dict[int, list[int]] = {}
+        for index in indices:
+            members.setdefault(index // length, []).append(index)
+        nuisances, tasks = checkpoint.nuisances, {}
+        for part, own in members.items():
+            point = Checkpoint(checkpoint.horizon, checkpoint.unknowns, nuisances[own])
+            within = [index - part * length for index in own]
+            task = function.remote(_core.__version__, method, self._sent[0], self._sent[1][part], within, point)
+            tasks[task] = own
+        return tasks
+
+
+def _evaluations(
+    version: str, method: str, identification: bytes, part: bytes, indices: list[int], point: Checkpoint
+) -> list[Any]:
+    """Evaluates some measurements of a part at a point, in a worker."""
+    _check_version(version)
+    trajectories = pickle.loads(part)
+    function = getattr(_loaded(identification), method)
+    return function([trajectories[index] for index in indices], point)  # type: ignore[no-any-return]
+
+
+def _start_ray() -> None:
+    if not ray.is_initialized():
+        ray.init()
+
+
+def _remote(function: Callable[..., Any], name: str, max_retries: int) -> Any:
+    """Returns the remote function of tasks with one core."""
+    return ray.remote(function).options(
+        name=f"hydroelastic {name}", num_cpus=1, max_retries=max_retries, runtime_env=_ENVIRONMENT
+    )
 
 
 def _check_worlds(worlds: Sequence[World]) -> None:
