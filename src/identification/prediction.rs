@@ -28,7 +28,7 @@ pub struct Prediction {
     /// `rotation_errors[i][k]` is the angle (rad) of the rotation from the measured to the simulated orientation.
     pub rotation_errors: Vec<Vec<f64>>,
     /// `normalized_errors[i][k]` is √s, with the squared deviation s of the pose in units of the [`Noise`](super::Noise): see
-    /// [`RobustLoss`](super::RobustLoss).
+    /// [`RobustLoss`].
     pub normalized_errors: Vec<Vec<f64>>,
 }
 
