@@ -28,4 +28,4 @@ pub(crate) use crossings::visit_crossing_triangles;
 pub use projections::Projections;
 pub use r_star_tree::RStarTree;
 pub(crate) use tet_bvh::TetBvh;
-pub(crate) use triangle_bvh::TriangleBvh;
+pub(crate) use triangle_bvh::{SurfaceFace, TriangleBvh};

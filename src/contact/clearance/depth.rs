@@ -1,11 +1,12 @@
 use super::Feature;
 use super::separation::Separation;
+use super::side::ClosestFace;
 use crate::contact::ContactPair;
 use crate::contact::integrate::CutSurface;
 use crate::contact::polygon_source::PolygonSource;
 use crate::contact::sums::PartialSum;
 use crate::contact_shape::{PartnerShape, Shape};
-use crate::geometry::{Triangle, TrianglePart};
+use crate::geometry::TrianglePart;
 use crate::narrow_phase::{Cut, RelativePair};
 use crate::scalar::{Scalar, lift_vector, real_vector};
 use crate::spatial::Pose;
@@ -103,24 +104,14 @@ fn depth_below<T: Scalar>(shape: PartnerShape, point: &Vector3<T>, margin: f64) 
         PartnerShape::Rigid(shape) => shape.triangle_bvh(),
         PartnerShape::HalfSpace(_) => return -point.z,
     };
-    let (real, cells) = (real_vector(point), shape.cells());
-    let mut nearest = (f64::INFINITY, Feature::Plane, Feature::Plane);
-    tree.bvh().visit_outwards(&real, |face| {
-        let (to_foot, part) = Triangle::new(face.corners(cells)).gap_to_point(&real);
-        let squared_distance = to_foot.norm_squared();
-        if squared_distance < nearest.0 {
-            let feature = |part| Feature::of_face(shape, (face.tet(), face.face()), part);
-            nearest = (
-                squared_distance,
-                feature(part),
-                feature(TrianglePart::Interior),
-            );
-        }
-        nearest.0
-    });
-    let (squared_distance, feature, face) = nearest;
-    let is_on_surface = squared_distance <= margin * margin;
-    let feature = if is_on_surface { face } else { feature };
+    let closest = ClosestFace::to_point(shape, tree, &real_vector(point));
+    let is_on_surface = closest.to_foot.norm_squared() <= margin * margin;
+    let part = if is_on_surface {
+        TrianglePart::Interior
+    } else {
+        closest.part
+    };
+    let feature = Feature::of_face(shape, closest.face, part);
     let points: Vec<_> = feature.points(shape).iter().map(lift_vector).collect();
     match points[..] {
         [_, _, _] => -Separation::above_face(point, &points).distance,

@@ -1,3 +1,4 @@
+use crate::broad_phase::SurfaceFace;
 use crate::contact_shape::PartnerShape;
 use crate::geometry::{FACES, TrianglePart};
 use nalgebra::Vector3;
@@ -20,15 +21,11 @@ pub enum Feature {
 }
 
 impl Feature {
-    /// Creates the feature for a part of a face of a cell. `face` is the index of the corner opposite to the face.
-    pub(super) fn of_face(
-        shape: PartnerShape,
-        (cell, face): (usize, usize),
-        part: TrianglePart,
-    ) -> Self {
-        let corners = shape.corner_vertices(cell);
+    /// Creates the feature for a part of a triangle of the surface.
+    pub(super) fn of_face(shape: PartnerShape, face: SurfaceFace, part: TrianglePart) -> Self {
+        let corners = shape.corner_vertices(face.tet());
         // Only the apex behind a triangle has no vertex. No face of the surface contains the apex.
-        let vertices = FACES[face].map(|corner| corners[corner].unwrap_or_default());
+        let vertices = FACES[face.face()].map(|corner| corners[corner].unwrap_or_default());
         match part {
             TrianglePart::Corner(corner) => Self::Vertex(vertices[corner]),
             TrianglePart::Edge(edge) => {

@@ -1,7 +1,8 @@
 //! Signed distance between two bodies, with derivatives also before contact.
 //!
-//! - **Apart**: the smallest distance between the boundary surfaces. `nearest` finds the closest features (vertex, edge, face) in `f64`, by
-//!   branch and bound on the trees of triangles. `separation` computes the distance and the closest points from these features in the
+//! - **Apart**: the smallest distance between the boundary surfaces. `nearest` finds the closest features (vertex, edge, face) in `f64`. For
+//!   most convex bodies, it compares only the triangles that reach farthest along the direction between the bodies. For other bodies, it
+//!   uses branch and bound on the trees of triangles. `separation` computes the distance and the closest points from these features in the
 //!   scalar type of the pair.
 //! - **Overlapping**: minus the depth, which `depth` computes from the pressure fields. [`Clearance`] has its definition.
 //!
@@ -14,6 +15,7 @@ mod feature;
 mod linearized;
 mod nearest;
 mod separation;
+mod side;
 
 pub use closest::Clearance;
 pub use feature::Feature;

@@ -1,11 +1,19 @@
 use super::Feature;
-use crate::broad_phase::TriangleBvh;
-use crate::bvh::{Node, WIDTH};
-use crate::contact_shape::{PartnerShape, RigidShape, Shape};
-use crate::geometry::{Aabb, Triangle, TriangleGap, TrianglePart};
+use super::side::{Part, Side};
+use crate::broad_phase::SurfaceFace;
+use crate::bvh::WIDTH;
+use crate::contact_shape::{PartnerShape, Shape};
+use crate::geometry::{Aabb, TriangleGap, TrianglePart};
 use crate::narrow_phase::RelativePair;
 use crate::spatial::Pose;
 use nalgebra::Vector3;
+
+/// Largest number of rounds in which a point approaches both surfaces in turn.
+const ROUNDS: usize = 16;
+/// Ratio of squared distances above which a further round is not worth its cost.
+const SMALL_PROGRESS: f64 = 0.999;
+/// Largest number of triangles of each body that are all compared with those of the other body.
+const MOST_COMPARED: usize = 32;
 
 /// Closest features of the boundary surfaces of A and B.
 pub(super) struct Nearest {
@@ -30,129 +38,17 @@ impl Nearest {
     }
 }
 
-/// The surface of a body, with the pose of the body in A's frame.
-struct Side<'a> {
-    shape: PartnerShape<'a>,
-    tree: &'a TriangleBvh,
-    pose: Pose,
-}
-
-/// A node of a tree, or one of its triangles, with its box in A's frame. A triangle is on the level after the last level of the tree.
-#[derive(Clone, Copy)]
-struct Part {
-    node: Node,
-    bounds: Aabb,
-    /// Corners (m) of a triangle in A's frame.
-    corners: Option<[Vector3<f64>; 3]>,
-}
-
-impl Part {
-    /// Returns an upper bound of the coordinate (m) of the points of the part along a unit vector.
-    fn end_along(&self, direction: &Vector3<f64>) -> f64 {
-        if let Some([a, b, c]) = &self.corners {
-            return direction.dot(a).max(direction.dot(b)).max(direction.dot(c));
-        }
-        let reach = direction.abs().dot(&self.bounds.half_extents());
-        direction.dot(&self.bounds.center()) + reach
-    }
-}
-
-/// Branch and bound over the pairs of triangles, with the closest pair so far.
-struct Descent<'s, 'a> {
+/// Search for the closest triangles, with the closest pair so far.
+struct Search<'s, 'a> {
     sides: [&'s Side<'a>; 2],
     gap: TriangleGap,
-    triangles: [usize; 2],
-}
-
-impl<'a> Side<'a> {
-    fn of_compliant(shape: &'a Shape, pose: Pose) -> Self {
-        Self {
-            shape: PartnerShape::Compliant(shape),
-            tree: shape.triangle_bvh(),
-            pose,
-        }
-    }
-
-    fn of_rigid(shape: &'a RigidShape, pose: Pose) -> Self {
-        Self {
-            shape: PartnerShape::Rigid(shape),
-            tree: shape.triangle_bvh(),
-            pose,
-        }
-    }
-
-    fn root(&self) -> Part {
-        Part {
-            node: Node::ROOT,
-            bounds: self.tree.bvh().bounds().posed(&self.pose),
-            corners: None,
-        }
-    }
-
-    /// Returns the children of a node.
-    fn children(&self, Node { level, index }: Node) -> impl Iterator<Item = Part> {
-        let bvh = self.tree.bvh();
-        let below = bvh.levels().get(level + 1).map(Vec::len);
-        let count = below.unwrap_or_else(|| bvh.items().len());
-        let boxes = &bvh.levels()[level][index];
-        let child = move |slot: usize| {
-            let (level, index) = (level + 1, WIDTH * index + slot);
-            Part {
-                node: Node { level, index },
-                bounds: boxes.aabb(slot).posed(&self.pose),
-                corners: below.is_none().then(|| self.corners(index)),
-            }
-        };
-        (0..WIDTH.min(count - WIDTH * index)).map(child)
-    }
-
-    /// Returns the corners (m) of a triangle in A's frame.
-    fn corners(&self, index: usize) -> [Vector3<f64>; 3] {
-        let corners = self.tree.bvh().items()[index].corners(self.shape.cells());
-        corners.map(|corner| self.pose.transformed_point(&corner))
-    }
-
-    /// Returns a triangle in A's frame, with its outward normal.
-    fn triangle(&self, index: usize) -> Triangle {
-        Triangle::new(self.corners(index))
-    }
-
-    /// Returns the sum of the outward normals of the triangles around a feature, in A's frame.
-    fn normal_at(&self, feature: Feature) -> Vector3<f64> {
-        let triangles = 0..self.tree.bvh().items().len();
-        let is_around = |&index: &usize| {
-            let whole = Feature::of_face(self.shape, self.face(index), TrianglePart::Interior);
-            let vertices = whole.vertices();
-            feature
-                .vertices()
-                .iter()
-                .all(|vertex| vertices.contains(vertex))
-        };
-        let normals = triangles
-            .filter(is_around)
-            .map(|index| *self.triangle(index).normal());
-        normals.sum()
-    }
-
-    /// Returns the cell of a triangle and the face of the cell.
-    fn face(&self, index: usize) -> (usize, usize) {
-        let face = self.tree.bvh().items()[index];
-        (face.tet(), face.face())
-    }
+    faces: [SurfaceFace; 2],
 }
 
 fn nearest(a: &Side, b: &Side, margin: f64) -> Nearest {
-    let mut descent = Descent {
-        sides: [a, b],
-        gap: a.triangle(0).gap_to(&b.triangle(0)),
-        triangles: [0, 0],
-    };
-    descent.descend(&[a.root(), b.root()]);
-    let Descent { gap, triangles, .. } = descent;
-    let feature = |k: usize| {
-        let side = descent.sides[k];
-        Feature::of_face(side.shape, side.face(triangles[k]), gap.parts[k])
-    };
+    let search = Search::over([a, b]);
+    let Search { gap, faces, .. } = search;
+    let feature = |k: usize| Feature::of_face(search.sides[k].shape, faces[k], gap.parts[k]);
     let features = [feature(0), feature(1)];
     let is_touching = gap.squared_distance <= margin * margin;
     Nearest {
@@ -162,16 +58,66 @@ fn nearest(a: &Side, b: &Side, margin: f64) -> Nearest {
     }
 }
 
-impl Descent<'_, '_> {
+impl<'s, 'a> Search<'s, 'a> {
+    /// Searches all pairs of triangles.
+    fn over(sides: [&'s Side<'a>; 2]) -> Self {
+        let faces = sides.map(|side| side.tree.bvh().items()[0]);
+        let gap = sides[0]
+            .triangle(faces[0])
+            .gap_to(&sides[1].triangle(faces[1]));
+        let mut search = Self { sides, gap, faces };
+        search.approach();
+        if search.compare_ends().is_none() {
+            search.descend(&sides.map(Side::root));
+        }
+        search
+    }
+
+    /// Finds a close pair: the point of B closest to a point of A, the point of A closest to that point, and so on.
+    fn approach(&mut self) {
+        let [a, b] = self.sides;
+        let mut point_of_a = a.tree.bvh().bounds().center();
+        for _ in 0..ROUNDS {
+            let before = self.gap.squared_distance;
+            let (point_of_b, face_b) = b.closest_to(&point_of_a);
+            let (next, face_a) = a.closest_to(&point_of_b);
+            point_of_a = next;
+            self.compare([face_a, face_b]);
+            if self.gap.squared_distance >= SMALL_PROGRESS * before {
+                return;
+            }
+        }
+    }
+
+    /// Compares the triangles that reach far enough along the direction between the closest points so far. All other pairs are farther
+    /// apart, because the plane across this direction at the end of either body separates them. Returns `None` without comparison if
+    /// there are too many triangles, as for bodies that are not convex.
+    fn compare_ends(&mut self) -> Option<()> {
+        if self.gap.are_crossing {
+            return Some(());
+        }
+        let distance = self.gap.squared_distance.sqrt();
+        let along = self.gap.between / distance;
+        let [a, b] = self.sides;
+        let (end_a, end_b) = (a.end_along(&along), b.end_along(&-along));
+        let faces_a = a.faces_beyond(-end_b - distance, &along, MOST_COMPARED)?;
+        let faces_b = b.faces_beyond(-end_a - distance, &-along, MOST_COMPARED)?;
+        for &face_a in &faces_a {
+            for &face_b in &faces_b {
+                self.compare([face_a, face_b]);
+            }
+        }
+        Some(())
+    }
+
     /// Searches two parts: splits the larger part, and continues with its children in ascending order of distance.
     fn descend(&mut self, parts: &[Part; 2]) {
-        let are_triangles = parts.each_ref().map(|part| part.corners.is_some());
         let size = |k: usize| parts[k].bounds.half_extents().max();
-        let split = match are_triangles {
-            [true, true] => return self.compare(parts.each_ref().map(|part| part.node.index)),
-            [true, false] => 1,
-            [false, true] => 0,
-            [false, false] => usize::from(size(1) > size(0)),
+        let split = match parts.each_ref().map(|part| part.triangle) {
+            [Some((face_a, _)), Some((face_b, _))] => return self.compare([face_a, face_b]),
+            [Some(_), None] => 1,
+            [None, Some(_)] => 0,
+            [None, None] => usize::from(size(1) > size(0)),
         };
         let rest = parts[1 - split];
         let mut children = [(f64::INFINITY, rest); WIDTH];
@@ -201,11 +147,11 @@ impl Descent<'_, '_> {
         -b.end_along(&-along) - a.end_along(&along) >= distance
     }
 
-    fn compare(&mut self, indices: [usize; 2]) {
-        let [a, b] = [0, 1].map(|k| self.sides[k].triangle(indices[k]));
+    fn compare(&mut self, faces: [SurfaceFace; 2]) {
+        let [a, b] = [0, 1].map(|k| self.sides[k].triangle(faces[k]));
         let gap = a.gap_to(&b);
         if gap.squared_distance < self.gap.squared_distance {
-            (self.gap, self.triangles) = (gap, indices);
+            (self.gap, self.faces) = (gap, faces);
         }
     }
 }
@@ -222,8 +168,7 @@ fn nearest_to_plane(a: &Shape, pose_ab: &Pose) -> Nearest {
         for (corner, point) in face.corners(tets).iter().enumerate() {
             if height(point) < lowest.0 {
                 let part = TrianglePart::Corner(corner);
-                let place = (face.tet(), face.face());
-                lowest = (height(point), Feature::of_face(shape, place, part));
+                lowest = (height(point), Feature::of_face(shape, face, part));
             }
         }
         lowest.0
