@@ -240,10 +240,17 @@ impl<'a> Minimizer<'a> {
         Ok(true)
     }
 
-    /// Returns the point after a step, and its cost. `None` if a rollout ends early.
+    /// Returns the point after a step, and its cost. `None` if a rollout ends early, or a value is rounded to an end of its range.
     fn moved(&self, step: &Step) -> Result<Option<(Checkpoint, f64)>, IdentificationError> {
+        let unknowns = &self.problem.unknowns;
         let mut point = self.point.clone();
         point.unknowns += &step.shared;
+        if unknowns
+            .of_values(&unknowns.values(&point.unknowns))
+            .is_err()
+        {
+            return Ok(None);
+        }
         for (&index, local) in self.simulated.iter().zip(&step.local) {
             point.nuisances[index] += local;
         }
@@ -253,7 +260,6 @@ impl<'a> Minimizer<'a> {
         if !self.keep_nuisances(&mut point, &mut costs)? {
             return Ok(None);
         }
-        let unknowns = &self.problem.unknowns;
         let priors = QuadraticModel::zeros(unknowns.len()).add_priors(unknowns, &point.unknowns);
         let cost = costs.into_iter().fold(priors, |sum, cost| sum + cost);
         Ok(Some((point, cost)))

@@ -201,6 +201,22 @@ fn friction_and_damping_of_a_hinge_are_found() {
 }
 
 #[test]
+fn the_friction_of_a_hinge_without_friction_remains_positive() {
+    let plan = Plan::new(0.01, 50).unwrap();
+    let plan = plan.with_integrator(Integrator::Sdirk3);
+    let recorded = pendulum(0.0, 0.004).rollout(&plan).run().unwrap();
+    let recorded = Measurement::new("swing", recorded);
+    let friction = Parameter::joint("hinge", JointQuantity::Friction);
+    let unknowns = [Unknown::new(friction).logarithmic()];
+    let identification = Identification::new(&pendulum(0.02, 0.004), &plan, &unknowns).unwrap();
+    let fit = identification.fit(std::slice::from_ref(&recorded)).unwrap();
+    assert!(0.0 < fit.values()[0] && fit.values()[0] < 1e-5, "{fit:?}");
+    identification
+        .predict(&fit.values(), &recorded, StartingState::Measured)
+        .unwrap();
+}
+
+#[test]
 fn windows_cover_a_measurement() {
     let measurement = &clean(1)[0];
     let windows = measurement.windows(11);
