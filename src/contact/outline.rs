@@ -3,7 +3,7 @@ use crate::geometry::{PER_TRIANGLE, POLYGON_CAPACITY, add_triangle, snapped};
 use crate::scalar::{Scalar, lift, real_part};
 
 /// Capacity for the corners of a contact polygon after one more cut.
-const PLANE_CAPACITY: usize = POLYGON_CAPACITY + 1;
+pub(super) const PLANE_CAPACITY: usize = POLYGON_CAPACITY + 1;
 
 /// The corners of a polygon in a plane, counter-clockwise.
 #[derive(Clone, Copy)]
@@ -89,11 +89,14 @@ impl<T: Scalar> Outline<T> {
                     .zip(edges)
                     .for_each(|(part, edge)| part.push(crossing, edge));
             }
-            if is <= 0.0 {
-                parts[0].push(self.corners[now], self.edges[now]);
-            }
-            if is >= 0.0 {
-                parts[1].push(self.corners[now], self.edges[now]);
+            let next = real_part(values[if now + 1 < self.len { now + 1 } else { 0 }]);
+            for (part, sign) in parts.iter_mut().zip([-1.0, 1.0]) {
+                if sign * is >= 0.0 {
+                    // The edge after a corner on the line may be in the other part.
+                    let is_in_part = sign * next >= 0.0 || is * sign > 0.0;
+                    let edge = if is_in_part { self.edges[now] } else { NO_EDGE };
+                    part.push(self.corners[now], edge);
+                }
             }
             before = now;
         }

@@ -172,7 +172,7 @@ impl PolygonResponse {
     }
 
     /// Returns the contributions of the growth of p_A and of p_B, as corners move and as extents grow.
-    fn of_fields(
+    pub fn of_fields(
         &self,
         [by_motion, by_growth]: [[AffineForm; 2]; 2],
         moduli: [f64; 2],

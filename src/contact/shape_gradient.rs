@@ -43,7 +43,7 @@ impl ShapeGradient {
     }
 
     /// Adds the contribution of one polygon: the derivatives with respect to each corner of a cell that is a vertex of the shape.
-    fn add(&mut self, vertices: [Option<usize>; 4], of_body: &OfCell) {
+    pub(super) fn add(&mut self, vertices: [Option<usize>; 4], of_body: &OfCell) {
         let corners = vertices.iter().zip(&of_body.by_corners);
         for (vertex, by_corner) in corners.filter_map(|(vertex, by)| vertex.zip(Some(by))) {
             self.by_vertices[vertex] += by_corner;
@@ -136,7 +136,7 @@ impl ContactPair<'_> {
         Ok(jacobians)
     }
 
-    fn shapes(&self) -> [PartnerShape<'_>; 2] {
+    pub(super) fn shapes(&self) -> [PartnerShape<'_>; 2] {
         [
             PartnerShape::Compliant(self.a().shape()),
             self.b().partner_shape(),

@@ -2,17 +2,20 @@
 #![allow(clippy::float_cmp, reason = "where nothing touches, zeros are exact")]
 
 use crate::partners::Shapes;
+use crate::shape_gradients::for_pairs;
+use crate::shape_gradients::in_motion::{Change, STEPS};
 use crate::support::moving::{COLUMNS, Scene};
 use crate::support::scenes::Random;
 use crate::support::worlds::{at, cuboid, icosphere, turned};
 use hydroelastic::contact::{
-    ContactBody, ContactPair, GridBody, Partner, SurfaceLaw, TactileImage, TaxelGrid,
+    BodyError, ContactBody, ContactPair, GridBody, Partner, SurfaceLaw, TactileImage, TaxelGrid,
     TaxelGridError,
 };
 use hydroelastic::geometry::{Aabb, AffineField};
 use hydroelastic::scalar::norm;
 use hydroelastic::spatial::{Pose, Twist, Wrench};
-use nalgebra::{Matrix3, SVector, Vector3, vector};
+use nalgebra::{Matrix3, SMatrix, SVector, Vector3, vector};
+use std::f64::consts::PI;
 
 /// Rounding error of a sum over taxels, relative to the integral of the size of the traction.
 const SAME_SUM: f64 = 1e-12;
@@ -22,6 +25,12 @@ const DIFFERENCES: f64 = 1e-6;
 
 /// Step of differences, in m, rad, m/s, rad/s, and relative moduli.
 const STEP: f64 = 1e-6;
+
+/// Agreement of derivatives with central differences at kinks.
+const FLUSH_DIFFERENCES: f64 = 1e-4;
+
+/// Rounding error of a sum of derivatives over taxels, relative to the largest derivative.
+const SAME_JACOBIAN: f64 = 1e-10;
 
 /// Error of the sampled integral, relative to the total force. A sample covers about 1e-4 of the contact.
 const SAMPLED: f64 = 1e-3;
@@ -237,8 +246,39 @@ fn forces(image: &TactileImage) -> Vec<Vector3<f64>> {
         .collect()
 }
 
+/// A comparison of derivatives with central differences.
+struct Comparison {
+    step: f64,
+    /// Smallest size of a column to which its errors are relative.
+    least: f64,
+    /// First component of the forces. It is 2 for normal forces only.
+    first: usize,
+}
+
+const GENERIC: Comparison = Comparison {
+    step: STEP,
+    least: 1e-9,
+    first: 0,
+};
+
+/// At kinks, differences are less accurate by the step. Rounding errors are relative to derivatives of about 1e3 N/m.
+const FLUSH: Comparison = Comparison {
+    step: 1e-7,
+    least: 1.0,
+    first: 0,
+};
+
+/// Shear forces jump if the side of a rigid block passes from one taxel to another.
+const FLUSH_RIGID: Comparison = Comparison { first: 2, ..FLUSH };
+
 /// Returns the largest difference between derivatives and central differences, relative to the largest derivative of each column.
-fn worst_derivative(scene: &Scene, is_moving: bool, body: GridBody, grid: &TaxelGrid) -> f64 {
+fn worst_derivative(
+    scene: &Scene,
+    is_moving: bool,
+    (body, grid): (GridBody, &TaxelGrid),
+    comparison: &Comparison,
+) -> f64 {
+    let Comparison { step, least, first } = *comparison;
     let still = scene.pair;
     let pair = if is_moving {
         still.moving(scene.law(), scene.twists)
@@ -265,14 +305,14 @@ fn worst_derivative(scene: &Scene, is_moving: bool, body: GridBody, grid: &Taxel
             };
             forces(&changed.tactile_image(body, grid))
         };
-        let (ahead, behind) = (image(STEP), image(-STEP));
-        let (mut largest, mut error) = (1e-9, 0.0_f64);
+        let (ahead, behind) = (image(step), image(-step));
+        let (mut largest, mut error) = (least, 0.0_f64);
         for (taxel, (ahead, behind)) in ahead.iter().zip(&behind).enumerate() {
             let (row, column) = (taxel / grid.column_count(), taxel % grid.column_count());
-            let difference = (ahead - behind) / (2.0 * STEP);
+            let difference = (ahead - behind) / (2.0 * step);
             let exact = linearized.jacobian(row, column).column(input) * unit;
             largest = f64::max(largest, exact.norm());
-            error = error.max((difference - exact).norm());
+            error = error.max((difference - exact).rows_range(first..).norm());
         }
         worst = worst.max(error / largest);
     }
@@ -288,7 +328,7 @@ fn derivatives_of_taxels_equal_central_differences() {
         for grid in &grids(random) {
             for body in BODIES {
                 for is_moving in [false, true] {
-                    worst = worst.max(worst_derivative(&scene, is_moving, body, grid));
+                    worst = worst.max(worst_derivative(&scene, is_moving, (body, grid), &GENERIC));
                     compared += 1;
                 }
             }
@@ -298,25 +338,188 @@ fn derivatives_of_taxels_equal_central_differences() {
     assert!(worst < DIFFERENCES, "{worst:e}");
 }
 
+/// Returns a grid that covers everything, with narrow taxels near the origin, along the axes of the body.
+fn unbounded() -> TaxelGrid {
+    let planes = |axis: usize| -> Vec<_> {
+        let field = |offset: f64| AffineField {
+            gradient: Vector3::ith(axis, 1.0),
+            offset: -offset,
+        };
+        [-25.0, -0.5, -0.3, 0.0, 0.2, 0.4, 25.0].map(field).to_vec()
+    };
+    let patch = Aabb {
+        lower: Vector3::repeat(-20.0),
+        upper: Vector3::repeat(20.0),
+    };
+    TaxelGrid::new(&planes(0), &planes(1), &patch).unwrap()
+}
+
+/// Returns the Jacobian of the force on the body of a grid, in its axes.
+fn force_jacobian(pair: &ContactPair, body: GridBody) -> SMatrix<f64, 3, COLUMNS> {
+    let linearized = pair.linearized();
+    let (first, column, pose, on_body) = match body {
+        GridBody::A => (3, 0, pair.a().pose(), linearized.wrench.on_a),
+        GridBody::B => (9, 6, pair.b().pose(), linearized.wrench.on_b),
+    };
+    let to_body = pose.rotation().transpose();
+    let mut jacobian = to_body * linearized.jacobian().fixed_rows::<3>(first);
+    // The axes turn with the body.
+    let turned = to_body * hydroelastic::spatial::skew(&on_body.force);
+    let mut by_turn = jacobian.fixed_view_mut::<3, 3>(0, column);
+    by_turn += turned;
+    jacobian
+}
+
 #[test]
 fn derivatives_of_taxels_add_up_to_those_of_the_wrench() {
+    let grid = unbounded();
+    let mut worst = [0.0_f64; 2];
     Shapes::mixed().for_pairs(30, 44, |pair, random| {
         let scene = Scene::at_random(pair, random);
-        let pair = pair.moving(scene.law(), scene.twists);
-        // The whole body is in a patch with one taxel, whose axes are those of the body.
-        let grid = TaxelGrid::flat(&Pose::identity(), [50.0, 50.0], [1, 1]).unwrap();
-        let by_taxel = pair
-            .linearized_tactile_image(GridBody::A, &grid)
-            .jacobian(0, 0);
-        let linearized = pair.linearized();
-        let rotation_aw = pair.a().pose().rotation().transpose();
-        let mut by_force = rotation_aw * linearized.jacobian().fixed_rows::<3>(3);
-        // The taxel's axes turn with the body.
-        let turned = rotation_aw * hydroelastic::spatial::skew(&linearized.wrench.on_a.force);
-        let mut by_turn = by_force.fixed_view_mut::<3, 3>(0, 0);
-        by_turn += turned;
-        let error = (by_taxel - by_force).amax() / by_force.amax();
-        assert!(error < 1e-9, "{error:e}");
+        let moving = pair.moving(scene.law(), scene.twists);
+        for (body, (number, pair)) in BODIES
+            .into_iter()
+            .flat_map(|body| [(body, (0, pair)), (body, (1, &moving))])
+        {
+            let image = pair.linearized_tactile_image(body, &grid);
+            let (mut sum, expected) = (SMatrix::zeros(), force_jacobian(pair, body));
+            for taxel in 0..36 {
+                sum += image.jacobian(taxel / 6, taxel % 6);
+            }
+            worst[number] = worst[number].max((sum - expected).amax() / expected.amax());
+        }
+    });
+    println!("at rest and in motion: {worst:?}");
+    assert!(worst[0] < SAME_JACOBIAN && worst[1] < 1e-9, "{worst:?}");
+}
+
+/// A face or an edge of a contact polygon on a plane of taxels is a kink. Central differences are then the mean of both sides.
+#[test]
+fn derivatives_are_the_mean_of_both_sides_if_edges_of_the_contact_lie_on_taxel_edges() {
+    let (pad, block, ball) = (
+        cuboid([0.4, 0.4, 0.1]),
+        cuboid([0.2, 0.2, 0.1]),
+        icosphere(0.1, 2),
+    );
+    let rigid = crate::support::worlds::rigid(block.field());
+    let top = TaxelGrid::flat(&at(0.0, 0.0, 0.05), [0.4, 0.4], [8, 8]).unwrap();
+    let below = TaxelGrid::flat(&turned([PI, 0.0, 0.0], [0.0, 0.0, -0.05]), [0.2; 2], [4, 4]);
+    let a = ContactBody::new(&pad, Pose::identity(), 1e5).unwrap();
+    let soft = |shape, z| ContactBody::new(shape, at(0.0, 0.0, z), 3e5).unwrap();
+    let pairs = [
+        ContactPair::new(a, Partner::rigid(&rigid, at(0.0, 0.0, 0.098)).unwrap()),
+        ContactPair::new(a, Partner::rigid(&rigid, at(0.1, 0.05, 0.098)).unwrap()),
+        ContactPair::new(a, soft(&ball, 0.14)),
+        ContactPair::new(a, soft(&block, 0.098)),
+    ];
+    let (below, mut largest) = (below.unwrap(), 0.0_f64);
+    for (number, pair) in pairs.iter().enumerate() {
+        let is_rigid = pair.b().rigid_shape().is_some();
+        let comparison = if is_rigid { &FLUSH_RIGID } else { &FLUSH };
+        let scene = Scene::at_random(pair, &mut Random::new(3));
+        for (body, grid) in [(GridBody::A, &top), (GridBody::B, &below)] {
+            let worst = worst_derivative(&scene, false, (body, grid), comparison);
+            println!("pair {number} {body:?}: {worst:e}");
+            largest = largest.max(worst);
+        }
+    }
+    assert!(largest < FLUSH_DIFFERENCES, "{largest:e}");
+}
+
+/// Returns generic derivatives of a number with respect to the force on a taxel.
+fn weight(row: usize, column: usize) -> Vector3<f64> {
+    let (row, column) = (row as f64, column as f64);
+    vector![
+        (1.3 * row + column).sin(),
+        (row - 0.7 * column).cos(),
+        1.0 + (0.4 * row * column).sin()
+    ]
+}
+
+#[test]
+fn shape_gradients_of_taxels_equal_central_differences() {
+    let mut worst = 0.0_f64;
+    for_pairs(20, 77, |pair, random| {
+        let change = Change::random(pair, random);
+        // The contact may be outside of a patch.
+        let everywhere = pair.tactile_shape_gradients(GridBody::A, &unbounded(), weight);
+        let everywhere = everywhere.unwrap();
+        let size: f64 = everywhere
+            .iter()
+            .flat_map(|of| &of.by_vertices)
+            .map(Vector3::norm)
+            .sum();
+        for (grid, body) in grids(random)
+            .iter()
+            .zip([0, 1, 0, 1].map(|body| BODIES[body]))
+        {
+            let weighted = |pair: &ContactPair| -> f64 {
+                let image = pair.tactile_image(body, grid);
+                let forces = image.taxels().iter().map(|taxel| {
+                    let (row, column) = (taxel.row, taxel.column);
+                    weight(row, column).dot(&image.force(row, column))
+                });
+                forces.sum()
+            };
+            let gradients = pair.tactile_shape_gradients(body, grid, weight).unwrap();
+            let actual = change.along(&gradients);
+            let errors = STEPS.map(|step| {
+                let [ahead, behind] = [step, -step].map(|time| change.after(pair, time, weighted));
+                ((ahead - behind) / (2.0 * step) - actual).abs() / size
+            });
+            worst = worst.max(errors.into_iter().fold(f64::MAX, f64::min));
+        }
+    });
+    println!("{worst:e}");
+    assert!(worst < DIFFERENCES, "{worst:e}");
+}
+
+#[test]
+fn shape_gradients_of_taxels_are_refused_for_a_pair_in_motion() {
+    let ball = icosphere(0.1, 1);
+    let body = |z| ContactBody::new(&ball, at(0.0, 0.0, z), 1e5).unwrap();
+    let law = SurfaceLaw::new(0.1, 0.5, 1e-2).unwrap();
+    let pair = ContactPair::new(body(0.0), body(0.18)).moving(law, [Twist::zero(); 2]);
+    let refused = pair.tactile_shape_gradients(GridBody::A, &unbounded(), weight);
+    assert!(matches!(refused, Err(BodyError::InMotion)));
+}
+
+#[test]
+fn shape_gradients_of_one_taxel_are_those_of_the_force() {
+    let grid = TaxelGrid::flat(&Pose::identity(), [50.0, 50.0], [1, 1]).unwrap();
+    for_pairs(30, 78, |pair, _| {
+        let force = vector![0.3, -0.5, 0.8];
+        let by_wrenches = pair.a().pose().rotation() * force;
+        let rows = SVector::from_fn(|row, _| {
+            if (3..6).contains(&row) {
+                by_wrenches[row - 3]
+            } else {
+                0.0
+            }
+        });
+        let expected = pair.shape_gradients(&rows);
+        let actual = pair
+            .tactile_shape_gradients(GridBody::A, &grid, |_, _| force)
+            .unwrap();
+        for (expected, actual) in expected.iter().zip(&actual) {
+            let largest = expected
+                .by_vertices
+                .iter()
+                .map(Vector3::amax)
+                .fold(1e-9, f64::max);
+            for (expected, actual) in expected.by_vertices.iter().zip(&actual.by_vertices) {
+                assert!((expected - actual).amax() < SAME_JACOBIAN * largest);
+            }
+            let largest = expected
+                .by_extents
+                .iter()
+                .copied()
+                .map(f64::abs)
+                .fold(1e-9, f64::max);
+            for (expected, actual) in expected.by_extents.iter().zip(&actual.by_extents) {
+                assert!((expected - actual).abs() < SAME_JACOBIAN * largest);
+            }
+        }
     });
 }
 
@@ -329,7 +532,6 @@ fn a_pullback_is_the_transposed_pushforward() {
     let linearized = ContactPair::new(a, b).linearized_tactile_image(GridBody::A, &grid);
     let mut random = Random::new(5);
     let change = SVector::<f64, COLUMNS>::from_fn(|_, _| random.between(-1.0, 1.0));
-    let weight = |row: usize, column: usize| vector![row as f64, column as f64, 1.0];
     let taxels = linearized.image().taxels().iter();
     let forward: f64 = taxels
         .zip(linearized.pushforward(&change))

@@ -12,12 +12,12 @@
 //! - If an edge is on a plane, the polygon is one outline. The other outline is this edge, without an area.
 //! - If a whole polygon is on a plane, both outlines are the polygon, so such a polygon is not cut. It is in the higher column or row.
 
-use super::TaxelGrid;
 use super::cells::Cells;
+use super::{GridBody, TaxelGrid};
 use crate::contact::SurfaceLaw;
 use crate::contact::integrate::{Integrand, Remainder};
 use crate::contact::motion::RelativeMotion;
-use crate::contact::outline::{Outline, at};
+use crate::contact::outline::{Outline, PLANE_CAPACITY, at};
 use crate::contact::plane_polygon::PlanePolygon;
 use crate::contact::polygon_source::PolygonSource;
 use crate::contact::sums::PartialSum;
@@ -34,7 +34,7 @@ use std::ops::RangeInclusive;
 const ROUNDING: f64 = 1e-14;
 
 /// Number of octets in the work item of a thread.
-const OCTETS: usize = 4;
+const OCTETS: usize = 16;
 
 /// A part of a contact polygon in one taxel, or outside of the patch.
 pub(super) struct Piece<T> {
@@ -68,21 +68,22 @@ impl<T: Scalar> PartialSum for Pieces<T> {
 /// Divides contact polygons by the planes of a grid, in A's frame.
 pub(super) struct Division<T> {
     /// Planes of the columns and of the rows.
-    planes: [Vec<AffineField<T>>; 2],
+    pub planes: [Vec<AffineField<T>>; 2],
     motion: Option<(SurfaceLaw<T>, RelativeMotion<T>)>,
 }
 
 impl<T: Scalar> Division<T> {
-    /// Creates the division by a grid whose body has this pose in A's frame.
-    pub fn new(
-        grid: &TaxelGrid,
-        pose: &Pose<T>,
+    /// Creates the division by a grid that is fixed to a body.
+    pub fn of(
+        (body, grid): (GridBody, &TaxelGrid),
+        pose_ab: &Pose<T>,
         motion: Option<(SurfaceLaw<T>, RelativeMotion<T>)>,
     ) -> Self {
+        let pose = body.pose_in_a(pose_ab);
         Self {
             planes: grid
                 .fields()
-                .map(|fields| fields.map(|field| field.posed(pose)).collect()),
+                .map(|fields| fields.map(|field| field.posed(&pose)).collect()),
             motion,
         }
     }
@@ -98,15 +99,33 @@ impl<T: Scalar> Division<T> {
         if self.motion.is_none() && self.add_cells(polygon, &inside, pieces).is_some() {
             return;
         }
-        let mut add = |taxel, outline: &Outline<T>| {
-            pieces.list.extend(self.integrated(polygon, taxel, outline));
-        };
-        let add_strip = |column, strip: &Outline<T>| {
-            self.visit_strips(polygon, 1, strip, |row, part: &Outline<T>| {
-                add(Some([row, column]), part);
-            });
-        };
-        self.visit_strips(polygon, 0, &inside, add_strip);
+        self.visit_taxels(polygon, &inside, |taxel, part| {
+            let taxel = Some(taxel);
+            pieces.list.extend(self.integrated(polygon, taxel, part));
+        });
+    }
+
+    /// Visits the parts of a polygon in taxels.
+    pub fn visit_parts(
+        &self,
+        polygon: &PlanePolygon<T>,
+        visit: impl FnMut([usize; 2], &Outline<T>),
+    ) {
+        if let Some(inside) = self.cut_to_patch(polygon, |_| {}) {
+            self.visit_taxels(polygon, &inside, visit);
+        }
+    }
+
+    /// Visits the parts of an outline in the patch.
+    fn visit_taxels(
+        &self,
+        polygon: &PlanePolygon<T>,
+        inside: &Outline<T>,
+        mut visit: impl FnMut([usize; 2], &Outline<T>),
+    ) {
+        self.visit_strips(polygon, 0, inside, |column, strip| {
+            self.visit_strips(polygon, 1, strip, |row, part| visit([row, column], part));
+        });
     }
 
     /// Returns the part of a polygon in the patch, or `None` if this part is empty. Visits the parts outside of the patch.
@@ -140,27 +159,39 @@ impl<T: Scalar> Division<T> {
         pieces: &mut Pieces<T>,
     ) -> Option<()> {
         let Pieces { list, cells } = pieces;
-        let first = [0, 1].map(|family| {
-            let planes = &self.planes[family];
-            let strips = strips(planes, polygon, outline);
-            let range = range_of(&strips);
-            let lines = planes[range.clone()].iter().skip(1);
-            let functions = lines.map(|plane| in_plane(polygon, plane).0);
-            let corners = strips.iter().map(|strip| strip - range.start());
-            cells.set_lines(family, functions, corners);
-            *range.start()
-        });
-        cells.divide(outline)?;
+        let strips = [0, 1].map(|family| Strips::of(&self.planes[family], polygon, outline));
+        let first = strips.each_ref().map(|strips| *strips.range.start());
         let mut plane = polygon.plane;
         let weight = lift::<T>(polygon.weights.still.area());
-        list.extend(cells.moments().map(|([column, row], moments)| {
+        let mut add = |[column, row]: [usize; 2], moments: [T; 6]| {
             plane.moments = moments;
-            Piece {
+            list.push(Piece {
                 taxel: Some([first[1] + row, first[0] + column]),
                 wrench: plane.elastic_wrench(weight),
                 area: moments[0] * weight,
-            }
-        }));
+            });
+        };
+        if strips
+            .iter()
+            .all(|Strips { range, .. }| range.start() == range.end())
+        {
+            add([0, 0], outline.moments());
+            return Some(());
+        }
+        for (family, Strips { of_corners, range }) in strips.iter().enumerate() {
+            let lines = self.planes[family][range.clone()].iter().skip(1);
+            let functions = lines.map(|plane| in_plane(polygon, plane).0);
+            let corners = of_corners[..outline.corners().len()].iter();
+            cells.set_lines(
+                family,
+                functions,
+                corners.map(|strip| strip - range.start()),
+            );
+        }
+        cells.divide(outline)?;
+        for (cell, moments) in cells.moments() {
+            add(cell, moments);
+        }
         Some(())
     }
 
@@ -173,7 +204,7 @@ impl<T: Scalar> Division<T> {
         mut visit: impl FnMut(usize, &Outline<T>),
     ) {
         let planes = &self.planes[family];
-        let range = range_of(&strips(planes, polygon, outline));
+        let Strips { range, .. } = Strips::of(planes, polygon, outline);
         let mut rest = *outline;
         for strip in range.clone().skip(1) {
             let (function, zero) = in_plane(polygon, &planes[strip]);
@@ -239,25 +270,33 @@ impl<T: Scalar> Integrand<T> for Division<T> {
     }
 }
 
-/// Returns the strip between ordered planes that contains each corner of an outline.
-fn strips<T: Scalar>(
-    planes: &[AffineField<T>],
-    polygon: &PlanePolygon<T>,
-    outline: &Outline<T>,
-) -> Vec<usize> {
-    let inner = &planes[1..planes.len() - 1];
-    let strip = |corner: &[T; 2]| {
-        let point = real_vector(&polygon.point(*corner));
-        let zero = -ROUNDING * point.amax();
-        inner.partition_point(|plane| real_value(plane, &point) >= zero)
-    };
-    outline.corners().iter().map(strip).collect()
+/// The strips between ordered planes that contain the corners of an outline.
+struct Strips {
+    of_corners: [usize; PLANE_CAPACITY],
+    /// 0..=0 for an outline without corners.
+    range: RangeInclusive<usize>,
 }
 
-/// Returns the range of the strips. It is 0..=0 for an outline without corners.
-fn range_of(strips: &[usize]) -> RangeInclusive<usize> {
-    let bound = |bound: Option<&usize>| bound.copied().unwrap_or(0);
-    bound(strips.iter().min())..=bound(strips.iter().max())
+impl Strips {
+    fn of<T: Scalar>(
+        planes: &[AffineField<T>],
+        polygon: &PlanePolygon<T>,
+        outline: &Outline<T>,
+    ) -> Self {
+        let inner = &planes[1..planes.len() - 1];
+        let mut of_corners = [0; PLANE_CAPACITY];
+        let (mut first, mut last) = (usize::MAX, 0);
+        for (strip, corner) in of_corners.iter_mut().zip(outline.corners()) {
+            let point = real_vector(&polygon.point(*corner));
+            let zero = -ROUNDING * point.amax();
+            *strip = inner.partition_point(|plane| real_value(plane, &point) >= zero);
+            (first, last) = (first.min(*strip), last.max(*strip));
+        }
+        Self {
+            of_corners,
+            range: first.min(last)..=last,
+        }
+    }
 }
 
 fn real_value<T: Scalar>(plane: &AffineField<T>, point: &Vector3<f64>) -> f64 {
@@ -267,7 +306,10 @@ fn real_value<T: Scalar>(plane: &AffineField<T>, point: &Vector3<f64>) -> f64 {
 }
 
 /// Returns a field as an affine function of the coordinates in the plane of a polygon, and the rounding-error bound of its values.
-fn in_plane<T: Scalar>(polygon: &PlanePolygon<T>, field: &AffineField<T>) -> (Affine<T>, f64) {
+pub(super) fn in_plane<T: Scalar>(
+    polygon: &PlanePolygon<T>,
+    field: &AffineField<T>,
+) -> (Affine<T>, f64) {
     let [e1, e2, _] = polygon.plane.axes.map(Vector3::from);
     let origin = Vector3::from(polygon.plane.origin);
     let size = real_part(field.offset).abs() + real_vector(&origin).amax();

@@ -1,6 +1,10 @@
+use super::division::Division;
+use super::rates::{EachPolygon, Term};
 use super::{GridBody, TactileImage, TaxelGrid};
 use crate::contact::motion::RelativeMotion;
+use crate::contact::plane_polygon::PlanePolygon;
 use crate::contact::{ContactPair, SurfaceLaw};
+use crate::narrow_phase::ELASTIC_COINCIDENCE;
 use crate::scalar::{DenseDual, lift};
 use crate::spatial::Twist;
 use nalgebra::{SMatrix, SVector, Vector3, Vector6};
@@ -17,8 +21,12 @@ const IN_MOTION: usize = 16;
 /// twists, their moduli, dissipation and friction. Forces are along the [axes of the taxels](TaxelGrid::axes), which are fixed in the body
 /// of the grid. If both bodies move together, the image is therefore constant.
 ///
-/// The derivatives are computed in dual numbers, including the clipping by faces and taxels. If faces coincide, entries
-/// of the Jacobian may be wrong, also if the wrench has a derivative there.
+/// For a pair at rest, the derivatives are in closed form, and nothing is differentiated through a clip. If an edge or a face of the contact
+/// lies on edges of taxels, they are the mean of both sides, as in [`LinearizedContact`](crate::contact::LinearizedContact). The image then
+/// also has taxels without force that the contact may enter.
+///
+/// For a pair in motion, the derivatives are computed in dual numbers, including the clipping by faces and taxels. If faces coincide,
+/// entries of this Jacobian may be wrong, also if the wrench has a derivative there.
 #[derive(Debug, Clone)]
 pub struct LinearizedTactileImage<'g> {
     image: TactileImage<'g>,
@@ -26,6 +34,12 @@ pub struct LinearizedTactileImage<'g> {
     by_relative: Vec<SMatrix<f64, 3, IN_MOTION>>,
     /// Derivatives of the relative inputs with respect to the inputs.
     by_inputs: SMatrix<f64, IN_MOTION, 28>,
+}
+
+/// The change of the force on a taxel with the relative inputs of a pair at rest, in A's axes.
+struct TaxelRate {
+    taxel: [usize; 2],
+    by_relative: SMatrix<f64, 3, AT_REST>,
 }
 
 impl ContactPair<'_> {
@@ -39,8 +53,8 @@ impl ContactPair<'_> {
         let changes = SVector::from_fn(|column, _| DenseDual::<28>::variable(0.0, column));
         let tangent = self.perturbed(&changes).tangent();
         let (image, by_relative) = match self.relative_motion() {
-            None => self.relative_image::<AT_REST>(body, grid, None),
-            motion => self.relative_image::<IN_MOTION>(body, grid, motion),
+            None => self.image_at_rest(body, grid),
+            Some(motion) => self.image_in_motion(body, grid, motion),
         };
         LinearizedTactileImage {
             image,
@@ -49,14 +63,59 @@ impl ContactPair<'_> {
         }
     }
 
-    /// Returns the image and the derivatives of its forces with respect to the first `N` relative inputs.
-    fn relative_image<'g, const N: usize>(
+    /// Returns the image of a pair at rest, and the derivatives of its forces with respect to the relative inputs.
+    fn image_at_rest<'g>(
         &self,
         body: GridBody,
         grid: &'g TaxelGrid,
-        motion: Option<(SurfaceLaw, RelativeMotion<f64>)>,
     ) -> (TactileImage<'g>, Vec<SMatrix<f64, 3, IN_MOTION>>) {
-        let change = |input: usize| DenseDual::<N>::variable(0.0, input);
+        let mut image = self.tactile_image(body, grid);
+        let mut by_relative = vec![SMatrix::zeros(); image.taxels().len()];
+        let source = self.source();
+        let turn = body.turn(&source.pose_ab);
+        for rate in self.elastic_rates(body, grid) {
+            let [row, column] = rate.taxel;
+            let index = image.index_or_added(rate.taxel);
+            by_relative.resize(image.taxels().len(), SMatrix::zeros());
+            let turned = grid.axes(row, column).tr_mul(&turn) * rate.by_relative;
+            let rates: &mut SMatrix<f64, 3, IN_MOTION> = &mut by_relative[index];
+            let mut sum = rates.fixed_columns_mut::<AT_REST>(0);
+            sum += turned;
+        }
+        (image, by_relative)
+    }
+
+    /// Returns the changes of the forces on taxels, part by part.
+    fn elastic_rates(&self, body: GridBody, grid: &TaxelGrid) -> Vec<TaxelRate> {
+        let (surface, _) = self
+            .source()
+            .for_derivatives(ELASTIC_COINCIDENCE, self.search());
+        let division = Division::of((body, grid), &surface.source.pose_ab, None);
+        let moduli = self.moduli();
+        surface.integral(&EachPolygon::new(
+            |_, polygon, rates: &mut Vec<TaxelRate>| {
+                division.visit_terms(polygon, |term| {
+                    let by_relative = by_relative(term, polygon, body, moduli);
+                    match rates.last_mut() {
+                        Some(last) if last.taxel == term.taxel => last.by_relative += by_relative,
+                        _ => rates.push(TaxelRate {
+                            taxel: term.taxel,
+                            by_relative,
+                        }),
+                    }
+                });
+            },
+        ))
+    }
+
+    /// Returns the image of a pair in motion, and the derivatives of its forces with respect to the relative inputs.
+    fn image_in_motion<'g>(
+        &self,
+        body: GridBody,
+        grid: &'g TaxelGrid,
+        (law, motion): (SurfaceLaw, RelativeMotion<f64>),
+    ) -> (TactileImage<'g>, Vec<SMatrix<f64, 3, IN_MOTION>>) {
+        let change = |input: usize| DenseDual::<IN_MOTION>::variable(0.0, input);
         let real = self.real();
         let mut twist = Twist::from_vector(&Vector6::from_fn(|row, _| change(row)));
         // A rotation about A's origin also moves the origin of B.
@@ -66,18 +125,46 @@ impl ContactPair<'_> {
             real.a().perturbed(&Twist::zero(), change(6)),
             real.b().perturbed(&twist, change(7)),
         );
-        let motion = motion.map(|(law, motion)| {
-            let changes = std::array::from_fn(|input| change(AT_REST + input));
-            perturbed_motion(&law, &motion, &changes)
-        });
+        let changes = std::array::from_fn(|input| change(AT_REST + input));
+        let motion = perturbed_motion(&law, &motion, &changes);
         let surface = pair.with_search(self.search()).cut_surface();
-        let image = TactileImage::of(&surface, motion, (body, grid));
+        let image = TactileImage::of(&surface, Some(motion), (body, grid));
         let by_relative = image.taxels().iter().map(|taxel| {
             let force = taxel.force(grid);
             SMatrix::from_fn(|row, input| force[row].eps.get(input).copied().unwrap_or(0.0))
         });
         (image.real(), by_relative.collect())
     }
+}
+
+/// Returns the change of the force on a taxel due to a term, with the relative inputs of a pair at rest. A motion of B takes s_B from p_B in
+/// the frame of A, or adds s_A to p_A in the frame of B (see `RelativeJacobian`).
+fn by_relative(
+    term: &Term,
+    polygon: &PlanePolygon<f64>,
+    body: GridBody,
+    moduli: [f64; 2],
+) -> SMatrix<f64, 3, AT_REST> {
+    let plane = &polygon.plane;
+    let [area, y1, y2] = term.moments;
+    let [e1, e2, _] = plane.axes.map(Vector3::from);
+    let first = Vector3::from(plane.origin) * area + e1 * y1 + e2 * y2;
+    let (vector, gradient) = match body {
+        GridBody::A => (term.vectors[0], plane.slopes[1]),
+        GridBody::B => (term.vectors[1], plane.gradient_a),
+    };
+    let gradient = Vector3::from(gradient) * polygon.weights.moving.area();
+    let (turn, shift) = (gradient.cross(&first), gradient * -area);
+    let [p0, p1, p2] = plane.pressure;
+    let pressed = (p0 * area + p1 * y1 + p2 * y2) * polygon.weights.still.area();
+    let by_a = term.vectors[1] * (-pressed / moduli[0]);
+    let by_b = term.vectors[0] * (pressed * plane.inverse_gradient_norm / moduli[1]);
+    SMatrix::from_fn(|row, input| match input {
+        0..3 => vector[row] * turn[input],
+        3..6 => vector[row] * shift[input - 3],
+        6 => by_a[row],
+        _ => by_b[row],
+    })
 }
 
 /// Returns a law and a relative motion after changes of the angular velocity, the velocity at A's origin, dissipation and friction.

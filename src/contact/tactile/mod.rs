@@ -3,7 +3,7 @@
 //! A [`TaxelGrid`] is fixed to one body of a pair. Its planes divide space into columns and rows, and a taxel is the intersection of a
 //! column and a row. The planes also divide each contact polygon into convex pieces (`division`), over which traction is integrated
 //! exactly. The pieces outside of the patch contribute to a separate wrench. Therefore the sum over all taxels and this wrench is the
-//! contact wrench, up to round-off.
+//! contact wrench, up to round-off. The derivatives of a pair at rest are in closed form (`rates`).
 //!
 //! ```
 //! use hydroelastic::contact::{ContactBody, ContactPair, GridBody, Partner, Shape, TaxelGrid};
@@ -28,12 +28,16 @@
 
 mod cells;
 mod division;
+mod grid_body;
 mod linearized_image;
+mod rates;
+mod shape_gradients;
 mod tactile_image;
 mod taxel_grid;
 mod taxel_grid_error;
 
+pub use grid_body::GridBody;
 pub use linearized_image::LinearizedTactileImage;
-pub use tactile_image::{GridBody, TactileImage, TaxelContact};
+pub use tactile_image::{TactileImage, TaxelContact};
 pub use taxel_grid::TaxelGrid;
 pub use taxel_grid_error::TaxelGridError;

@@ -1,20 +1,11 @@
-use super::TaxelGrid;
 use super::division::{Division, Piece};
+use super::{GridBody, TaxelGrid};
 use crate::contact::integrate::CutSurface;
 use crate::contact::motion::RelativeMotion;
 use crate::contact::{ContactPair, SurfaceLaw};
 use crate::scalar::{Scalar, constant_times, lift, real_part};
 use crate::spatial::{Pose, Wrench};
 use nalgebra::Vector3;
-
-/// The body of a pair to which a [`TaxelGrid`] is fixed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum GridBody {
-    /// Body A.
-    A,
-    /// Body B, which may be rigid or a half-space.
-    B,
-}
 
 /// The contact in one taxel.
 #[derive(Debug, Clone, Copy)]
@@ -63,10 +54,7 @@ impl<'g, T: Scalar> TactileImage<'g, T> {
         (body, grid): (GridBody, &'g TaxelGrid),
     ) -> Self {
         let pose_ab = &surface.source.pose_ab;
-        let division = match body {
-            GridBody::A => Division::new(grid, &Pose::identity(), motion),
-            GridBody::B => Division::new(grid, pose_ab, motion),
-        };
+        let division = Division::of((body, grid), pose_ab, motion);
         let pieces = surface.integral(&division);
         let mut image = Self::empty(grid);
         for piece in &pieces.list {
@@ -102,14 +90,30 @@ impl<'g, T: Scalar> TactileImage<'g, T> {
     }
 
     fn add_taxel(&mut self, contact: &TaxelContact<T>) {
-        let entry = &mut self.entries[contact.row * self.grid.column_count() + contact.column];
-        if let Some(taxel) = self.taxels.get_mut((*entry as usize).wrapping_sub(1)) {
-            taxel.wrench += contact.wrench;
-            taxel.area += contact.area;
-        } else {
-            self.taxels.push(*contact);
+        let taxel = self.taxel_mut([contact.row, contact.column]);
+        taxel.wrench += contact.wrench;
+        taxel.area += contact.area;
+    }
+
+    /// Returns the contact in a taxel of the grid. A new contact is zero.
+    fn taxel_mut(&mut self, [row, column]: [usize; 2]) -> &mut TaxelContact<T> {
+        let entry = &mut self.entries[row * self.grid.column_count() + column];
+        if *entry == 0 {
+            self.taxels.push(TaxelContact {
+                row,
+                column,
+                wrench: Wrench::zero(),
+                area: lift(0.0),
+            });
             *entry = u32::try_from(self.taxels.len()).unwrap_or_default();
         }
+        &mut self.taxels[*entry as usize - 1]
+    }
+
+    /// Returns the index of a taxel of the grid in [`Self::taxels`]. Adds the taxel, without force and area, if it has no contact.
+    pub(super) fn index_or_added(&mut self, taxel: [usize; 2]) -> usize {
+        self.taxel_mut(taxel);
+        self.entries[taxel[0] * self.grid.column_count() + taxel[1]] as usize - 1
     }
 
     /// Adds another image of the same grid.

@@ -3,24 +3,24 @@
 use super::{for_pairs, motion, reshaped, rigid_reshaped, vertices};
 use crate::support::moving::numbers;
 use crate::support::scenes::Random;
-use hydroelastic::contact::{ContactBody, ContactPair, Partner, Shape, SurfaceLaw};
+use hydroelastic::contact::{ContactBody, ContactPair, Partner, Shape, ShapeGradient, SurfaceLaw};
 use hydroelastic::mesh::ShapeRates;
 use hydroelastic::spatial::Twist;
 use nalgebra::{SVector, Vector3};
 
 /// Error of differences with the best of three steps. If one step straddles a change of a polygon's topology or suffers from rounding,
 /// another step does not.
-const DIFFERENCES: f64 = 1e-6;
-const STEPS: [f64; 3] = [1e-5, 1e-6, 1e-7];
+pub const DIFFERENCES: f64 = 1e-6;
+pub const STEPS: [f64; 3] = [1e-5, 1e-6, 1e-7];
 
 /// Velocities of the vertices of both bodies, and rates of their extents.
-struct Change {
+pub struct Change {
     velocities: [Vec<Vector3<f64>>; 2],
     rates: [Vec<f64>; 2],
 }
 
 impl Change {
-    fn random(pair: &ContactPair, random: &mut Random) -> Self {
+    pub fn random(pair: &ContactPair, random: &mut Random) -> Self {
         let velocities = vertices(pair).map(|of| of.iter().map(|_| random.vector()).collect());
         let mut rates_of = |shape: &Shape| -> Vec<f64> {
             let extents = shape.field().extents().iter();
@@ -37,13 +37,13 @@ impl Change {
         }
     }
 
-    /// Returns the wrenches after the change has continued for some time.
-    fn wrenches(
+    /// Calls a function with the pair after the change has continued for some time.
+    pub fn after<O>(
         &self,
         pair: &ContactPair,
-        (law, twists): (&SurfaceLaw, [Twist; 2]),
         time: f64,
-    ) -> SVector<f64, 12> {
+        call: impl FnOnce(&ContactPair) -> O,
+    ) -> O {
         let moves = self.velocities.each_ref().map(|velocities| {
             let moves = velocities.iter().map(|velocity| velocity * time);
             moves.collect::<Vec<_>>()
@@ -55,25 +55,44 @@ impl Change {
         let (a, b) = (pair.a(), pair.b());
         let shape_a = reshaped(a.shape(), &moves[0], &changes[0]);
         let body = ContactBody::new(&shape_a, *a.pose(), a.modulus()).unwrap();
-        let wrench = |partner: Partner| {
-            numbers(
-                &ContactPair::new(body, partner)
-                    .moving(*law, twists)
-                    .wrench(),
-            )
-        };
+        let call = |partner: Partner| call(&ContactPair::new(body, partner));
         if let Some(shape) = b.shape() {
             let shape = reshaped(shape, &moves[1], &changes[1]);
-            wrench(
+            call(
                 ContactBody::new(&shape, *b.pose(), b.modulus().unwrap())
                     .unwrap()
                     .into(),
             )
         } else if let Some(shape) = b.rigid_shape() {
-            wrench(Partner::rigid(&rigid_reshaped(shape, &moves[1]), *b.pose()).unwrap())
+            call(Partner::rigid(&rigid_reshaped(shape, &moves[1]), *b.pose()).unwrap())
         } else {
-            wrench(*b)
+            call(*b)
         }
+    }
+
+    /// Returns the wrenches after the change has continued for some time.
+    fn wrenches(
+        &self,
+        pair: &ContactPair,
+        (law, twists): (&SurfaceLaw, [Twist; 2]),
+        time: f64,
+    ) -> SVector<f64, 12> {
+        self.after(pair, time, |pair| {
+            numbers(&pair.moving(*law, twists).wrench())
+        })
+    }
+
+    /// Returns the derivative of a number with these gradients.
+    pub fn along(&self, gradients: &[ShapeGradient; 2]) -> f64 {
+        let by_body = [0, 1].map(|body| {
+            let rates = ShapeRates {
+                vertices: self.velocities[body].clone(),
+                extents: self.rates[body].clone(),
+                ..ShapeRates::default()
+            };
+            gradients[body].along(&rates).unwrap()
+        });
+        by_body[0] + by_body[1]
     }
 
     /// Returns the derivative in closed form.
@@ -84,16 +103,7 @@ impl Change {
     ) -> SVector<f64, 12> {
         SVector::from_fn(|row, _| {
             let rows = super::row(row);
-            let gradients = pair.moving(*law, twists).shape_gradients(&rows);
-            let by_body = [0, 1].map(|body| {
-                let rates = ShapeRates {
-                    vertices: self.velocities[body].clone(),
-                    extents: self.rates[body].clone(),
-                    ..ShapeRates::default()
-                };
-                gradients[body].along(&rates).unwrap()
-            });
-            by_body[0] + by_body[1]
+            self.along(&pair.moving(*law, twists).shape_gradients(&rows))
         })
     }
 }

@@ -3,7 +3,7 @@
 
 mod dimensions;
 mod identities;
-mod in_motion;
+pub mod in_motion;
 mod mass;
 mod reference_data;
 mod values;
@@ -40,7 +40,7 @@ fn rigid_reshaped(shape: &RigidShape, moves: &[Vector3<f64>]) -> RigidShape {
 }
 
 /// Visits touching pairs: two compliant bodies, and a compliant body with a rigid body or a half-space.
-fn for_pairs(count: usize, seed: u8, mut check: impl FnMut(&ContactPair, &mut Random)) {
+pub fn for_pairs(count: usize, seed: u8, mut check: impl FnMut(&ContactPair, &mut Random)) {
     let shapes = Shapes::mixed();
     shapes.for_pairs(count / 2, seed, &mut check);
     let mut random = Random::new(seed);
