@@ -28,6 +28,8 @@ pub struct ContactItem<'s> {
     pub pair: ContactPair<'s>,
     /// Derivatives of a loss with respect to both wrenches.
     pub by_wrenches: SVector<f64, 12>,
+    /// Index in the batch.
+    pub index: usize,
 }
 
 /// Reads twists. The twist of a missing argument is zero.
@@ -94,7 +96,7 @@ impl Inputs {
     }
 
     /// Number of contacts of a batch; `None` for a single contact.
-    fn count(&self) -> PyResult<Option<usize>> {
+    pub fn count(&self) -> PyResult<Option<usize>> {
         let [pose_a, pose_b] = &self.poses;
         let [twist_a, twist_b] = &self.twists;
         let counts = [
@@ -132,6 +134,7 @@ impl Inputs {
                 pair
             },
             by_wrenches: SVector::from(*self.by_wrenches.at(item)),
+            index: item,
         })
     }
 

@@ -1,12 +1,14 @@
 //! Derivatives of a contact with respect to the shapes of its bodies.
 
 use crate::any_shape::AnyShape;
-use crate::arrays::{Floats, Whole, count, wholes};
+use crate::arrays::{Floats, Whole, check_finite, count, numbers_of_shape, wholes};
 use crate::errors::value_error;
 use crate::pair::{BOTH, Pair, write_columns};
 use crate::pair_inputs::Inputs;
 use crate::shape_gradient::{self, ShapeGradient};
+use crate::taxel_grid::{TaxelGrid, grid_body};
 use hydroelastic::contact::BodyError;
+use hydroelastic::nalgebra::Vector3;
 use pyo3::prelude::*;
 
 /// Number of entries of the Jacobian with respect to one vertex.
@@ -77,6 +79,65 @@ impl Pair {
         let results = inputs.compute(py, self, shape_gradient::width(counts), |at, row| {
             let gradients = at.pair.shape_gradients(&at.by_wrenches);
             shape_gradient::write(row, &gradients);
+        })?;
+        shape_gradient::both(py, &results, counts)
+    }
+
+    /// Computes the gradients of a loss with respect to the shapes of A and B from its gradient with respect to a tactile image.
+    ///
+    /// The bodies are at rest. The grid does not move with the vertices. The gradients with respect to all vertices and extents are in
+    /// closed form. See shape_gradients.
+    ///
+    /// Parameters
+    /// ----------
+    /// grid : TaxelGrid
+    ///     Grid of H rows and W columns.
+    /// pose_a, pose_b : (4, 4) or (n, 4, 4) array_like
+    ///     Poses of A and B in the world.
+    /// by_forces : (H, W, 3) or (n, H, W, 3) array_like
+    ///     Derivatives of the loss with respect to the forces of tactile_image.
+    /// body : str, optional
+    ///     Body of the grid, "a" or "b". Default: "a".
+    /// moduli : (2,) or (n, 2) array_like, optional
+    ///     Moduli (Pa) in place of the moduli of the pair.
+    ///
+    /// Returns
+    /// -------
+    /// gradient_a, gradient_b : ShapeGradient
+    ///     Gradients with respect to the shapes of A and B.
+    ///
+    /// Raises
+    /// ------
+    /// HydroelasticError
+    ///     If an argument or a result is not valid, as in the class description.
+    #[pyo3(signature = (grid, pose_a, pose_b, by_forces, *, body="a", moduli=None))]
+    fn tactile_shape_gradients<'py>(
+        &self,
+        py: Python<'py>,
+        grid: &TaxelGrid,
+        pose_a: &Bound<'py, PyAny>,
+        pose_b: &Bound<'py, PyAny>,
+        by_forces: &Bound<'py, PyAny>,
+        body: &str,
+        moduli: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<(ShapeGradient, ShapeGradient)> {
+        let inputs = Inputs::of(self, [pose_a, pose_b], [None, None], moduli, None)?;
+        let (body, [rows, columns, _]) = (grid_body(body)?, grid.shape());
+        let batch = inputs.count()?.into_iter();
+        let shape: Vec<usize> = batch.chain(grid.shape()).collect();
+        let by_forces = numbers_of_shape(by_forces, "by_forces", &shape)?;
+        check_finite(&by_forces, "by_forces")?;
+        let counts = self.counts();
+        let results = inputs.compute(py, self, shape_gradient::width(counts), |at, numbers| {
+            let by_force = |row: usize, column: usize| {
+                let first = 3 * ((at.index * rows + row) * columns + column);
+                Vector3::from_column_slice(&by_forces[first..first + 3])
+            };
+            // The pair is at rest, so there is no error.
+            let gradients = at.pair.tactile_shape_gradients(body, &grid.inner, by_force);
+            if let Ok(gradients) = gradients {
+                shape_gradient::write(numbers, &gradients);
+            }
         })?;
         shape_gradient::both(py, &results, counts)
     }

@@ -71,6 +71,26 @@ def test_derivatives_are_differences(pair, body, grid):
     assert at_rest.shape == (*forces.shape, 14)
 
 
+@pytest.mark.parametrize("body,grid", [("a", GRID), ("b", CAP)])
+def test_shape_gradients_are_differences(pair, body, grid):
+    random = np.random.default_rng(3)
+    by_forces = random.normal(size=pair.tactile_image(grid, np.eye(4), POSE, body=body).shape)
+    moves = random.normal(size=BALL.vertices.shape)
+
+    def loss(step):
+        ball = he.Shape(BALL.vertices + step * moves, BALL.tets, BALL.extents, inert_tets=True)
+        return np.sum(by_forces * he.Pair(PAD, ball, 1e5, 3e5).tactile_image(grid, np.eye(4), POSE, body=body))
+
+    _, gradient = pair.tactile_shape_gradients(grid, np.eye(4), POSE, by_forces, body=body)
+    difference = (loss(1e-7) - loss(-1e-7)) / 2e-7
+    size = np.abs(gradient.by_vertices * moves).sum()
+    assert abs(difference - np.sum(gradient.by_vertices * moves)) < DIFFERENCES * size
+    batch, _ = pair.tactile_shape_gradients(grid, np.eye(4), np.stack([POSE] * 2), np.stack([by_forces] * 2), body=body)
+    assert np.array_equal(batch.by_vertices[0], batch.by_vertices[1])
+    with pytest.raises(he.HydroelasticError, match="by_forces"):
+        pair.tactile_shape_gradients(grid, np.eye(4), POSE, by_forces[1:], body=body)
+
+
 def test_batches_have_the_bits_of_single_images(pair):
     poses = np.stack([he.moved_pose(POSE, [0.0, 0.0, 0.0, 1e-4 * k, 0.0, -1e-4 * k]) for k in range(9)])
     batch = pair.tactile_image(GRID, np.eye(4), poses)

@@ -352,6 +352,16 @@ class Pair:
         moduli: _Rows | None = None,
         law: _Rows | None = None,
     ) -> tuple[ShapeGradient, ShapeGradient]: ...
+    def tactile_shape_gradients(
+        self,
+        grid: TaxelGrid,
+        pose_a: _Rows,
+        pose_b: _Rows,
+        by_forces: _Rows,
+        *,
+        body: str = 'a',
+        moduli: _Rows | None = None,
+    ) -> tuple[ShapeGradient, ShapeGradient]: ...
     def vertex_jacobians(
         self,
         pose_a: _Rows,
