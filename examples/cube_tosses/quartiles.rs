@@ -6,17 +6,17 @@ use crate::tosses::RATE;
 /// Curves, with the number of quarters of the errors below them.
 const CURVES: [(&str, usize); 3] = [("upper quartile", 3), ("median", 2), ("lower quartile", 1)];
 
-/// Returns a panel of the quartiles over motions of the errors of one body, in a unit, against the time. A curve ends at the frame that
-/// less than half of the motions reach.
+/// Returns a panel with the quartiles over motions of the errors of the first body, multiplied by `scale`, against time. The curves end
+/// before the first frame that fewer than half of the motions reach.
 pub fn panel<'e>(
     y_label: &'static str,
     motions: impl Iterator<Item = &'e Vec<Vec<f64>>>,
-    unit: f64,
+    scale: f64,
 ) -> Panel {
     let motions: Vec<&Vec<Vec<f64>>> = motions.collect();
     let sorted = |frame: usize| {
         let errors = motions.iter().filter_map(|errors| errors.get(frame));
-        let mut errors: Vec<f64> = errors.map(|bodies| unit * bodies[0]).collect();
+        let mut errors: Vec<f64> = errors.map(|bodies| scale * bodies[0]).collect();
         errors.sort_by(f64::total_cmp);
         (errors.len() >= motions.len().div_ceil(2).max(1)).then_some(errors)
     };

@@ -1,4 +1,4 @@
-"""Can a fingertip center a peg on its pad, if it feels only a tactile image of 8×8 taxels?
+"""Can a fingertip center itself over a peg, with only a tactile image of 8×8 taxels?
 
     pip install "hydroelastic[gymnasium]"
     python fingertip_centers.py
@@ -6,7 +6,7 @@
 Each of 32 soft fingertips presses on a peg with 1 N, at a random place up to 6 mm from its top. Two slides move the
 fingertip over the peg with the velocity that the policy commands. The observation is the image of the forces on the
 taxels. The policy moves the fingertip towards the center of pressure in the image, until it is in the middle of the pad.
-Two other policies, for comparison: zero velocity, and random velocities.
+For comparison, two other policies command zero and random velocities.
 """
 
 import gymnasium
@@ -29,7 +29,7 @@ press = he.Joint.prismatic("z", [0.0, 0.0, 1.0], parent="bridge", damping=5.0, t
 finger = he.Body.dynamic("finger", tip, skin, mass=0.05, joint=press)
 world = he.World([*slides, finger, he.Body.fixed("peg", peg, he.Material.rigid(friction=0.3))])
 
-# The z axis of the grid points down, its x axis is that of the world, and its y axis is opposite.
+# The x axis of the grid is parallel to that of the world. Its y and z axes are opposite to those of the world.
 grid = he.TaxelGrid.dome([1.6, 1.6], SIZE, SIZE, frame=he.pose([0.0, 0.0, 0.0], [np.pi, 0.0, 0.0]))
 pair = he.Pair(tip, peg, 2e5, law=law)
 angles = 1.6 * ((np.arange(SIZE) + 0.5) / SIZE - 0.5)

@@ -4,7 +4,7 @@
     python hinge_tosses.py [--data FOLDER --fit 60 --held-out 100]
 
 The folder contains the file elbow_tosses.csv, whose source is in docs/measured_motions.md. First, the friction and the damping of the
-hinge are fitted to flights after impacts, where no contact acts. Then the numbers of the contact are fitted to the beginnings of tosses,
+hinge are fitted to flights after impacts, where no contact acts. Then the parameters of the contact are fitted to the beginnings of tosses,
 with and without these losses of the hinge. Without a folder, tosses are simulated with noise, and all estimates are compared with the
 true values.
 """
@@ -20,15 +20,15 @@ RATE = 148.0  # frames per second
 SIZES = np.array([0.1, 0.05, 0.05])  # m, of each box
 MASS = 0.37  # kg, of each box
 INERTIA = MASS / 12 * np.diag((SIZES**2).sum() - SIZES**2)  # of a solid box
-CENTER = [0.035, 0.0, 0.0]  # m: center of the second box. Its origin is on the hinge.
+CENTER = [0.035, 0.0, 0.0]  # m: center of the second box in its frame, whose origin is on the hinge
 FRAMES = 41  # number of frames that are fitted: 0.27 s, with one or two impacts
 SHORTEST_FLIGHT = 10  # frames before the first impact
 SHORTEST_FLIGHT_BETWEEN = 12  # frames between two impacts
 CLEARANCE = 0.012  # m: least height of the corners of the boxes in a flight between impacts
 CORNERS = SIZES / 2 * np.stack(np.meshgrid([-1, 1], [-1, 1], [-1, 1]), axis=-1).reshape(-1, 3)
 PLAN = he.Plan(1 / RATE, FRAMES - 1, "sdirk3", accuracy=he.Accuracy(0.05, 0.5))
-MODEL_ERROR = (1e-2, 0.2)  # m, rad: of the motion after an impact
-NOISE = [1e-3, 0.01, 0.03, 0.1]  # m, rad, m/s, rad/s: standard deviations of measured initial states
+MODEL_ERROR = (1e-2, 0.2)  # m, rad: standard deviations of the errors of the model after an impact
+NOISE = [1e-3, 0.01, 0.03, 0.1]  # m, rad, m/s, rad/s: standard deviations of measured poses and initial velocities
 GUESS = {"modulus": 3e7, "dissipation": 2.0, "friction": 0.2, "height": 1e-3, "gravity": -9.81}
 HINGE_LOSSES = {"hinge damping": 1e-3, "hinge friction": 1e-3}  # N m s and N m: guess
 TRUTH = {"modulus": 5e6, "dissipation": 1.5, "friction": 0.15, "height": 1e-3, "gravity": -9.75}
@@ -36,7 +36,7 @@ TRUTH |= {"hinge damping": 2e-3, "hinge friction": 5e-3}
 
 
 def world_of(values):
-    """A world with two boxes on a hinge above a table. The hinge is free if the values have no friction and no damping of it."""
+    """A world with two boxes on a hinge above a table. If the values have no damping and no friction of the hinge, the hinge is free."""
     skin = he.Material(values["modulus"], dissipation=values["dissipation"], friction=values["friction"])
     box = he.Shape.cuboid(SIZES)
     first = he.Body.dynamic("first", box, skin, MASS, center_of_mass=[0.0] * 3, inertia=INERTIA, pose=he.pose([0.0, 0.0, 0.3]))
@@ -90,7 +90,7 @@ def flight_identification(values, unknowns):
 def with_fitted_start(toss):
     """The toss with an initial state that fits its flight. The errors of a measured state would change the motion after an impact."""
     states = list(toss)
-    beginning = he.Trajectory(states[: flight(toss)])
+    beginning = he.Trajectory(states[: flight_frame_count(toss)])
     prediction = flight_identification(GUESS, []).predict([], beginning, fitted_duration=1.0)
     return he.Trajectory([prediction.trajectory[0], *states[1:]])
 
@@ -128,7 +128,7 @@ def centers(trajectory):
     return np.stack([poses[:, 0, :3, 3], poses[:, 1, :3, 3] + poses[:, 1, :3, :3] @ CENTER], axis=1)
 
 
-def flight(toss):
+def flight_frame_count(toss):
     """The number of frames before the common center of mass first has another acceleration than that of gravity."""
     accelerations = RATE**2 * np.diff(centers(toss).mean(axis=1)[:, 2], 2)
     contacts = np.flatnonzero(np.abs(accelerations + 9.8) > 25.0)
@@ -209,8 +209,8 @@ def fit_recordings(options):
         result = fit(f"{title}, flights", identification, flights[::2])
         predict_flights(identification, result.values, flights[1::2])
         losses[title] = dict(zip(values, result.values[1:]))
-    tosses = [toss for toss in tosses if flight(toss) >= SHORTEST_FLIGHT]
-    training, held_out = ([with_fitted_start(toss) for toss in some] for some in (tosses[: options.fit], tosses[-options.held_out :]))
+    tosses = [toss for toss in tosses if flight_frame_count(toss) >= SHORTEST_FLIGHT]
+    training, held_out = ([with_fitted_start(toss) for toss in subset] for subset in (tosses[: options.fit], tosses[-options.held_out :]))
     for title, values in losses.items():
         identification = contact_identification({**GUESS, **values}, [], MODEL_ERROR)
         result = fit(f"{title}, tosses", identification, [he.Trajectory(list(toss)[:FRAMES]) for toss in training])
@@ -218,7 +218,7 @@ def fit_recordings(options):
 
 
 def fit_simulation():
-    """Fits all numbers to simulated tosses."""
+    """Fits all parameters to simulated tosses."""
     identification = contact_identification({**GUESS, **HINGE_LOSSES}, hinge_unknowns(), NOISE[:2])
     result = fit("simulated tosses", identification, list(simulated(TRUTH, 4)))
     truth = np.array(list(TRUTH.values()))
@@ -226,7 +226,7 @@ def fit_simulation():
 
 
 def contact_identification(values, unknowns, noise):
-    """An identification of the numbers of the contact, and of further unknowns."""
+    """An identification of the parameters of the contact, and of further unknowns."""
     return he.Identification(world_of(values), PLAN, [*contact_unknowns(), *unknowns], noise=noise, cauchy=2.0)
 
 

@@ -32,7 +32,8 @@ impl Evaluator for PythonEvaluator {
 }
 
 impl PythonEvaluator {
-    /// Results of a method. Keeps an exception. A text is an error.
+    /// Calls a method of the evaluator and converts its results. A string is the error of one measurement. An exception is stored, and ends
+    /// the fit.
     fn results<V>(
         &self,
         method: &str,
@@ -55,14 +56,14 @@ impl PythonEvaluator {
         });
         results.map_err(|exception| {
             let text = exception.to_string();
-            keep(&self.raised, exception);
+            store(&self.raised, exception);
             IdentificationError::Evaluation(text)
         })
     }
 }
 
-/// Keeps an exception.
-pub fn keep(raised: &Mutex<Option<PyErr>>, exception: PyErr) {
+/// Stores an exception, which is raised after the fit.
+pub fn store(raised: &Mutex<Option<PyErr>>, exception: PyErr) {
     if let Ok(mut raised) = raised.lock() {
         *raised = Some(exception);
     }

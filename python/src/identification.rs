@@ -2,7 +2,7 @@
 
 use crate::arrays::{Whole, array, count, list, named_real, optional_real, row, whole};
 use crate::errors::{gradient_error, value_error};
-use crate::evaluator::{PythonEvaluator, Raised, keep};
+use crate::evaluator::{PythonEvaluator, Raised, store};
 use crate::fit::{Checkpoint, Fit, Prediction};
 use crate::interrupt::{Shared, run};
 use crate::parameter::Parameter;
@@ -561,7 +561,7 @@ fn told(
         Ok(false) => ControlFlow::Continue(()),
         Ok(true) => ControlFlow::Break(()),
         Err(exception) => {
-            keep(raised, exception);
+            store(raised, exception);
             ControlFlow::Break(())
         }
     }

@@ -141,7 +141,7 @@ def test_invalid_arguments_are_refused():
         (lambda: he.Identification(world, PLAN, unknowns(), huber=3.0, cauchy=3.0), "exclude each other"),
         (lambda: he.Identification(world, PLAN, unknowns(), bodies=["cube"]), "cube"),
         (lambda: he.Identification(world, PLAN, unknowns()).fit([]), "at least one measurement"),
-        (lambda: he.Identification(world, PLAN, []).fit(measurements(), start=he.Checkpoint(1, [], np.zeros((2, 0)))), "0 horizons"),
+        (lambda: he.Identification(world, PLAN, []).fit(measurements(), start=he.Checkpoint(1, [], np.zeros((2, 0)))), "the largest index is 0"),
         (lambda: he.Identification(world, PLAN, []).residuals(measurements(), he.Checkpoint(0, [], np.zeros((1, 0)))), "2 measurements"),
     ]:
         with pytest.raises(he.HydroelasticError, match=match):

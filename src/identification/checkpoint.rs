@@ -5,7 +5,7 @@ use nalgebra::DVector;
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Checkpoint {
-    /// Index of the horizon. The number of horizons stands for whole measurements, and a larger index is an error.
+    /// Index of the horizon. If it is the number of horizons, whole measurements are fitted. A larger index is an error.
     pub horizon: usize,
     /// Coordinates of the unknowns: see [`Unknown`](super::Unknown).
     pub unknowns: DVector<f64>,

@@ -101,7 +101,7 @@ pub enum IdentificationError {
     Evaluation(String),
     /// The horizon index of a checkpoint is larger than the number of horizons.
     #[error(
-        "the checkpoint has the horizon index {found}, but the identification has {count} horizons: use the horizons of the fit that made the checkpoint"
+        "the checkpoint has the horizon index {found}, but the largest index is {count}: use the horizons of the fit that made the checkpoint"
     )]
     HorizonIndex {
         /// Index that was found.

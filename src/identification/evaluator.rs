@@ -6,14 +6,14 @@ use crate::dynamics::RolloutError;
 use crate::gradient::GradientError;
 use crate::parallel;
 
-/// Result for each of several measurements, in their order: an error if the rollout of the measurement ended early. An error of all
-/// results means that they cannot be computed.
+/// One result for each measurement, in order. An inner error means that the rollout of the measurement ended early. The outer error means
+/// that no result could be computed.
 pub type Evaluated<V> = Result<Vec<Result<V, IdentificationError>>, IdentificationError>;
 
-/// Program that simulates the measurements of a fit: see [`Identification::resume_with`].
+/// Simulator of the measurements of a fit: see [`Identification::resume_with`].
 ///
 /// Measurements are given by their indices. The point has the coordinates of the unknowns and of the nuisances of all measurements, and
-/// the index of the horizon. An error of all results ends the fit.
+/// the index of the horizon. The outer error ends the fit.
 pub trait Evaluator {
     /// Costs of measurements at a point, as [`Identification::costs`].
     ///

@@ -257,7 +257,7 @@ impl<'a> Minimizer<'a> {
         let Some(mut costs) = self.costs_at(&point, &self.simulated)? else {
             return Ok(None);
         };
-        if !self.keep_nuisances(&mut point, &mut costs)? {
+        if !self.restore_nuisances(&mut point, &mut costs)? {
             return Ok(None);
         }
         let priors = QuadraticModel::zeros(unknowns.len()).add_priors(unknowns, &point.unknowns);
@@ -265,32 +265,32 @@ impl<'a> Minimizer<'a> {
         Ok(Some((point, cost)))
     }
 
-    /// Restores the old nuisances of each measurement whose cost would increase, if they have a lower cost. One chaotic motion then does
-    /// not shorten the steps of all measurements. Returns false if a rollout ends early.
-    fn keep_nuisances(
+    /// If a step increases the cost of a measurement, restores its previous nuisances, provided that they decrease this cost. Without this
+    /// rule, one chaotic motion would shorten the steps of all measurements. Returns false if a rollout ends early.
+    fn restore_nuisances(
         &self,
         point: &mut Checkpoint,
         costs: &mut [f64],
     ) -> Result<bool, IdentificationError> {
-        let (mut kept, mut increased) = (point.clone(), Vec::new());
-        for ((place, &index), moved) in self.simulated.iter().enumerate().zip(&*costs) {
+        let (mut restored, mut increased) = (point.clone(), Vec::new());
+        for ((entry, &index), moved) in self.simulated.iter().enumerate().zip(&*costs) {
             let has_decreased = *moved <= self.measurements[index].cost;
             if !has_decreased && !point.nuisances[index].is_empty() {
-                kept.nuisances[index].clone_from(&self.point.nuisances[index]);
-                increased.push((place, index));
+                restored.nuisances[index].clone_from(&self.point.nuisances[index]);
+                increased.push((entry, index));
             }
         }
         let indices: Vec<usize> = increased.iter().map(|(_, index)| *index).collect();
         if indices.is_empty() {
             return Ok(true);
         }
-        let Some(costs_kept) = self.costs_at(&kept, &indices)? else {
+        let Some(costs_restored) = self.costs_at(&restored, &indices)? else {
             return Ok(false);
         };
-        for ((place, index), cost) in increased.into_iter().zip(costs_kept) {
-            if cost < costs[place] {
-                costs[place] = cost;
-                point.nuisances[index].clone_from(&kept.nuisances[index]);
+        for ((entry, index), cost) in increased.into_iter().zip(costs_restored) {
+            if cost < costs[entry] {
+                costs[entry] = cost;
+                point.nuisances[index].clone_from(&restored.nuisances[index]);
             }
         }
         Ok(true)
@@ -311,7 +311,7 @@ impl<'a> Minimizer<'a> {
     }
 }
 
-/// Equations of measurements at a point, with the sizes of the problem.
+/// Evaluates the equations of measurements at a point, and checks their count and sizes.
 ///
 /// # Errors
 /// Errors of the evaluator.

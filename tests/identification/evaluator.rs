@@ -43,23 +43,23 @@ impl Evaluator for OneByOne<'_> {
             self.identification.equations(measurements, point)
         })?;
         for equations in all.iter_mut().flatten() {
-            *equations = sent(equations);
+            *equations = round_trip(equations);
         }
         Ok(all)
     }
 }
 
-/// Returns equations after their way through a file.
-fn sent(equations: &Equations) -> Equations {
+/// Returns equations after a round trip through JSON. Without the feature `serde`, clones them.
+fn round_trip(equations: &Equations) -> Equations {
     #[cfg(feature = "serde")]
     return serde_json::from_str(&serde_json::to_string(equations).unwrap()).unwrap();
     #[cfg(not(feature = "serde"))]
     return equations.clone();
 }
 
-/// Evaluator that fails, or returns too few results.
+/// Evaluator that returns an empty list or an error.
 struct Broken {
-    has_results: bool,
+    returns_empty: bool,
 }
 
 impl Evaluator for Broken {
@@ -68,14 +68,14 @@ impl Evaluator for Broken {
     }
 
     fn equations(&self, _: &Checkpoint, _: &[usize]) -> Evaluated<Equations> {
-        if self.has_results {
+        if self.returns_empty {
             return Ok(Vec::new());
         }
         Err(IdentificationError::Evaluation("no worker is left".into()))
     }
 }
 
-/// Returns all numbers of a fit.
+/// Returns the bits of the coordinates, the costs and the covariance of a fit.
 fn bits(fit: &Fit) -> Vec<u64> {
     let Checkpoint {
         unknowns,
@@ -119,9 +119,9 @@ fn an_evaluator_and_the_threads_give_the_same_bits_and_errors() {
 fn errors_of_an_evaluator_end_a_fit() {
     let identification = Identification::new(&world(TRUTH), &plan(), &unknowns()).unwrap();
     let measurements = clean(1);
-    let error = |has_results| {
+    let error = |returns_empty| {
         let start = identification.first_checkpoint(1);
-        let evaluator = Broken { has_results };
+        let evaluator = Broken { returns_empty };
         let fit = identification.resume_with(&measurements, start, &evaluator);
         fit.unwrap_err().to_string()
     };

@@ -305,7 +305,7 @@ class Batch:
                 if report is not None:
                     report(done)
         finally:
-            # Only Ctrl-C or an exception leaves tasks.
+            # Tasks remain only after Ctrl-C or an exception.
             for task in tasks:
                 ray.cancel(task)
             if report is not None:
@@ -336,7 +336,7 @@ def fit(
 ) -> Fit:
     """Fits the unknowns of an identification to measurements, on a Ray cluster.
 
-    The result is that of ``identification.fit``, with the same bits. The minimizer runs in this process. In each
+    The result is bitwise identical to that of ``identification.fit``. The minimizer runs in this process. In each
     iteration, tasks simulate parts of the measurements. The identification and the measurements are sent once to each
     machine that needs them. After that, only coordinates, costs and normal equations are sent, whose sizes do not
     depend on the number of states.
@@ -384,7 +384,7 @@ def fit(
 
 
 class _Evaluator:
-    """Simulation of the measurements of a fit in tasks."""
+    """Evaluator that simulates the measurements of a fit in Ray tasks."""
 
     def __init__(
         self, identification: Identification, trajectories: list[Trajectory], chunk: int | None, max_retries: int
@@ -393,7 +393,7 @@ class _Evaluator:
         self._trajectories = trajectories
         self._chunk = None if chunk is None else check_count(chunk, "chunk", 1)
         self._max_retries = check_count(max_retries, "max_retries", -1)
-        # Pickled identification, and pickled measurements of each part, once they are sent.
+        # Pickled identification, and pickled measurements of each part. None before the first evaluation.
         self._sent: tuple[ray.ObjectRef[bytes], list[ray.ObjectRef[bytes]]] | None = None
 
     def costs(self, checkpoint: Checkpoint, indices: list[int]) -> list[Any]:
@@ -416,7 +416,7 @@ class _Evaluator:
                     raise values[0]
                 results.update(zip(part, values, strict=True))
         finally:
-            # Only Ctrl-C or an exception leaves tasks.
+            # Tasks remain only after Ctrl-C or an exception.
             for task in tasks:
                 ray.cancel(task)
         return [results[index] for index in indices]
@@ -436,11 +436,11 @@ class _Evaluator:
         for index in indices:
             members.setdefault(index // length, []).append(index)
         nuisances, tasks = checkpoint.nuisances, {}
-        for part, own in members.items():
-            point = Checkpoint(checkpoint.horizon, checkpoint.unknowns, nuisances[own])
-            within = [index - part * length for index in own]
-            task = function.remote(_core.__version__, method, self._sent[0], self._sent[1][part], within, point)
-            tasks[task] = own
+        for part, indices_of_part in members.items():
+            point = Checkpoint(checkpoint.horizon, checkpoint.unknowns, nuisances[indices_of_part])
+            local_indices = [index - part * length for index in indices_of_part]
+            task = function.remote(_core.__version__, method, self._sent[0], self._sent[1][part], local_indices, point)
+            tasks[task] = indices_of_part
         return tasks
 
 

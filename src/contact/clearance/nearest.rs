@@ -8,11 +8,11 @@ use crate::narrow_phase::RelativePair;
 use crate::spatial::Pose;
 use nalgebra::Vector3;
 
-/// Largest number of rounds in which a point approaches both surfaces in turn.
+/// Largest number of alternating projections onto both surfaces.
 const ROUNDS: usize = 16;
-/// Ratio of squared distances above which a further round is not worth its cost.
-const SMALL_PROGRESS: f64 = 0.999;
-/// Largest number of triangles of each body that are all compared with those of the other body.
+/// Ratio of squared distances above which further projections are not worth their cost.
+const STALL_RATIO: f64 = 0.999;
+/// Largest number of triangles of each body for a comparison of all pairs.
 const MOST_COMPARED: usize = 32;
 
 /// Closest features of the boundary surfaces of A and B.
@@ -67,13 +67,13 @@ impl<'s, 'a> Search<'s, 'a> {
             .gap_to(&sides[1].triangle(faces[1]));
         let mut search = Self { sides, gap, faces };
         search.approach();
-        if search.compare_ends().is_none() {
+        if search.compare_near_supports().is_none() {
             search.descend(&sides.map(Side::root));
         }
         search
     }
 
-    /// Finds a close pair: the point of B closest to a point of A, the point of A closest to that point, and so on.
+    /// Finds a close pair by alternating projection onto both surfaces, beginning at the center of A's box.
     fn approach(&mut self) {
         let [a, b] = self.sides;
         let mut point_of_a = a.tree.bvh().bounds().center();
@@ -83,25 +83,25 @@ impl<'s, 'a> Search<'s, 'a> {
             let (next, face_a) = a.closest_to(&point_of_b);
             point_of_a = next;
             self.compare([face_a, face_b]);
-            if self.gap.squared_distance >= SMALL_PROGRESS * before {
+            if self.gap.squared_distance >= STALL_RATIO * before {
                 return;
             }
         }
     }
 
-    /// Compares the triangles that reach far enough along the direction between the closest points so far. All other pairs are farther
-    /// apart, because the plane across this direction at the end of either body separates them. Returns `None` without comparison if
-    /// there are too many triangles, as for bodies that are not convex.
-    fn compare_ends(&mut self) -> Option<()> {
+    /// Compares only the triangles near the support planes of both bodies, along the direction between the closest points so far. A triangle
+    /// of A that is behind the support plane of B by at least the present distance is not part of a closer pair, and vice versa. Returns
+    /// `None` without comparison if there are too many triangles, as for bodies that are not convex.
+    fn compare_near_supports(&mut self) -> Option<()> {
         if self.gap.are_crossing {
             return Some(());
         }
         let distance = self.gap.squared_distance.sqrt();
         let along = self.gap.between / distance;
         let [a, b] = self.sides;
-        let (end_a, end_b) = (a.end_along(&along), b.end_along(&-along));
-        let faces_a = a.faces_beyond(-end_b - distance, &along, MOST_COMPARED)?;
-        let faces_b = b.faces_beyond(-end_a - distance, &-along, MOST_COMPARED)?;
+        let (support_a, support_b) = (a.support(&along), b.support(&-along));
+        let faces_a = a.faces_beyond(-support_b - distance, &along, MOST_COMPARED)?;
+        let faces_b = b.faces_beyond(-support_a - distance, &-along, MOST_COMPARED)?;
         for &face_a in &faces_a {
             for &face_b in &faces_b {
                 self.compare([face_a, face_b]);
@@ -144,7 +144,7 @@ impl<'s, 'a> Search<'s, 'a> {
         let distance = self.gap.squared_distance.sqrt();
         let along = self.gap.between / distance;
         // For crossing triangles, the distance is 0, and the direction is not finite.
-        -b.end_along(&-along) - a.end_along(&along) >= distance
+        -b.support(&-along) - a.support(&along) >= distance
     }
 
     fn compare(&mut self, faces: [SurfaceFace; 2]) {

@@ -33,10 +33,10 @@ pub(super) struct Part {
 
 impl Part {
     /// Returns an upper bound of the coordinate (m) of the points of the part along a unit vector.
-    pub fn end_along(&self, direction: &Vector3<f64>) -> f64 {
+    pub fn support(&self, direction: &Vector3<f64>) -> f64 {
         match &self.triangle {
-            Some((_, corners)) => end_of_corners(corners, direction),
-            None => end_of_box(&self.bounds, direction),
+            Some((_, corners)) => support_of_corners(corners, direction),
+            None => support_of_box(&self.bounds, direction),
         }
     }
 }
@@ -108,10 +108,10 @@ impl<'a> Side<'a> {
     }
 
     /// Returns the largest coordinate (m) of the surface along a unit vector in A's frame.
-    pub fn end_along(&self, direction: &Vector3<f64>) -> f64 {
+    pub fn support(&self, direction: &Vector3<f64>) -> f64 {
         let mut end = f64::NEG_INFINITY;
-        self.visit_from_end(direction, |_, end_of_face| {
-            end = end.max(end_of_face);
+        self.visit_from_support(direction, |_, support_of_face| {
+            end = end.max(support_of_face);
             end
         });
         end
@@ -125,8 +125,8 @@ impl<'a> Side<'a> {
         most: usize,
     ) -> Option<Vec<SurfaceFace>> {
         let mut faces = Vec::new();
-        self.visit_from_end(direction, |face, end_of_face| {
-            if end_of_face > limit {
+        self.visit_from_support(direction, |face, support_of_face| {
+            if support_of_face > limit {
                 faces.push(face);
             }
             if faces.len() > most {
@@ -140,16 +140,16 @@ impl<'a> Side<'a> {
 
     /// Visits triangles with their largest coordinate (m) along a unit vector in A's frame, beginning with the nodes that reach farthest.
     /// `visit` returns a coordinate. Triangles that do not reach it need not be visited.
-    fn visit_from_end(
+    fn visit_from_support(
         &self,
         direction: &Vector3<f64>,
         mut visit: impl FnMut(SurfaceFace, f64) -> f64,
     ) {
         let local = self.pose.rotation().tr_mul(direction);
         let offset = direction.dot(self.pose.translation());
-        let before = |aabb: &Aabb| -end_of_box(aabb, &local);
+        let before = |aabb: &Aabb| -support_of_box(aabb, &local);
         self.tree.bvh().visit_ascending(before, |face| {
-            let end = end_of_corners(&face.corners(self.shape.cells()), &local) + offset;
+            let end = support_of_corners(&face.corners(self.shape.cells()), &local) + offset;
             offset - visit(face, end)
         });
     }
@@ -196,11 +196,11 @@ impl ClosestFace {
 }
 
 /// Returns the largest coordinate (m) of a box along a unit vector.
-fn end_of_box(aabb: &Aabb, direction: &Vector3<f64>) -> f64 {
+fn support_of_box(aabb: &Aabb, direction: &Vector3<f64>) -> f64 {
     direction.dot(&aabb.center()) + direction.abs().dot(&aabb.half_extents())
 }
 
 /// Returns the largest coordinate (m) of corners along a unit vector.
-fn end_of_corners([a, b, c]: &[Vector3<f64>; 3], direction: &Vector3<f64>) -> f64 {
+fn support_of_corners([a, b, c]: &[Vector3<f64>; 3], direction: &Vector3<f64>) -> f64 {
     direction.dot(a).max(direction.dot(b)).max(direction.dot(c))
 }

@@ -20,8 +20,8 @@ impl GridBody {
         }
     }
 
-    /// Returns the matrix that turns forces on A, in A's axes, into forces on this body, in its axes.
-    pub(super) fn turn(self, pose_ab: &Pose) -> Matrix3<f64> {
+    /// Returns the matrix that maps the force on A, in A's axes, to the force on this body, in its own axes.
+    pub(super) fn force_from_a(self, pose_ab: &Pose) -> Matrix3<f64> {
         match self {
             Self::A => Matrix3::identity(),
             Self::B => -pose_ab.rotation().transpose(),

@@ -1,5 +1,5 @@
 use super::division::Division;
-use super::rates::{EachPolygon, Term};
+use super::rates::{PolygonIntegrand, Term};
 use super::{GridBody, TactileImage, TaxelGrid};
 use crate::contact::motion::RelativeMotion;
 use crate::contact::plane_polygon::PlanePolygon;
@@ -22,11 +22,12 @@ const IN_MOTION: usize = 16;
 /// of the grid. If both bodies move together, the image is therefore constant.
 ///
 /// For a pair at rest, the derivatives are in closed form, and nothing is differentiated through a clip. If an edge or a face of the contact
-/// lies on edges of taxels, they are the mean of both sides, as in [`LinearizedContact`](crate::contact::LinearizedContact). The image then
-/// also has taxels without force that the contact may enter.
+/// coincides with a taxel edge, each derivative is the mean of the two one-sided derivatives, as in
+/// [`LinearizedContact`](crate::contact::LinearizedContact). The image then also has adjacent taxels whose forces are zero, but not their
+/// derivatives.
 ///
-/// For a pair in motion, the derivatives are computed in dual numbers, including the clipping by faces and taxels. If faces coincide,
-/// entries of this Jacobian may be wrong, also if the wrench has a derivative there.
+/// For a pair in motion, the derivatives are computed in dual numbers, including the clipping by faces and taxels. If faces of the
+/// bodies coincide, entries of this Jacobian may be wrong, even if the wrench has a derivative there.
 #[derive(Debug, Clone)]
 pub struct LinearizedTactileImage<'g> {
     image: TactileImage<'g>,
@@ -36,8 +37,8 @@ pub struct LinearizedTactileImage<'g> {
     by_inputs: SMatrix<f64, IN_MOTION, 28>,
 }
 
-/// The change of the force on a taxel with the relative inputs of a pair at rest, in A's axes.
-struct TaxelRate {
+/// Derivatives of the force on a taxel with respect to the relative inputs of a pair at rest, in A's axes.
+struct TaxelDerivatives {
     taxel: [usize; 2],
     by_relative: SMatrix<f64, 3, AT_REST>,
 }
@@ -72,8 +73,8 @@ impl ContactPair<'_> {
         let mut image = self.tactile_image(body, grid);
         let mut by_relative = vec![SMatrix::zeros(); image.taxels().len()];
         let source = self.source();
-        let turn = body.turn(&source.pose_ab);
-        for rate in self.elastic_rates(body, grid) {
+        let turn = body.force_from_a(&source.pose_ab);
+        for rate in self.elastic_derivatives(body, grid) {
             let [row, column] = rate.taxel;
             let index = image.index_or_added(rate.taxel);
             by_relative.resize(image.taxels().len(), SMatrix::zeros());
@@ -85,20 +86,20 @@ impl ContactPair<'_> {
         (image, by_relative)
     }
 
-    /// Returns the changes of the forces on taxels, part by part.
-    fn elastic_rates(&self, body: GridBody, grid: &TaxelGrid) -> Vec<TaxelRate> {
+    /// Returns the derivatives of the forces on taxels, with an entry for each part of a polygon.
+    fn elastic_derivatives(&self, body: GridBody, grid: &TaxelGrid) -> Vec<TaxelDerivatives> {
         let (surface, _) = self
             .source()
             .for_derivatives(ELASTIC_COINCIDENCE, self.search());
         let division = Division::of((body, grid), &surface.source.pose_ab, None);
         let moduli = self.moduli();
-        surface.integral(&EachPolygon::new(
-            |_, polygon, rates: &mut Vec<TaxelRate>| {
+        surface.integral(&PolygonIntegrand::new(
+            |_, polygon, rates: &mut Vec<TaxelDerivatives>| {
                 division.visit_terms(polygon, |term| {
                     let by_relative = by_relative(term, polygon, body, moduli);
                     match rates.last_mut() {
                         Some(last) if last.taxel == term.taxel => last.by_relative += by_relative,
-                        _ => rates.push(TaxelRate {
+                        _ => rates.push(TaxelDerivatives {
                             taxel: term.taxel,
                             by_relative,
                         }),
@@ -137,8 +138,8 @@ impl ContactPair<'_> {
     }
 }
 
-/// Returns the change of the force on a taxel due to a term, with the relative inputs of a pair at rest. A motion of B takes s_B from p_B in
-/// the frame of A, or adds s_A to p_A in the frame of B (see `RelativeJacobian`).
+/// Returns the change of the force on a taxel due to a term, with the relative inputs of a pair at rest. A motion of B changes p_B by −s_B in
+/// the frame of A, or p_A by s_A in the frame of B. `RelativeJacobian` defines s_A and s_B.
 fn by_relative(
     term: &Term,
     polygon: &PlanePolygon<f64>,

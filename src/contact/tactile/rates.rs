@@ -1,4 +1,4 @@
-//! Changes of the elastic forces on taxels, in closed form.
+//! Derivatives of the elastic forces on taxels, in closed form.
 //!
 //! Let p_A and p_B grow by δ_A and δ_B, at fixed points in the frame of the grid. The contact surface p_A = p_B then moves along its normal
 //! n by h = (δ_B − δ_A)/|g|, with g = ∇p_A − ∇p_B. For f = p_A or p_B, the flux of f through the part of the surface in a taxel changes by
@@ -19,7 +19,8 @@
 //!
 //! - *An edge of the contact polygon in the plane.* As the edge leaves the plane to one side, the plane cuts the polygon. As it leaves to
 //!   the other side, the plane cuts the neighbor of the polygon. Each polygon therefore counts half of its flux between the taxels.
-//! - *A whole polygon in the plane*, such as the side of a block. It enters one taxel or the other.
+//! - *A whole polygon in the plane*, such as the side of a block. A small motion moves it into one taxel or the other. Each taxel therefore
+//!   has half of its terms.
 
 use super::division::{Division, in_plane};
 use crate::contact::integrate::{Integrand, Remainder};
@@ -37,13 +38,14 @@ use std::marker::PhantomData;
 /// Gauss–Legendre points of an edge, as fractions of its length. Both have the weight ½, and are exact up to degree 3.
 const TWO_POINTS: [f64; 2] = [0.211_324_865_405_187_1, 0.788_675_134_594_812_9];
 
-/// A term of the vectors ∇p_A ∫ xᵢ dA − s ν ∫ p xᵢ dl and ∇p_B/|g| ∫ xᵢ dA − s ν/|g| ∫ p xᵢ dl of a polygon in a taxel.
+/// Contribution of a polygon to the derivatives of the force on a taxel: the area term or an edge term of the two vectors in the module
+/// description.
 pub(super) struct Term {
     /// Row and column.
     pub taxel: [usize; 2],
-    /// The factors in both vectors, in A's axes.
+    /// Factors in the two vectors, in A's axes: ∇p_A and ∇p_B/|g| for the area, ν and ν/|g| with a sign for an edge.
     pub vectors: [Vector3<f64>; 2],
-    /// The integrals with x = 1, y₁ and y₂.
+    /// ∫ xᵢ dA for the area, or s ∫ p xᵢ dl times the share of the taxel for an edge, with x = 1, y₁ and y₂.
     pub moments: [f64; 3],
 }
 
@@ -184,8 +186,8 @@ impl Part<'_> {
         }
     }
 
-    /// Returns the side that contains an edge. A cut is in the nearest plane. If the whole part lies in a plane, the cuts by this plane are
-    /// not moving edges.
+    /// Returns the taxel plane that contains an edge. An edge from a cut belongs to the nearest plane. If the whole part lies in a taxel
+    /// plane, this plane does not count, and other planes only count if they contain the edge up to round-off.
     fn side_with(
         &self,
         ends: &[[f64; 2]; 2],
@@ -200,13 +202,13 @@ impl Part<'_> {
     }
 }
 
-/// A sum over the polygons from which derivatives are computed. A closure adds the polygon of two tetrahedra.
-pub(super) struct EachPolygon<F, S> {
+/// Integrand that passes each contact polygon and its two tetrahedra to a closure.
+pub(super) struct PolygonIntegrand<F, S> {
     add: F,
     sum: PhantomData<fn() -> S>,
 }
 
-impl<S, F: Fn([usize; 2], &PlanePolygon<f64>, &mut S)> EachPolygon<F, S> {
+impl<S, F: Fn([usize; 2], &PlanePolygon<f64>, &mut S)> PolygonIntegrand<F, S> {
     pub fn new(add: F) -> Self {
         Self {
             add,
@@ -215,7 +217,7 @@ impl<S, F: Fn([usize; 2], &PlanePolygon<f64>, &mut S)> EachPolygon<F, S> {
     }
 }
 
-impl<S, F> Integrand<f64> for EachPolygon<F, S>
+impl<S, F> Integrand<f64> for PolygonIntegrand<F, S>
 where
     S: PartialSum,
     F: Fn([usize; 2], &PlanePolygon<f64>, &mut S) + Sync,

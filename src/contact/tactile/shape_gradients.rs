@@ -1,5 +1,5 @@
 use super::division::Division;
-use super::rates::EachPolygon;
+use super::rates::PolygonIntegrand;
 use super::{GridBody, TaxelGrid};
 use crate::contact::affine_form::AffineForm;
 use crate::contact::plane_polygon::PlanePolygon;
@@ -12,7 +12,7 @@ use nalgebra::Vector3;
 type OfCells = ([usize; 2], [OfCell; 2]);
 
 impl ContactPair<'_> {
-    /// Returns the derivatives of a number with respect to the shapes of A and of B, from its derivatives with respect to the forces on the
+    /// Returns the derivatives of a loss with respect to the shapes of A and of B, from its derivatives with respect to the forces on the
     /// taxels of a grid that is fixed to a body. `by_force` returns the derivatives for a row and a column, along the
     /// [axes of the taxel](TaxelGrid::axes).
     ///
@@ -35,9 +35,9 @@ impl ContactPair<'_> {
             .for_derivatives(ELASTIC_COINCIDENCE, self.search());
         let source = &surface.source;
         let division = Division::of((body, grid), &source.pose_ab, None);
-        let turn = body.turn(&source.pose_ab).transpose();
+        let to_a = body.force_from_a(&source.pose_ab).transpose();
         let covector =
-            |[row, column]: [usize; 2]| turn * (grid.axes(row, column) * by_force(row, column));
+            |[row, column]: [usize; 2]| to_a * (grid.axes(row, column) * by_force(row, column));
         let add = |tets, polygon: &PlanePolygon<f64>, cells: &mut Vec<OfCells>| {
             let forms = division.forms(polygon, covector);
             let response = PolygonResponse::of(tets, polygon);
@@ -50,7 +50,7 @@ impl ContactPair<'_> {
         let shapes = self.shapes();
         let mut gradients = shapes.map(ShapeGradient::zero);
         let rotation_ba = source.pose_ab.rotation().transpose();
-        for (tets, [in_a, in_b]) in surface.integral(&EachPolygon::new(add)) {
+        for (tets, [in_a, in_b]) in surface.integral(&PolygonIntegrand::new(add)) {
             let [of_a, of_b] = &mut gradients;
             of_a.add(shapes[0].corner_vertices(tets[0]), &in_a);
             of_b.add(
@@ -63,8 +63,8 @@ impl ContactPair<'_> {
 }
 
 impl Division<f64> {
-    /// Returns the changes of a number as p_A and p_B grow, if bodies move and if extents grow. `covector` has the derivatives of the number
-    /// with respect to the force on A in a taxel, in A's axes.
+    /// Returns the derivatives of a loss with respect to the fields p_A and p_B, first for motions of the bodies and then for changes of the
+    /// extents. `covector` has the derivatives of the loss with respect to the force on A in a taxel, in A's axes.
     fn forms(
         &self,
         polygon: &PlanePolygon<f64>,
