@@ -27,8 +27,8 @@ def heard_ctrl_c():
     signal.signal(signal.SIGINT, before)
 
 
-@pytest.fixture(scope="module")
-def cluster(heard_ctrl_c):
+@contextlib.contextmanager
+def running_cluster():
     """A head without cores and two nodes of one core each."""
     head = {"num_cpus": 0, "include_dashboard": False, "object_store_memory": STORE}
     cluster = cluster_utils.Cluster(initialize_head=True, head_node_args=head)
@@ -37,6 +37,21 @@ def cluster(heard_ctrl_c):
     yield cluster
     ray.shutdown()
     cluster.shutdown()
+
+
+@pytest.fixture(scope="module")
+def cluster(heard_ctrl_c):
+    with running_cluster() as cluster:
+        yield cluster
+
+
+@pytest.fixture
+def new_cluster(cluster):
+    """A new cluster. Ray 2.60 may end this process with a failed check of its own, if a node is lost after tasks were canceled."""
+    ray.shutdown()
+    cluster.shutdown()
+    with running_cluster() as cluster:
+        yield cluster
 
 
 @pytest.fixture
@@ -353,14 +368,14 @@ def test_ctrl_c_ends_a_fit_and_its_tasks(cluster, fit):
     wait_for(lambda: not working(*cluster.ours))
 
 
-# This test is the last on the cluster, because a node is lost.
-def test_a_lost_node_costs_nothing_but_time(cluster, Batch, bounce):
+# This test is the last, because it ends the cluster of the others.
+def test_a_lost_node_costs_nothing_but_time(new_cluster, Batch, bounce):
     world, _ = bounce
     plan, samples = long_batch(world)
     expected = he.Batch(plan).jacobians_perturbed(world, BY, samples)
 
     def remove_node():
-        cluster.remove_node(wait_for(lambda: next(filter(working, cluster.ours), None)), allow_graceful=False)
+        new_cluster.remove_node(wait_for(lambda: next(filter(working, new_cluster.ours), None)), allow_graceful=False)
 
     with meanwhile(remove_node):
         actual = Batch(plan, chunk=4).jacobians_perturbed(world, BY, samples)
