@@ -412,18 +412,62 @@ fn derivatives_are_the_mean_of_both_sides_if_edges_of_the_contact_lie_on_taxel_e
         ContactPair::new(a, soft(&ball, 0.14)),
         ContactPair::new(a, soft(&block, 0.098)),
     ];
+    // The border of this patch is on edges of the centered ball.
+    let half = TaxelGrid::flat(&at(0.1, 0.0, 0.05), [0.2, 0.4], [4, 8]).unwrap();
     let (below, mut largest) = (below.unwrap(), 0.0_f64);
     for (number, pair) in pairs.iter().enumerate() {
         let is_rigid = pair.b().rigid_shape().is_some();
         let comparison = if is_rigid { &FLUSH_RIGID } else { &FLUSH };
         let scene = Scene::at_random(pair, &mut Random::new(3));
-        for (body, grid) in [(GridBody::A, &top), (GridBody::B, &below)] {
+        let mut grids = vec![(GridBody::A, &top), (GridBody::B, &below)];
+        if number == 2 {
+            grids.push((GridBody::A, &half));
+        }
+        for (body, grid) in grids {
             let worst = worst_derivative(&scene, false, (body, grid), comparison);
             println!("pair {number} {body:?}: {worst:e}");
             largest = largest.max(worst);
         }
     }
     assert!(largest < FLUSH_DIFFERENCES, "{largest:e}");
+}
+
+/// Returns the sum of the derivatives of the forces on all taxels.
+fn sum_of_derivatives(pair: &ContactPair, body: GridBody, grid: &TaxelGrid) -> SMatrix<f64, 3, 28> {
+    let image = pair.linearized_tactile_image(body, grid);
+    let (rows, columns) = (grid.row_count(), grid.column_count());
+    let taxels = 0..rows * columns;
+    taxels
+        .map(|taxel| image.jacobian(taxel / columns, taxel % columns))
+        .sum()
+}
+
+#[test]
+fn a_face_on_the_border_of_the_patch_of_its_body_has_all_of_its_derivatives() {
+    let (pad, block) = (cuboid([0.4, 0.4, 0.1]), cuboid([0.2; 3]));
+    let rigid = crate::support::worlds::rigid(block.field());
+    let below = turned([PI, 0.0, 0.0], [0.0, 0.0, -0.1]);
+    let below = TaxelGrid::flat(&below, [0.2; 2], [3, 3]).unwrap();
+    let soft = |shape, pose, modulus| ContactBody::new(shape, pose, modulus).unwrap();
+    let pose = turned([0.02, 0.03, 0.4], [0.01, 0.02, 0.142]);
+    let pair = ContactPair::new(
+        soft(&pad, Pose::identity(), 1e5),
+        Partner::rigid(&rigid, pose).unwrap(),
+    );
+    // If the other body is rigid, forces are proportional to the modulus.
+    let image = pair.tactile_image(GridBody::B, &below);
+    let force: Vector3<f64> = forces(&image).iter().sum();
+    let by_modulus = sum_of_derivatives(&pair, GridBody::B, &below).column(24) * 1e5;
+    assert!((by_modulus - force).norm() < SAME_JACOBIAN * force.norm());
+    // Flush blocks: the patch is a side of A.
+    let top = TaxelGrid::flat(&at(0.0, 0.0, 0.1), [0.2; 2], [4, 4]).unwrap();
+    let pair = ContactPair::new(
+        soft(&block, Pose::identity(), 1e5),
+        soft(&block, at(0.0, 0.0, 0.19), 3e5),
+    );
+    let sum = sum_of_derivatives(&pair, GridBody::A, &top);
+    let expected = force_jacobian(&pair, GridBody::A);
+    assert!((sum - expected).amax() < SAME_JACOBIAN * expected.amax());
 }
 
 /// Returns generic derivatives of a number with respect to the force on a taxel.

@@ -19,8 +19,9 @@
 //!
 //! - *An edge of the contact polygon in the plane.* As the edge leaves the plane to one side, the plane cuts the polygon. As it leaves to
 //!   the other side, the plane cuts the neighbor of the polygon. Each polygon therefore counts half of its flux between the taxels.
+//!   At the border of the patch, the neighbor is outside of the patch, and its edge is a part without an area.
 //! - *A whole polygon in the plane*, such as the side of a block. A small motion moves it into one taxel or the other. Each taxel therefore
-//!   has half of its terms.
+//!   has half of its terms. At the border of the patch, the taxel has all of them, because its face of the body usually stays in the plane.
 
 use super::division::{Division, in_plane};
 use crate::contact::integrate::{Integrand, Remainder};
@@ -101,7 +102,7 @@ impl Division<f64> {
     /// Visits the terms of a polygon in all taxels.
     pub fn visit_terms(&self, polygon: &PlanePolygon<f64>, mut visit: impl FnMut(&Term)) {
         self.visit_parts(polygon, |taxel, outline| {
-            if outline.corners().len() > 2 {
+            if outline.corners().len() > 1 {
                 let part = Part {
                     division: self,
                     polygon,
@@ -146,6 +147,11 @@ impl Part<'_> {
         let plane = &self.polygon.plane;
         let corners = self.outline.corners();
         let coincident = self.sides.iter().find(|side| side.has(corners));
+        if let Some(side) = coincident
+            && !side.has(self.polygon.outline.corners())
+        {
+            return self.visit_edge_on(side, visit);
+        }
         let [area, y1, y2, ..]: [f64; 6] = self.outline.moments();
         let along = [plane.gradient_a, plane.slopes[1]].map(Vector3::from);
         let mut add = |taxel, vectors, moments| {
@@ -164,9 +170,7 @@ impl Part<'_> {
                 continue;
             };
             let share = if is_cut { 1.0 } else { 0.5 };
-            let flux = side.flux(&plane.pressure, &ends).map(|flux| flux * share);
-            let across = side.outward;
-            let vectors = [across, across * plane.inverse_gradient_norm];
+            let (vectors, flux) = self.outflow(side, &ends, share);
             add(self.taxel, vectors.map(|vector| -vector), flux);
             if !is_cut && let Some(taxel) = self.division.beyond(self.taxel, side) {
                 add(taxel, vectors, flux);
@@ -174,16 +178,50 @@ impl Part<'_> {
         }
     }
 
+    /// Returns the vectors and the moments of a share of the flux out of the taxel through an edge.
+    fn outflow(
+        &self,
+        side: &Side,
+        ends: &[[f64; 2]; 2],
+        share: f64,
+    ) -> ([Vector3<f64>; 2], [f64; 3]) {
+        let plane = &self.polygon.plane;
+        let flux = side.flux(&plane.pressure, ends).map(|flux| flux * share);
+        let across = side.outward;
+        ([across, across * plane.inverse_gradient_norm], flux)
+    }
+
+    /// Visits the term of an edge on a side, whose polygon is beyond the side. If the side is not a border of the patch, the polygon has parts
+    /// with an area in the next taxel, which have this term.
+    fn visit_edge_on(&self, side: &Side, visit: &mut impl FnMut(&Term)) {
+        if self.division.beyond(self.taxel, side).is_some() {
+            return;
+        }
+        for (edge, &owner) in self.outline.edges().iter().enumerate() {
+            if owner != NO_EDGE {
+                let ends = ends(self.outline.corners(), edge);
+                let (vectors, moments) = self.outflow(side, &ends, 0.5);
+                visit(&Term {
+                    taxel: self.taxel,
+                    vectors: vectors.map(|vector| -vector),
+                    moments,
+                });
+            }
+        }
+    }
+
     /// Visits a term, or its halves in two taxels if the part lies in the plane between them.
     fn visit_shared(&self, mut term: Term, between: Option<&Side>, visit: &mut impl FnMut(&Term)) {
-        let Some(side) = between else {
+        let next = between.and_then(|side| self.division.beyond(term.taxel, side));
+        let Some(next) = next else {
             return visit(&term);
         };
         term.moments = term.moments.map(|moment| 0.5 * moment);
         visit(&term);
-        if let Some(taxel) = self.division.beyond(term.taxel, side) {
-            visit(&Term { taxel, ..term });
-        }
+        visit(&Term {
+            taxel: next,
+            ..term
+        });
     }
 
     /// Returns the taxel plane that contains an edge. An edge from a cut belongs to the nearest plane. If the whole part lies in a taxel
