@@ -4,7 +4,7 @@ use super::reaction::on_both;
 use super::response::{Barycentric, OfCell, PolygonResponse};
 use super::{BodyError, ContactPair, LinearizedContact, PartnerShape};
 use crate::mesh::{MeshError, ShapeRates};
-use nalgebra::{SMatrix, SVector, Vector3, Vector6};
+use nalgebra::{Matrix3, SMatrix, SVector, Vector3, Vector6};
 
 /// Derivatives of a number with respect to the shape of a body: the positions of the vertices of its mesh or surface, and their extents.
 ///
@@ -42,8 +42,19 @@ impl ShapeGradient {
         rates.dot(&self.by_vertices, &self.by_extents)
     }
 
-    /// Adds the contribution of one polygon: the derivatives with respect to each corner of a cell that is a vertex of the shape.
-    pub(super) fn add(&mut self, vertices: [Option<usize>; 4], of_body: &OfCell) {
+    /// Adds the contribution of one polygon to the gradients of A and of B, from the vertices of both cells. The derivatives are in A's axes.
+    pub(super) fn add_polygon(
+        [of_a, of_b]: [&mut Self; 2],
+        vertices: [[Option<usize>; 4]; 2],
+        [in_a, in_b]: &[OfCell; 2],
+        rotation_ba: &Matrix3<f64>,
+    ) {
+        of_a.add(vertices[0], in_a);
+        of_b.add(vertices[1], &in_b.rotated(rotation_ba));
+    }
+
+    /// Adds the derivatives with respect to each corner of a cell that is a vertex of the shape.
+    fn add(&mut self, vertices: [Option<usize>; 4], of_body: &OfCell) {
         let corners = vertices.iter().zip(&of_body.by_corners);
         for (vertex, by_corner) in corners.filter_map(|(vertex, by)| vertex.zip(Some(by))) {
             self.by_vertices[vertex] += by_corner;
@@ -183,9 +194,8 @@ impl ShapeResponse<'_> {
             let vertices = [0, 1].map(|body| shapes[body].corner_vertices(polygon.tets[body]));
             let barycentric = source.barycentric(polygon.tets);
             for ([of_a, of_b], covector) in gradients.iter_mut().zip(covectors) {
-                let [in_a, in_b] = polygon.pulled_back(covector, source.moduli(), &barycentric);
-                of_a.add(vertices[0], &in_a);
-                of_b.add(vertices[1], &in_b.rotated(&rotation_ba));
+                let cells = polygon.pulled_back(covector, source.moduli(), &barycentric);
+                ShapeGradient::add_polygon([of_a, of_b], vertices, &cells, &rotation_ba);
             }
         }
     }

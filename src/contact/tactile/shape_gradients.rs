@@ -50,13 +50,9 @@ impl ContactPair<'_> {
         let shapes = self.shapes();
         let mut gradients = shapes.map(ShapeGradient::zero);
         let rotation_ba = source.pose_ab.rotation().transpose();
-        for (tets, [in_a, in_b]) in surface.integral(&PolygonIntegrand::new(add)) {
-            let [of_a, of_b] = &mut gradients;
-            of_a.add(shapes[0].corner_vertices(tets[0]), &in_a);
-            of_b.add(
-                shapes[1].corner_vertices(tets[1]),
-                &in_b.rotated(&rotation_ba),
-            );
+        for (tets, cells) in surface.integral(&PolygonIntegrand::new(add)) {
+            let vertices = [0, 1].map(|body| shapes[body].corner_vertices(tets[body]));
+            ShapeGradient::add_polygon(gradients.each_mut(), vertices, &cells, &rotation_ba);
         }
         Ok(gradients)
     }
