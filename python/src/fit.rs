@@ -116,8 +116,8 @@ impl Prediction {
         by_state(py, &self.0.normalized_errors)
     }
 
-    /// Mean squared normalized error of each observed body in the states after the first, (b,) float64. For a right world and right noise
-    /// it is near 6, or less if few states determine the nuisances.
+    /// Mean squared normalized error of each observed body in the states after the first, (b,) float64. If the world and the noise
+    /// are correct, it is near 6, or less if few states determine the nuisances.
     #[getter]
     fn mean_squares<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
         let means = self.0.mean_squares();
@@ -164,7 +164,7 @@ impl Fit {
         array(py, values, &shape)
     }
 
-    /// 95 % intervals of the estimates, for a right world and right deviations of the noise, (u, 2) float64.
+    /// 95 % intervals of the estimates, if the world and the deviations of the noise are correct, (u, 2) float64.
     #[getter]
     fn intervals<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
         let ends = self

@@ -290,17 +290,13 @@ impl Identification {
         start: Option<&Checkpoint>,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Fit> {
-        let shared = Shared::default();
         let Job {
             inner,
             measurements,
             checkpoint,
             raised,
         } = self.job(&trajectories, start, progress);
-        let inner = inner.with_cancel_flag(Arc::clone(&shared.stop));
-        let fit = run(py, &shared, None, || {
-            inner.resume(&measurements, checkpoint)
-        })?;
+        let fit = cancelable(py, inner, |inner| inner.resume(&measurements, checkpoint))?;
         ended(fit, &raised)
     }
 
@@ -345,14 +341,13 @@ impl Identification {
         trajectories: Vec<Bound<'py, Trajectory>>,
         checkpoint: &Checkpoint,
     ) -> PyResult<Vec<Bound<'py, PyAny>>> {
-        let costs = self.evaluated(py, &trajectories, |inner, measurements| {
+        let costs = |inner: &identification::Identification, measurements: &[Measurement]| {
             inner.costs(measurements, &checkpoint.0)
-        })?;
-        let costs = costs.into_iter().map(|cost| match cost {
+        };
+        self.evaluated(py, &trajectories, costs, |cost| match cost {
             Ok(cost) => cost.into_bound_py_any(py),
             Err(why) => why.to_string().into_bound_py_any(py),
-        });
-        costs.collect()
+        })
     }
 
     /// Normal equations of measurements at a checkpoint: bytes or the text of an error for each.
@@ -366,17 +361,16 @@ impl Identification {
         trajectories: Vec<Bound<'py, Trajectory>>,
         checkpoint: &Checkpoint,
     ) -> PyResult<Vec<Bound<'py, PyAny>>> {
-        let equations = self.evaluated(py, &trajectories, |inner, measurements| {
+        let equations = |inner: &identification::Identification, measurements: &[Measurement]| {
             inner.equations(measurements, &checkpoint.0)
-        })?;
-        let equations = equations.into_iter().map(|equations| match equations {
+        };
+        self.evaluated(py, &trajectories, equations, |equations| match equations {
             Ok(equations) => {
                 let saved = serde_json::to_vec(&equations).map_err(value_error)?;
                 Ok(PyBytes::new(py, &saved).into_any())
             }
             Err(why) => why.to_string().into_bound_py_any(py),
-        });
-        equations.collect()
+        })
     }
 
     /// Simulates the measurements of a fit with the unknowns and nuisances of a checkpoint, and compares all of their states. The
@@ -405,14 +399,18 @@ impl Identification {
         trajectories: Vec<Bound<'py, Trajectory>>,
         checkpoint: &Checkpoint,
     ) -> PyResult<Vec<Bound<'py, PyAny>>> {
-        let residuals = self.evaluated(py, &trajectories, |inner, measurements| {
+        let residuals = |inner: &identification::Identification, measurements: &[Measurement]| {
             inner.residuals(measurements, &checkpoint.0)
-        })?;
-        let residuals = residuals.into_iter().map(|residuals| match residuals {
-            Ok(prediction) => Prediction(prediction).into_bound_py_any(py),
-            Err(why) => error(&why).into_bound_py_any(py),
-        });
-        residuals.collect()
+        };
+        self.evaluated(
+            py,
+            &trajectories,
+            residuals,
+            |prediction| match prediction {
+                Ok(prediction) => Prediction(prediction).into_bound_py_any(py),
+                Err(why) => error(&why).into_bound_py_any(py),
+            },
+        )
     }
 
     /// Simulates a measurement with values of the unknowns, and compares all of its states. Use this method for measurements that were not
@@ -447,10 +445,7 @@ impl Identification {
         let values = list(values, "values")?;
         let start = fitted_duration.map_or(StartingState::Measured, StartingState::Fitted);
         let measurement = measurement((0, &trajectory.inner));
-        let shared = Shared::default();
-        let inner = self.inner.clone();
-        let inner = inner.with_cancel_flag(Arc::clone(&shared.stop));
-        let prediction = run(py, &shared, None, || {
+        let prediction = cancelable(py, self.inner.clone(), |inner| {
             inner.predict(&values, &measurement, start)
         })?;
         prediction.map(Prediction).map_err(|why| error(&why))
@@ -477,7 +472,7 @@ impl Identification {
     }
 }
 
-/// Data of a fit.
+/// Inputs of a fit, and the exception of a Python function that the fit calls.
 struct Job {
     inner: identification::Identification,
     measurements: Vec<Measurement>,
@@ -510,20 +505,32 @@ impl Identification {
         }
     }
 
-    /// Results of a function of the identification and measurements.
-    fn evaluated<V: Send>(
+    /// Returns the results of a function of the identification and measurements, each converted to a Python object.
+    fn evaluated<'py, V: Send>(
         &self,
-        py: Python<'_>,
+        py: Python<'py>,
         trajectories: &[Bound<'_, Trajectory>],
         function: impl FnOnce(&identification::Identification, &[Measurement]) -> Evaluated<V> + Send,
-    ) -> PyResult<Vec<Result<V, IdentificationError>>> {
+        converted: impl Fn(Result<V, IdentificationError>) -> PyResult<Bound<'py, PyAny>>,
+    ) -> PyResult<Vec<Bound<'py, PyAny>>> {
         let measurements = measurements(trajectories);
-        let shared = Shared::default();
-        let inner = self.inner.clone();
-        let inner = inner.with_cancel_flag(Arc::clone(&shared.stop));
-        let evaluated = run(py, &shared, None, || function(&inner, &measurements))?;
-        evaluated.map_err(|why| error(&why))
+        let evaluated = cancelable(py, self.inner.clone(), |inner| {
+            function(inner, &measurements)
+        })?;
+        let results = evaluated.map_err(|why| error(&why))?;
+        results.into_iter().map(converted).collect()
     }
+}
+
+/// Runs a function of an identification without the GIL. Ctrl-C cancels it.
+fn cancelable<V: Send>(
+    py: Python<'_>,
+    inner: identification::Identification,
+    function: impl FnOnce(&identification::Identification) -> V + Send,
+) -> PyResult<V> {
+    let shared = Shared::default();
+    let inner = inner.with_cancel_flag(Arc::clone(&shared.stop));
+    run(py, &shared, None, || function(&inner))
 }
 
 /// Result of a fit, or the exception of a Python function.
@@ -545,7 +552,7 @@ fn measurements(trajectories: &[Bound<'_, Trajectory>]) -> Vec<Measurement> {
     trajectories.enumerate().map(measurement).collect()
 }
 
-/// Calls the progress function. Keeps an exception, and ends the fit after an exception or the result True.
+/// Calls the progress function. Stores an exception, and ends the fit after an exception or the result True.
 fn told(
     progress: &Py<PyAny>,
     iteration: &Iteration,
