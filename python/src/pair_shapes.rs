@@ -85,8 +85,8 @@ impl Pair {
 
     /// Computes the gradients of a loss with respect to the shapes of A and B from its gradient with respect to a tactile image.
     ///
-    /// The bodies are at rest. The grid does not move with the vertices. The gradients with respect to all vertices and extents are in
-    /// closed form. See shape_gradients.
+    /// The grid does not move with the vertices. The gradients with respect to all vertices and extents are in closed form. Twists have the
+    /// same meaning as in shape_gradients.
     ///
     /// Parameters
     /// ----------
@@ -96,10 +96,14 @@ impl Pair {
     ///     Poses of A and B in the world.
     /// by_forces : (H, W, 3) or (n, H, W, 3) array_like
     ///     Derivatives of the loss with respect to the forces of tactile_image.
+    /// twist_a, twist_b : (6,) or (n, 6) array_like, optional
+    ///     Twists of A and B. If one is given, the other is zero by default.
     /// body : str, optional
     ///     Body of the grid, "a" or "b". Default: "a".
     /// moduli : (2,) or (n, 2) array_like, optional
     ///     Moduli (Pa) in place of the moduli of the pair.
+    /// law : (2,) or (n, 2) array_like, optional
+    ///     Dissipation (s/m) and friction coefficient in place of those of the pair.
     ///
     /// Returns
     /// -------
@@ -110,7 +114,7 @@ impl Pair {
     /// ------
     /// HydroelasticError
     ///     If an argument or a result is not valid, as in the class description.
-    #[pyo3(signature = (grid, pose_a, pose_b, by_forces, *, body="a", moduli=None))]
+    #[pyo3(signature = (grid, pose_a, pose_b, by_forces, twist_a=None, twist_b=None, *, body="a", moduli=None, law=None))]
     fn tactile_shape_gradients<'py>(
         &self,
         py: Python<'py>,
@@ -118,10 +122,13 @@ impl Pair {
         pose_a: &Bound<'py, PyAny>,
         pose_b: &Bound<'py, PyAny>,
         by_forces: &Bound<'py, PyAny>,
+        twist_a: Option<&Bound<'py, PyAny>>,
+        twist_b: Option<&Bound<'py, PyAny>>,
         body: &str,
         moduli: Option<&Bound<'py, PyAny>>,
+        law: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<(ShapeGradient, ShapeGradient)> {
-        let inputs = Inputs::of(self, [pose_a, pose_b], [None, None], moduli, None)?;
+        let inputs = Inputs::of(self, [pose_a, pose_b], [twist_a, twist_b], moduli, law)?;
         let (body, [rows, columns, _]) = (grid_body(body)?, grid.shape());
         let batch = inputs.count()?.into_iter();
         let shape: Vec<usize> = batch.chain(grid.shape()).collect();
@@ -133,11 +140,8 @@ impl Pair {
                 let first = 3 * ((at.index * rows + row) * columns + column);
                 Vector3::from_column_slice(&by_forces[first..first + 3])
             };
-            // The pair is at rest, so there is no error.
             let gradients = at.pair.tactile_shape_gradients(body, &grid.inner, by_force);
-            if let Ok(gradients) = gradients {
-                shape_gradient::write(numbers, &gradients);
-            }
+            shape_gradient::write(numbers, &gradients);
         })?;
         shape_gradient::both(py, &results, counts)
     }

@@ -337,7 +337,7 @@ def cases(folder):
         "Pair.tactile_image_and_jacobian": (lambda **it: pair.tactile_image_and_jacobian(taxels, **it), poses | moduli),
         "Pair.tactile_shape_gradients": (
             lambda **it: pair.tactile_shape_gradients(taxels, **it),
-            poses | moduli | {"by_forces": np.ones((taxels.rows, taxels.columns, 3))},
+            moving | {"by_forces": np.ones((taxels.rows, taxels.columns, 3))},
         ),
         "Pair.linearized_tactile_image": (lambda **it: pair.linearized_tactile_image(taxels, **it), moving),
         "TaxelGrid": (he.TaxelGrid, planes),

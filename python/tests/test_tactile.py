@@ -71,17 +71,19 @@ def test_derivatives_are_differences(pair, body, grid):
     assert at_rest.shape == (*forces.shape, 14)
 
 
+@pytest.mark.parametrize("twists", [{}, {"twist_a": [0.3, -0.2, 0.1, 0.02, 0.05, 0.01]}])
 @pytest.mark.parametrize("body,grid", [("a", GRID), ("b", CAP)])
-def test_shape_gradients_are_differences(pair, body, grid):
+def test_shape_gradients_are_differences(pair, body, grid, twists):
     random = np.random.default_rng(3)
     by_forces = random.normal(size=pair.tactile_image(grid, np.eye(4), POSE, body=body).shape)
     moves = random.normal(size=BALL.vertices.shape)
 
     def loss(step):
         ball = he.Shape(BALL.vertices + step * moves, BALL.tets, BALL.extents, inert_tets=True)
-        return np.sum(by_forces * he.Pair(PAD, ball, 1e5, 3e5).tactile_image(grid, np.eye(4), POSE, body=body))
+        changed = he.Pair(PAD, ball, 1e5, 3e5, he.SurfaceLaw(0.2, 0.5, 1e-2))
+        return np.sum(by_forces * changed.tactile_image(grid, np.eye(4), POSE, body=body, **twists))
 
-    _, gradient = pair.tactile_shape_gradients(grid, np.eye(4), POSE, by_forces, body=body)
+    _, gradient = pair.tactile_shape_gradients(grid, np.eye(4), POSE, by_forces, body=body, **twists)
     difference = (loss(1e-7) - loss(-1e-7)) / 2e-7
     size = np.abs(gradient.by_vertices * moves).sum()
     assert abs(difference - np.sum(gradient.by_vertices * moves)) < DIFFERENCES * size

@@ -3,7 +3,7 @@ use nalgebra::Vector3;
 use std::ops::{Add, Mul};
 
 /// A linear function of affine functions f: `value`·f(0) + `slope`·∇f, with 0 at A's origin.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub(super) struct AffineForm {
     value: f64,
     slope: Vector3<f64>,

@@ -45,6 +45,15 @@ impl<T: Scalar> Outline<T> {
         &self.edges[..self.len]
     }
 
+    /// Returns the outline with edges that refer to this outline itself, so that parts of it refer to it.
+    pub fn renumbered(&self) -> Self {
+        let mut outline = *self;
+        for (number, edge) in (0..).zip(&mut outline.edges) {
+            *edge = number;
+        }
+        outline
+    }
+
     /// Returns the part where an affine function is not negative, or `None` if this is the whole outline.
     pub fn cut(&self, function: &Affine<T>) -> Option<Self> {
         let is_in = |y: &[T; 2]| real_part(at(function, y)) >= 0.0;

@@ -52,7 +52,7 @@ pub(super) struct PolygonResponse {
 }
 
 /// The contribution of dissipation and friction, about the origin of the polygon's plane along its axes.
-#[derive(Default)]
+#[derive(Default, Clone)]
 pub(super) struct LawResponse {
     /// Derivatives as the plane moves along its normal at the speeds 1, y₁ and y₂.
     pub by_speed: [Vector6<f64>; 3],
@@ -64,9 +64,12 @@ pub(super) struct LawResponse {
 }
 
 /// The contribution of a face that moves an edge.
+#[derive(Clone)]
 pub(super) struct FaceResponse {
-    /// 0 to 3 of A, 4 to 7 of B.
-    pub face: usize,
+    /// The body of the face: 0 for A, 1 for B.
+    pub body: usize,
+    /// The corner of the cell opposite to the face.
+    pub opposite: usize,
     /// Outward normal, in A's axes.
     pub normal: Vector3<f64>,
     /// Derivatives as the face moves along its normal at the speeds 1, y₁ and y₂.
@@ -128,7 +131,7 @@ impl PolygonResponse {
         &self,
         covector: &Vector6<f64>,
         moduli: [f64; 2],
-        [in_a, in_b]: &Barycentric,
+        barycentric: &Barycentric,
     ) -> [OfCell; 2] {
         let [_, slope_b] = self.plane.slopes;
         let elastic = [
@@ -136,43 +139,56 @@ impl PolygonResponse {
             self.flow(self.plane.gradient_a, covector, 1.0),
         ];
         let [moving, still] = [self.weights.moving, self.weights.still].map(Weight::area);
-        let Some(law) = &self.law else {
-            let forms = [moving, still].map(|weight| elastic.map(|form| form * weight));
-            return self.of_fields(forms, moduli, [in_a, in_b]);
-        };
-        let covector = self.in_plane(covector);
-        let form = |wrenches: &[Vector6<f64>; 3]| self.contracted(&covector, wrenches);
-        let by_speed = form(&law.by_speed);
-        let by_speed_of_growth = match &law.modulus_correction {
-            Some(more) => by_speed + form(more),
-            None => by_speed,
-        };
-        let by_pressure = form(&law.by_pressure);
-        let with_law = |by_speed: AffineForm, weight: f64| {
-            [
-                (elastic[0] + by_pressure) * weight + by_speed * -self.plane.inverse_gradient_norm,
-                elastic[1] * weight + by_speed,
-            ]
-        };
-        let forms = [
-            with_law(by_speed, moving),
-            with_law(by_speed_of_growth, still),
-        ];
+        let forms = [moving, still].map(|weight| elastic.map(|form| form * weight));
+        let laws: Vec<_> = self.law.iter().map(|law| (law, *covector)).collect();
+        self.with_laws(forms, &laws, moduli, barycentric)
+    }
+
+    /// Returns the contributions of the growth of p_A and of p_B, as corners move and as extents grow, and adds the contributions of the
+    /// law on parts of the polygon. Each part has its derivative with respect to the wrench on A about A's origin.
+    pub fn with_laws(
+        &self,
+        mut forms: [[AffineForm; 2]; 2],
+        parts: &[(&LawResponse, Vector6<f64>)],
+        moduli: [f64; 2],
+        [in_a, in_b]: &Barycentric,
+    ) -> [OfCell; 2] {
+        let weights = [self.weights.moving, self.weights.still].map(Weight::area);
+        for (law, covector) in parts {
+            let covector = self.in_plane(covector);
+            let form = |wrenches: &[Vector6<f64>; 3]| self.contracted(&covector, wrenches);
+            let by_pressure = form(&law.by_pressure);
+            let mut by_speed = [form(&law.by_speed); 2];
+            if let Some(more) = &law.modulus_correction {
+                by_speed[1] = by_speed[1] + form(more);
+            }
+            for ((forms, by_speed), weight) in forms.iter_mut().zip(by_speed).zip(weights) {
+                let of_a = by_pressure * weight + by_speed * -self.plane.inverse_gradient_norm;
+                *forms = [forms[0] + of_a, forms[1] + by_speed];
+            }
+        }
         let mut cells = self.of_fields(forms, moduli, [in_a, in_b]);
-        for by_face in &law.by_faces {
-            let (body, opposite) = (by_face.face / 4, by_face.face % 4);
-            let coordinates = [in_a, in_b][body];
-            let by_speed = form(&by_face.by_speed);
-            for corner in (0..4).filter(|&corner| corner != opposite) {
-                let by_corner = by_face.normal * by_speed.of(&coordinates[corner]);
-                cells[body].by_corners[corner] += by_corner;
+        for (law, covector) in parts {
+            let covector = self.in_plane(covector);
+            for FaceResponse {
+                body,
+                opposite,
+                normal,
+                by_speed,
+            } in &law.by_faces
+            {
+                let by_speed = self.contracted(&covector, by_speed);
+                for corner in (0..4).filter(|corner| corner != opposite) {
+                    let by_corner = normal * by_speed.of(&[in_a, in_b][*body][corner]);
+                    cells[*body].by_corners[corner] += by_corner;
+                }
             }
         }
         cells
     }
 
     /// Returns the contributions of the growth of p_A and of p_B, as corners move and as extents grow.
-    pub fn of_fields(
+    fn of_fields(
         &self,
         [by_motion, by_growth]: [[AffineForm; 2]; 2],
         moduli: [f64; 2],

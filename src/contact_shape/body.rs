@@ -44,11 +44,6 @@ pub enum BodyError {
         /// Number of vertices.
         count: usize,
     },
-    /// The pair is in motion.
-    #[error(
-        "the pair is in motion, but derivatives of a tactile image with respect to shapes need a pair at rest; use the pair without `moving`"
-    )]
-    InMotion,
 }
 
 /// Checks the hydroelastic modulus (Pa) of a compliant body. `steepest` is the largest gradient of its extent (1/m).

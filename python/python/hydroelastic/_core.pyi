@@ -358,9 +358,12 @@ class Pair:
         pose_a: _Rows,
         pose_b: _Rows,
         by_forces: _Rows,
+        twist_a: _Rows | None = None,
+        twist_b: _Rows | None = None,
         *,
         body: str = 'a',
         moduli: _Rows | None = None,
+        law: _Rows | None = None,
     ) -> tuple[ShapeGradient, ShapeGradient]: ...
     def vertex_jacobians(
         self,

@@ -1,13 +1,14 @@
 use super::division::Division;
+use super::motion::{CutsIntegrand, MovingGrid};
 use super::rates::{PolygonIntegrand, Term};
 use super::{GridBody, TactileImage, TaxelGrid};
 use crate::contact::motion::RelativeMotion;
 use crate::contact::plane_polygon::PlanePolygon;
 use crate::contact::{ContactPair, SurfaceLaw};
-use crate::narrow_phase::ELASTIC_COINCIDENCE;
-use crate::scalar::{DenseDual, lift};
-use crate::spatial::Twist;
-use nalgebra::{SMatrix, SVector, Vector3, Vector6};
+use crate::narrow_phase::{COINCIDENCE, Cut, ELASTIC_COINCIDENCE};
+use crate::scalar::DenseDual;
+use crate::spatial::skew;
+use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
 /// Number of relative inputs of a pair at rest: the motion of B relative to A, and both moduli.
 const AT_REST: usize = 8;
@@ -21,13 +22,10 @@ const IN_MOTION: usize = 16;
 /// twists, their moduli, dissipation and friction. Forces are along the [axes of the taxels](TaxelGrid::axes), which are fixed in the body
 /// of the grid. If both bodies move together, the image is therefore constant.
 ///
-/// For a pair at rest, the derivatives are in closed form, and nothing is differentiated through a clip. If an edge or a face of the contact
-/// coincides with a taxel edge, each derivative is the mean of the two one-sided derivatives, as in
+/// The derivatives are in closed form, and nothing is differentiated through a clip. If an edge or a face of the contact coincides with a
+/// taxel edge, each derivative is the mean of the two one-sided derivatives, as in
 /// [`LinearizedContact`](crate::contact::LinearizedContact). The image then also has adjacent taxels whose forces are zero, but not their
 /// derivatives.
-///
-/// For a pair in motion, the derivatives are computed in dual numbers, including the clipping by faces and taxels. If faces of the
-/// bodies coincide, entries of this Jacobian may be wrong, even if the wrench has a derivative there.
 #[derive(Debug, Clone)]
 pub struct LinearizedTactileImage<'g> {
     image: TactileImage<'g>,
@@ -37,10 +35,10 @@ pub struct LinearizedTactileImage<'g> {
     by_inputs: SMatrix<f64, IN_MOTION, 28>,
 }
 
-/// Derivatives of the force on a taxel with respect to the relative inputs of a pair at rest, in A's axes.
-struct TaxelDerivatives {
+/// Derivatives of the force on A in a taxel with respect to the first N relative inputs, in A's axes.
+struct TaxelDerivatives<const N: usize> {
     taxel: [usize; 2],
-    by_relative: SMatrix<f64, 3, AT_REST>,
+    by_relative: SMatrix<f64, 3, N>,
 }
 
 impl ContactPair<'_> {
@@ -53,88 +51,104 @@ impl ContactPair<'_> {
     ) -> LinearizedTactileImage<'g> {
         let changes = SVector::from_fn(|column, _| DenseDual::<28>::variable(0.0, column));
         let tangent = self.perturbed(&changes).tangent();
-        let (image, by_relative) = match self.relative_motion() {
-            None => self.image_at_rest(body, grid),
-            Some(motion) => self.image_in_motion(body, grid, motion),
-        };
-        LinearizedTactileImage {
-            image,
-            by_relative,
+        let mut linearized = LinearizedTactileImage {
+            image: self.tactile_image(body, grid),
+            by_relative: Vec::new(),
             by_inputs: SMatrix::from_fn(|row, column| tangent[row].eps[column]),
+        };
+        let turn = body.force_from_a(&self.source().pose_ab);
+        match self.relative_motion() {
+            None => linearized.add(&self.elastic_derivatives(body, grid), &turn),
+            Some((law, motion)) => {
+                linearized.add(
+                    &self.derivatives_in_motion(body, grid, (&law, &motion)),
+                    &turn,
+                );
+            }
         }
+        linearized
     }
 
-    /// Returns the image of a pair at rest, and the derivatives of its forces with respect to the relative inputs.
-    fn image_at_rest<'g>(
+    /// Returns the derivatives of the elastic forces on taxels, with an entry for each part of a polygon.
+    fn elastic_derivatives(
         &self,
         body: GridBody,
-        grid: &'g TaxelGrid,
-    ) -> (TactileImage<'g>, Vec<SMatrix<f64, 3, IN_MOTION>>) {
-        let mut image = self.tactile_image(body, grid);
-        let mut by_relative = vec![SMatrix::zeros(); image.taxels().len()];
-        let source = self.source();
-        let turn = body.force_from_a(&source.pose_ab);
-        for rate in self.elastic_derivatives(body, grid) {
-            let [row, column] = rate.taxel;
-            let index = image.index_or_added(rate.taxel);
-            by_relative.resize(image.taxels().len(), SMatrix::zeros());
-            let turned = grid.axes(row, column).tr_mul(&turn) * rate.by_relative;
-            let rates: &mut SMatrix<f64, 3, IN_MOTION> = &mut by_relative[index];
-            let mut sum = rates.fixed_columns_mut::<AT_REST>(0);
-            sum += turned;
-        }
-        (image, by_relative)
-    }
-
-    /// Returns the derivatives of the forces on taxels, with an entry for each part of a polygon.
-    fn elastic_derivatives(&self, body: GridBody, grid: &TaxelGrid) -> Vec<TaxelDerivatives> {
+        grid: &TaxelGrid,
+    ) -> Vec<TaxelDerivatives<AT_REST>> {
         let (surface, _) = self
             .source()
             .for_derivatives(ELASTIC_COINCIDENCE, self.search());
         let division = Division::of((body, grid), &surface.source.pose_ab, None);
         let moduli = self.moduli();
-        surface.integral(&PolygonIntegrand::new(
-            |_, polygon, rates: &mut Vec<TaxelDerivatives>| {
-                division.visit_terms(polygon, |term| {
-                    let by_relative = by_relative(term, polygon, body, moduli);
-                    match rates.last_mut() {
-                        Some(last) if last.taxel == term.taxel => last.by_relative += by_relative,
-                        _ => rates.push(TaxelDerivatives {
-                            taxel: term.taxel,
-                            by_relative,
-                        }),
-                    }
-                });
-            },
-        ))
+        surface.integral(&PolygonIntegrand::new(|_, polygon, rates: &mut Vec<_>| {
+            division.visit_terms(polygon, |term| {
+                let elastic = by_relative(term, polygon, body, moduli);
+                TaxelDerivatives::add(rates, term.taxel, elastic);
+            });
+        }))
     }
 
-    /// Returns the image of a pair in motion, and the derivatives of its forces with respect to the relative inputs.
-    fn image_in_motion<'g>(
+    /// Returns the derivatives of the forces on taxels of a pair in motion. As for the wrench, derivatives with respect to velocities and
+    /// the law are computed from the surface of the values, and all others from the surface of derivatives.
+    fn derivatives_in_motion(
         &self,
         body: GridBody,
-        grid: &'g TaxelGrid,
-        (law, motion): (SurfaceLaw, RelativeMotion<f64>),
-    ) -> (TactileImage<'g>, Vec<SMatrix<f64, 3, IN_MOTION>>) {
-        let change = |input: usize| DenseDual::<IN_MOTION>::variable(0.0, input);
-        let real = self.real();
-        let mut twist = Twist::from_vector(&Vector6::from_fn(|row, _| change(row)));
-        // A rotation about A's origin also moves the origin of B.
-        let origin_b = real.b().pose().translation().map(lift);
-        twist.linear += twist.angular.cross(&origin_b);
-        let pair = ContactPair::new(
-            real.a().perturbed(&Twist::zero(), change(6)),
-            real.b().perturbed(&twist, change(7)),
-        );
-        let changes = std::array::from_fn(|input| change(AT_REST + input));
-        let motion = perturbed_motion(&law, &motion, &changes);
-        let surface = pair.with_search(self.search()).cut_surface();
-        let image = TactileImage::of(&surface, Some(motion), (body, grid));
-        let by_relative = image.taxels().iter().map(|taxel| {
-            let force = taxel.force(grid);
-            SMatrix::from_fn(|row, input| force[row].eps.get(input).copied().unwrap_or(0.0))
+        grid: &TaxelGrid,
+        (law, motion): (&SurfaceLaw, &RelativeMotion<f64>),
+    ) -> Vec<TaxelDerivatives<IN_MOTION>> {
+        let (surface, finer) = self.source().for_derivatives(COINCIDENCE, self.search());
+        let division = Division::of((body, grid), &surface.source.pose_ab, None);
+        let moving = MovingGrid {
+            division: &division,
+            body,
+            law_and_motion: (law, motion),
+        };
+        let moduli = self.moduli();
+        let integrand = CutsIntegrand::new(|source: &_, cuts: &_, rates: &mut Vec<_>| {
+            let mut by_law = Vec::new();
+            let add_elastic = |_: &Cut, polygon: &PlanePolygon<f64>| {
+                if !polygon.has_area() || !polygon.weights.have_area() {
+                    return;
+                }
+                division.visit_terms(polygon, |term| {
+                    let mut by = SMatrix::<f64, 3, IN_MOTION>::zeros();
+                    by.fixed_columns_mut::<AT_REST>(0)
+                        .copy_from(&by_relative(term, polygon, body, moduli));
+                    TaxelDerivatives::add(rates, term.taxel, by);
+                });
+            };
+            moving.visit(source, (cuts, false), add_elastic, |law| {
+                let mut by = law.part.by_relative(moduli);
+                if body == GridBody::B {
+                    // The axes of the forces turn with B.
+                    let mut by_turn = by.fixed_columns_mut::<3>(0);
+                    by_turn += skew(&law.part.force());
+                }
+                TaxelDerivatives::add(&mut by_law, law.taxel, by * law.share);
+            });
+            rates.append(&mut by_law);
         });
-        (image.real(), by_relative.collect())
+        let mut rates = surface.integral(&integrand);
+        if let Some(finer) = finer {
+            for rate in &mut rates {
+                rate.by_relative.fixed_columns_mut::<8>(AT_REST).fill(0.0);
+            }
+            for mut rate in finer.integral(&integrand) {
+                rate.by_relative.fixed_columns_mut::<AT_REST>(0).fill(0.0);
+                rates.push(rate);
+            }
+        }
+        rates
+    }
+}
+
+impl<const N: usize> TaxelDerivatives<N> {
+    /// Adds derivatives of the force on a taxel to the last entry, if it belongs to the same taxel, or as a new entry.
+    fn add(rates: &mut Vec<Self>, taxel: [usize; 2], by_relative: SMatrix<f64, 3, N>) {
+        match rates.last_mut() {
+            Some(last) if last.taxel == taxel => last.by_relative += by_relative,
+            _ => rates.push(Self { taxel, by_relative }),
+        }
     }
 }
 
@@ -168,26 +182,23 @@ fn by_relative(
     })
 }
 
-/// Returns a law and a relative motion after changes of the angular velocity, the velocity at A's origin, dissipation and friction.
-fn perturbed_motion<const N: usize>(
-    law: &SurfaceLaw,
-    motion: &RelativeMotion<f64>,
-    changes: &[DenseDual<N>; 8],
-) -> (SurfaceLaw<DenseDual<N>>, RelativeMotion<DenseDual<N>>) {
-    let [w1, w2, w3, v1, v2, v3, dissipation, friction] = *changes;
-    let law = SurfaceLaw {
-        dissipation: dissipation + law.dissipation,
-        friction: friction + law.friction,
-        slip_tolerance: law.slip_tolerance,
-    };
-    let motion = RelativeMotion {
-        angular: motion.angular.map(lift) + Vector3::new(w1, w2, w3),
-        at_origin: motion.at_origin.map(lift) + Vector3::new(v1, v2, v3),
-    };
-    (law, motion)
-}
-
 impl<'g> LinearizedTactileImage<'g> {
+    /// Adds the derivatives of forces on A, in A's axes, with the rotation to forces on the body of the grid in its axes.
+    fn add<const N: usize>(&mut self, rates: &[TaxelDerivatives<N>], turn: &Matrix3<f64>) {
+        let grid = self.image.grid();
+        for rate in rates {
+            let [row, column] = rate.taxel;
+            let index = self.image.index_or_added(rate.taxel);
+            let turned = grid.axes(row, column).tr_mul(turn) * rate.by_relative;
+            self.by_relative
+                .resize(self.image.taxels().len(), SMatrix::zeros());
+            let mut sum = self.by_relative[index].fixed_columns_mut::<N>(0);
+            sum += turned;
+        }
+        self.by_relative
+            .resize(self.image.taxels().len(), SMatrix::zeros());
+    }
+
     /// Returns the image.
     #[must_use]
     pub fn image(&self) -> &TactileImage<'g> {

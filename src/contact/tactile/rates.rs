@@ -1,4 +1,4 @@
-//! Derivatives of the elastic forces on taxels, in closed form.
+//! Derivatives of the elastic forces on taxels, in closed form, at rest and in motion.
 //!
 //! Let p_A and p_B grow by δ_A and δ_B, at fixed points in the frame of the grid. The contact surface p_A = p_B then moves along its normal
 //! n by h = (δ_B − δ_A)/|g|, with g = ∇p_A − ∇p_B. For f = p_A or p_B, the flux of f through the part of the surface in a taxel changes by
@@ -39,6 +39,9 @@ use std::marker::PhantomData;
 /// Gauss–Legendre points of an edge, as fractions of its length. Both have the weight ½, and are exact up to degree 3.
 const TWO_POINTS: [f64; 2] = [0.211_324_865_405_187_1, 0.788_675_134_594_812_9];
 
+/// Largest sine of the angle between parallel planes. Rounding errors of short polygons are smaller.
+const PARALLEL: f64 = 1e-6;
+
 /// Contribution of a polygon to the derivatives of the force on a taxel: the area term or an edge term of the two vectors in the module
 /// description.
 pub(super) struct Term {
@@ -51,11 +54,11 @@ pub(super) struct Term {
 }
 
 /// A plane that bounds a taxel.
-struct Side {
+pub(super) struct Side {
     /// Family of the plane, and whether it is the upper plane of the taxel.
     number: (usize, bool),
     /// Unit normal, out of the taxel.
-    outward: Vector3<f64>,
+    pub outward: Vector3<f64>,
     /// The field of the plane as a function of y, and the rounding-error bound of its values.
     function: Affine<f64>,
     zero: f64,
@@ -64,6 +67,12 @@ struct Side {
 impl Side {
     fn has(&self, corners: &[[f64; 2]]) -> bool {
         corners.iter().all(|y| self.distance(y) <= self.zero)
+    }
+
+    /// Returns whether the plane of the polygon is parallel to this plane.
+    fn is_parallel(&self) -> bool {
+        let [_, f1, f2] = self.function;
+        f1 * f1 + f2 * f2 <= PARALLEL * PARALLEL
     }
 
     fn distance(&self, y: &[f64; 2]) -> f64 {
@@ -90,27 +99,43 @@ impl Side {
 }
 
 /// The part of a polygon in a taxel.
-struct Part<'p> {
+pub(super) struct Part<'p> {
     division: &'p Division<f64>,
-    polygon: &'p PlanePolygon<f64>,
-    taxel: [usize; 2],
-    outline: &'p Outline<f64>,
+    pub polygon: &'p PlanePolygon<f64>,
+    pub taxel: [usize; 2],
+    pub outline: &'p Outline<f64>,
     sides: [Side; 4],
+}
+
+/// How a part of a polygon lies in the planes of its taxel.
+pub(super) enum Position<'s> {
+    /// The part has an area in the taxel. If the whole polygon lies in a plane of the taxel, that is the plane.
+    Inside(Option<&'s Side>),
+    /// The part is an edge in the first plane, and the polygon is beyond it. The second plane is as for `Inside`.
+    Beyond(&'s Side, Option<&'s Side>),
 }
 
 impl Division<f64> {
     /// Visits the terms of a polygon in all taxels.
     pub fn visit_terms(&self, polygon: &PlanePolygon<f64>, mut visit: impl FnMut(&Term)) {
+        self.visit_parts_with_sides(polygon, |part| part.visit_terms(&mut visit));
+    }
+
+    /// Visits the parts of a polygon in taxels, with the planes of the taxels.
+    pub fn visit_parts_with_sides(
+        &self,
+        polygon: &PlanePolygon<f64>,
+        mut visit: impl FnMut(&Part),
+    ) {
         self.visit_parts(polygon, |taxel, outline| {
             if outline.corners().len() > 1 {
-                let part = Part {
+                visit(&Part {
                     division: self,
                     polygon,
                     taxel,
                     outline,
                     sides: self.sides(polygon, taxel),
-                };
-                part.visit_terms(&mut visit);
+                });
             }
         });
     }
@@ -143,15 +168,38 @@ impl Division<f64> {
 }
 
 impl Part<'_> {
+    /// Returns how the part lies in the planes of the taxel.
+    pub fn position(&self) -> Position<'_> {
+        let (corners, all) = (self.outline.corners(), self.polygon.outline.corners());
+        let mut coincident = self.sides.iter().filter(|side| side.has(all));
+        // A polygon without an area may also lie in planes that cross its own plane.
+        let coincident = coincident.find(|side| side.is_parallel());
+        let mut containing = self.sides.iter().filter(|side| side.has(corners));
+        match containing.find(|side| !side.has(all)) {
+            Some(side) => Position::Beyond(side, coincident),
+            None => Position::Inside(coincident),
+        }
+    }
+
+    /// Returns the taxel beyond a side, or `None` outside of the patch.
+    pub fn beyond(&self, side: &Side) -> Option<[usize; 2]> {
+        self.beyond_from(self.taxel, side)
+    }
+
+    /// Returns the taxel beyond another taxel, in the same direction.
+    pub fn beyond_from(&self, taxel: [usize; 2], side: &Side) -> Option<[usize; 2]> {
+        self.division.beyond(taxel, side)
+    }
+
     fn visit_terms(&self, visit: &mut impl FnMut(&Term)) {
         let plane = &self.polygon.plane;
         let corners = self.outline.corners();
-        let coincident = self.sides.iter().find(|side| side.has(corners));
-        if let Some(side) = coincident
-            && !side.has(self.polygon.outline.corners())
-        {
-            return self.visit_edge_on(side, visit);
-        }
+        let coincident = match self.position() {
+            Position::Beyond(side, coincident) => {
+                return self.visit_edge_on(side, coincident, visit);
+            }
+            Position::Inside(coincident) => coincident,
+        };
         let [area, y1, y2, ..]: [f64; 6] = self.outline.moments();
         let along = [plane.gradient_a, plane.slopes[1]].map(Vector3::from);
         let mut add = |taxel, vectors, moments| {
@@ -172,7 +220,7 @@ impl Part<'_> {
             let share = if is_cut { 1.0 } else { 0.5 };
             let (vectors, flux) = self.outflow(side, &ends, share);
             add(self.taxel, vectors.map(|vector| -vector), flux);
-            if !is_cut && let Some(taxel) = self.division.beyond(self.taxel, side) {
+            if !is_cut && let Some(taxel) = self.beyond(side) {
                 add(taxel, vectors, flux);
             }
         }
@@ -193,19 +241,20 @@ impl Part<'_> {
 
     /// Visits the term of an edge on a side, whose polygon is beyond the side. If the side is not a border of the patch, the polygon has parts
     /// with an area in the next taxel, which have this term.
-    fn visit_edge_on(&self, side: &Side, visit: &mut impl FnMut(&Term)) {
-        if self.division.beyond(self.taxel, side).is_some() {
+    fn visit_edge_on(&self, side: &Side, coincident: Option<&Side>, visit: &mut impl FnMut(&Term)) {
+        if self.beyond(side).is_some() {
             return;
         }
         for (edge, &owner) in self.outline.edges().iter().enumerate() {
             if owner != NO_EDGE {
                 let ends = ends(self.outline.corners(), edge);
                 let (vectors, moments) = self.outflow(side, &ends, 0.5);
-                visit(&Term {
+                let term = Term {
                     taxel: self.taxel,
                     vectors: vectors.map(|vector| -vector),
                     moments,
-                });
+                };
+                self.visit_shared(term, coincident, visit);
             }
         }
     }
@@ -226,7 +275,7 @@ impl Part<'_> {
 
     /// Returns the taxel plane that contains an edge. An edge from a cut belongs to the nearest plane. If the whole part lies in a taxel
     /// plane, this plane does not count, and other planes only count if they contain the edge up to round-off.
-    fn side_with(
+    pub fn side_with(
         &self,
         ends: &[[f64; 2]; 2],
         is_cut: bool,

@@ -1,12 +1,15 @@
 use super::division::Division;
+use super::motion::{CutsIntegrand, MovingGrid};
 use super::rates::PolygonIntegrand;
 use super::{GridBody, TaxelGrid};
 use crate::contact::affine_form::AffineForm;
+use crate::contact::motion::RelativeMotion;
 use crate::contact::plane_polygon::PlanePolygon;
+use crate::contact::polygon_source::PolygonSource;
 use crate::contact::response::{OfCell, PolygonResponse};
-use crate::contact::{BodyError, ContactPair, ShapeGradient};
-use crate::narrow_phase::{ELASTIC_COINCIDENCE, Weight};
-use nalgebra::Vector3;
+use crate::contact::{ContactPair, ShapeGradient, SurfaceLaw};
+use crate::narrow_phase::{COINCIDENCE, Cut, ELASTIC_COINCIDENCE, Weight};
+use nalgebra::{Vector3, Vector6};
 
 /// The contributions of a polygon to the derivatives with respect to the corners of two cells.
 type OfCells = ([usize; 2], [OfCell; 2]);
@@ -18,43 +21,86 @@ impl ContactPair<'_> {
     ///
     /// This is the transposed Jacobian of the image times a vector, for all vertices together. The grid does not move with the vertices.
     /// [`Self::shape_gradients`] returns the corresponding derivatives of wrenches.
-    ///
-    /// # Errors
-    /// Returns an error for a pair in motion.
+    #[must_use]
     pub fn tactile_shape_gradients(
         &self,
         body: GridBody,
         grid: &TaxelGrid,
         by_force: impl Fn(usize, usize) -> Vector3<f64> + Sync,
-    ) -> Result<[ShapeGradient; 2], BodyError> {
-        if self.motion().is_some() {
-            return Err(BodyError::InMotion);
+    ) -> [ShapeGradient; 2] {
+        let to_a = body.force_from_a(&self.source().pose_ab).transpose();
+        let covector =
+            |[row, column]: [usize; 2]| to_a * (grid.axes(row, column) * by_force(row, column));
+        let shapes = self.shapes();
+        let mut gradients = shapes.map(ShapeGradient::zero);
+        let rotation_ba = self.source().pose_ab.rotation().transpose();
+        let cells = match self.relative_motion() {
+            None => self.cells_at_rest((body, grid), covector),
+            Some((law, motion)) => self.cells_in_motion((body, grid), (&law, &motion), covector),
+        };
+        for (tets, cells) in cells {
+            let vertices = [0, 1].map(|body| shapes[body].corner_vertices(tets[body]));
+            ShapeGradient::add_polygon(gradients.each_mut(), vertices, &cells, &rotation_ba);
         }
+        gradients
+    }
+
+    /// Returns the contributions of all polygons. `covector` has the derivatives with respect to the force on A in a taxel, in A's axes.
+    fn cells_at_rest(
+        &self,
+        grid: (GridBody, &TaxelGrid),
+        covector: impl Fn([usize; 2]) -> Vector3<f64> + Sync,
+    ) -> Vec<OfCells> {
         let (surface, _) = self
             .source()
             .for_derivatives(ELASTIC_COINCIDENCE, self.search());
         let source = &surface.source;
-        let division = Division::of((body, grid), &source.pose_ab, None);
-        let to_a = body.force_from_a(&source.pose_ab).transpose();
-        let covector =
-            |[row, column]: [usize; 2]| to_a * (grid.axes(row, column) * by_force(row, column));
+        let division = Division::of(grid, &source.pose_ab, None);
         let add = |tets, polygon: &PlanePolygon<f64>, cells: &mut Vec<OfCells>| {
-            let forms = division.forms(polygon, covector);
+            let forms = division.forms(polygon, &covector);
+            let (moduli, coordinates) = (source.moduli(), source.barycentric(tets));
             let response = PolygonResponse::of(tets, polygon);
-            let [in_a, in_b] = &source.barycentric(tets);
-            cells.push((
-                tets,
-                response.of_fields(forms, source.moduli(), [in_a, in_b]),
-            ));
+            cells.push((tets, response.with_laws(forms, &[], moduli, &coordinates)));
         };
-        let shapes = self.shapes();
-        let mut gradients = shapes.map(ShapeGradient::zero);
-        let rotation_ba = source.pose_ab.rotation().transpose();
-        for (tets, cells) in surface.integral(&PolygonIntegrand::new(add)) {
-            let vertices = [0, 1].map(|body| shapes[body].corner_vertices(tets[body]));
-            ShapeGradient::add_polygon(gradients.each_mut(), vertices, &cells, &rotation_ba);
-        }
-        Ok(gradients)
+        surface.integral(&PolygonIntegrand::new(add))
+    }
+
+    /// Returns the contributions of all polygons of a pair in motion.
+    fn cells_in_motion(
+        &self,
+        (body, grid): (GridBody, &TaxelGrid),
+        law_and_motion: (&SurfaceLaw, &RelativeMotion<f64>),
+        covector: impl Fn([usize; 2]) -> Vector3<f64> + Sync,
+    ) -> Vec<OfCells> {
+        let (surface, _) = self.source().for_derivatives(COINCIDENCE, self.search());
+        let division = Division::of((body, grid), &surface.source.pose_ab, None);
+        let moving = MovingGrid {
+            division: &division,
+            body,
+            law_and_motion,
+        };
+        surface.integral(&CutsIntegrand::new(
+            |source: &PolygonSource<f64>, cuts: &_, cells: &mut Vec<OfCells>| {
+                let (mut polygons, mut laws) = (Vec::new(), Vec::new());
+                let add_polygon = |cut: &Cut, polygon: &PlanePolygon<f64>| {
+                    let is_counted = polygon.has_area() && polygon.weights.have_area();
+                    let forms = is_counted.then(|| division.forms(polygon, &covector));
+                    polygons.push((cut.tets, PolygonResponse::of(cut.tets, polygon), forms));
+                };
+                moving.visit(source, (cuts, true), add_polygon, |law| {
+                    let [x, y, z]: [f64; 3] = (covector(law.taxel) * law.share).into();
+                    let by_wrench = Vector6::new(0.0, 0.0, 0.0, x, y, z);
+                    laws.push((law.polygon, law.part.response.clone(), by_wrench));
+                });
+                for (number, (tets, response, forms)) in polygons.into_iter().enumerate() {
+                    let of_polygon = laws.iter().filter(|(polygon, ..)| *polygon == number);
+                    let laws: Vec<_> = of_polygon.map(|(_, law, by)| (law, *by)).collect();
+                    let forms = forms.unwrap_or_default();
+                    let (moduli, coordinates) = (source.moduli(), source.barycentric(tets));
+                    cells.push((tets, response.with_laws(forms, &laws, moduli, &coordinates)));
+                }
+            },
+        ))
     }
 }
 

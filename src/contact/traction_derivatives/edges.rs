@@ -1,6 +1,6 @@
 //! The faces that move the edges of a special polygon, and their shares.
 
-use super::lines::{Line, Lines, inverse_sine, split_between_owners};
+use super::lines::{Line, Lines, TAXEL_PLANE, inverse_sine, split_between_owners};
 use super::pieces::EdgeFace;
 use crate::contact::outline::at;
 use crate::contact::plane_polygon::PlanePolygon;
@@ -11,7 +11,7 @@ use crate::narrow_phase::{Cut, PERTURBATION, Weights};
 use nalgebra::{Matrix3, Vector3};
 
 /// The edges of a contact polygon, with the data that determines how they move.
-pub(super) struct Edges<'e> {
+pub(in crate::contact) struct Edges<'e> {
     source: &'e PolygonSource<'e, f64>,
     cut: &'e Cut,
     polygon: &'e PlanePolygon<f64>,
@@ -46,10 +46,15 @@ impl<'e> Edges<'e> {
     /// Appends the faces that move edges, each with the index of its edge. Edges on A's boundary are omitted, because the pressure is zero
     /// there.
     pub fn list(&self, faces: &mut Vec<(usize, EdgeFace)>) {
-        let boundary = self.source.pair.tet_a(self.cut.tets[0]).zero_faces;
-        self.visit(boundary, |edge, owners| {
-            self.visit_faces(edge, owners, |face| faces.push((edge, face)));
+        self.visit_pressed(|edge, owners| {
+            self.visit_faces((edge, owners), None, |face| faces.push((edge, face)));
         });
+    }
+
+    /// Visits the moving edges, each with its owners as bits. Edges on A's boundary are omitted, because the pressure is zero there.
+    pub fn visit_pressed(&self, visit: impl FnMut(usize, u8)) {
+        let boundary = self.source.pair.tet_a(self.cut.tets[0]).zero_faces;
+        self.visit(boundary, visit);
     }
 
     /// Visits the moving edges, each with its owners. Edges that lie in one of the faces `skipped` are omitted. Sets of faces are given as
@@ -70,22 +75,23 @@ impl<'e> Edges<'e> {
         }
     }
 
-    /// Visits the owners of an edge, with their shares in the motion of the edge. Owners without a share are omitted.
-    fn visit_faces(&self, edge: usize, owners: u8, mut visit: impl FnMut(EdgeFace)) {
+    /// Visits the owners of an edge, with their shares in the motion of the edge. Owners without a share are omitted. If the edge also lies
+    /// in a plane of taxels, the plane shares the edge. It has a normal and a body, like an [`EdgeFace`].
+    pub fn visit_faces(
+        &self,
+        (edge, owners): (usize, u8),
+        plane: Option<(Vector3<f64>, u8)>,
+        mut visit: impl FnMut(EdgeFace),
+    ) {
         let Weights { still, moving } = self.cut.weights();
-        if owners.is_power_of_two() {
+        if owners.is_power_of_two() && plane.is_none() {
             let line = self.line(owners.trailing_zeros() as usize, edge);
             return visit(line.as_edge_face([moving.mean(), still.mean()]));
         }
-        let lines = self.lines(edge, owners);
-        let mut shares = [[0.0; 2]; 8];
-        let face_speed = |line: &Line| {
-            if line.moves_with_b() {
-                line.outward.dot(&PERTURBATION)
-            } else {
-                0.0
-            }
-        };
+        let mut lines = self.lines(edge, owners);
+        lines[TAXEL_PLANE] = plane.map(|plane| self.line_of(TAXEL_PLANE, plane, edge));
+        let mut shares = [[0.0; 2]; TAXEL_PLANE + 1];
+        let face_speed = |line: &Line| f64::from(line.body) * line.outward.dot(&PERTURBATION);
         let speed = |line: &Line| face_speed(line) - self.plane_speed * line.along_normal;
         split_between_owners(&lines, speed, moving.ahead_and_behind(), |line, share| {
             shares[line.face][0] += share;
@@ -147,9 +153,15 @@ impl<'e> Edges<'e> {
             let in_b = b.barycentric[face].gradient * -b.barycentric_steepness[face].recip();
             self.source.pose_ab.rotation() * in_b
         };
+        self.line_of(face, (outward, u8::from(face >= 4)), edge)
+    }
+
+    /// Returns the line of a face or of a plane of taxels, from its outward normal and the body with which it moves.
+    fn line_of(&self, face: usize, (outward, body): (Vector3<f64>, u8), edge: usize) -> Line {
         let normal = self.axes.tr_mul(&outward);
         Line {
             face,
+            body,
             outward,
             along_normal: normal.z,
             inverse_sine: inverse_sine(&self.polygon.edge(edge), &normal),
@@ -161,7 +173,7 @@ impl<'e> Edges<'e> {
     fn lines(&self, edge: usize, owners: u8) -> Lines {
         let length = self.length_squared(edge).sqrt();
         let margin = self.source.pair.margin();
-        let mut lines = [None; 8];
+        let mut lines = [None; TAXEL_PLANE + 1];
         for (slot, face) in lines.iter_mut().zip(set_bits(owners)) {
             let line = self.line(face, edge);
             *slot = (margin * line.inverse_sine.abs() <= length).then_some(line);
@@ -324,10 +336,10 @@ mod tests {
             rates += SMatrix::<f64, 5, 1>::from([inner]) * by_position.transpose();
             let edges = Edges::of(&source, (cut, &polygon));
             edges.visit(0, |edge, owners| {
-                edges.visit_faces(edge, owners, |by| {
+                edges.visit_faces((edge, owners), None, |by| {
                     let along_normal = by.normal.dot(&n);
                     let sine = (by.normal - n * along_normal).norm();
-                    let own_normal = by.normal * f64::from(u8::from(by.face >= 4));
+                    let own_normal = by.normal * f64::from(by.body);
                     let speed = (own_normal - by_position * along_normal) * (by.shares[0] / sine);
                     rates += flux(&polygon, edge) * speed.transpose();
                 });

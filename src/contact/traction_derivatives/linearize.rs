@@ -27,7 +27,7 @@ pub(super) const MATRIX: usize = 36;
 
 /// Number of sums: the derivatives with respect to motions and twists, the wrench, and the derivatives with respect to the modulus of B,
 /// dissipation and friction.
-const NUMBERS: usize = 2 * MATRIX + 4 * 6;
+pub(super) const NUMBERS: usize = 2 * MATRIX + 4 * 6;
 
 /// Gauss–Legendre points and weights for the mean over an edge, exact up to degree 5. A point is a fraction of the edge from its start.
 pub(super) const THREE_POINTS: [(f64, f64); 3] = [
@@ -158,19 +158,20 @@ impl<'o> Linearizer<'o> {
             if !are_edges_moved || is_boundary {
                 return;
             }
-            let (face, inward, steepness) = match slot.checked_sub(4) {
+            let (body, face, inward, steepness) = match slot.checked_sub(4) {
                 None => {
                     let inward = &a.barycentric[slot].gradient;
-                    (slot, inward, a.barycentric_steepness[slot])
+                    (0, slot, inward, a.barycentric_steepness[slot])
                 }
                 Some(bound) => {
                     let face = usize::from(b.bounds[bound]);
-                    (4 + face, &b.faces[face].gradient, b.face_steepness[face])
+                    (1, face, &b.faces[face].gradient, b.face_steepness[face])
                 }
             };
             let end = octet.ends[slot].map(|row| row[index]);
             let by = EdgeFace {
-                face,
+                body,
+                opposite: Some(face),
                 normal: inward * -steepness.recip(),
                 shares: [1.0; 2],
             };
@@ -229,7 +230,7 @@ impl<'o> Linearizer<'o> {
         let (pieces, count) = batch.take();
         for first in (0..count).step_by(L::COUNT) {
             let group = LaneGroup {
-                of: &self.of,
+                law_and_motion: (self.of.law, self.of.motion),
                 pieces: &pieces[first..first + L::COUNT],
                 first,
                 are_whole,
@@ -239,8 +240,9 @@ impl<'o> Linearizer<'o> {
         }
         if let Some(rows) = &self.rows {
             for (lane, piece) in pieces[..count].iter().enumerate() {
-                let response = &mut self.linearized.responses[piece.polygon];
-                rows.add_to(response, piece, lane, are_whole);
+                if let Some(law) = &mut self.linearized.responses[piece.polygon].law {
+                    rows.add_to(law, piece, lane, are_whole);
+                }
             }
         }
     }
@@ -273,18 +275,18 @@ struct EdgeFlux<N> {
 }
 
 /// The pieces that are integrated at the same time, one in each lane.
-struct LaneGroup<'p> {
-    of: &'p Linearize<'p>,
-    pieces: &'p [Piece],
+pub(super) struct LaneGroup<'p> {
+    pub law_and_motion: (&'p SurfaceLaw, &'p RelativeMotion<f64>),
+    pub pieces: &'p [Piece],
     /// The index of the first piece in its batch.
-    first: usize,
-    are_whole: bool,
-    method: usize,
+    pub first: usize,
+    pub are_whole: bool,
+    pub method: usize,
 }
 
 impl LaneGroup<'_> {
     #[inline(always)]
-    fn add<L: Lanes>(
+    pub fn add<L: Lanes>(
         &self,
         lanes: L,
         sums: &mut [Row; NUMBERS],
@@ -293,7 +295,7 @@ impl LaneGroup<'_> {
         let first = self.first;
         let planes = PolygonFields::side_by_side(lanes, |lane| &self.pieces[lane].plane);
         let batch = (self.pieces, self.method);
-        let (law, area) = area_integrals(lanes, batch, &planes, (self.of.law, self.of.motion));
+        let (law, area) = area_integrals(lanes, batch, &planes, self.law_and_motion);
         let mut rates = Rates::of_area(&area, &law, planes.slope_along_normal());
         let by_growth = self.add_edges(lanes, (&law, &planes), &mut rates, rows);
         let [_, slope_b] = planes.slopes;
@@ -396,7 +398,7 @@ impl LaneGroup<'_> {
         ]);
         let normal = gathered(lanes, |lane| &pieces[lane].edges[number].normal);
         let normal = components(&planes.axes, normal);
-        let b_factor = lanes.gathered(|lane| pieces[lane].edges[number].b_factor);
+        let b_factor = lanes.gathered(|lane| f64::from(pieces[lane].edges[number].body));
         let mut factor = inverse_sine(normal, law.zero, law.load.one);
         if self.are_whole {
             // Both shares are equal: 0 for a missing edge or a face in the plane, and otherwise ±1.

@@ -6,8 +6,10 @@ use nalgebra::Vector3;
 /// The line in which the plane meets a face that owns an edge.
 #[derive(Clone, Copy)]
 pub(super) struct Line {
-    /// The face: 0 to 3 of A, 4 to 7 of B.
+    /// The face: 0 to 3 of A, 4 to 7 of B, or [`TAXEL_PLANE`].
     pub face: usize,
+    /// The body with which the face moves: 0 for A, 1 for B.
+    pub body: u8,
     /// The face's outward unit normal ν, in A's axes.
     pub outward: Vector3<f64>,
     /// ν·n.
@@ -16,11 +18,13 @@ pub(super) struct Line {
     pub inverse_sine: f64,
 }
 
-impl Line {
-    pub fn moves_with_b(&self) -> bool {
-        self.face >= 4
-    }
+/// Rounding error of a speed, relative to the largest one.
+const SAME_SPEED: f64 = 1e-9;
 
+/// The number of a plane of taxels that contains the edge.
+pub(super) const TAXEL_PLANE: usize = 8;
+
+impl Line {
     /// Returns the face with its shares in the motion of an edge. The shares are multiplied by the sign of `inverse_sine`, so a face in the
     /// plane moves no edge.
     pub fn as_edge_face(&self, shares: [f64; 2]) -> EdgeFace {
@@ -30,7 +34,8 @@ impl Line {
             self.inverse_sine.signum()
         };
         EdgeFace {
-            face: self.face,
+            body: self.body,
+            opposite: (self.face != TAXEL_PLANE).then_some(self.face % 4),
             normal: self.outward,
             shares: shares.map(|share| share * sign),
         }
@@ -38,7 +43,7 @@ impl Line {
 }
 
 /// The lines of the faces that contain an edge.
-pub(super) type Lines = [Option<Line>; 8];
+pub(super) type Lines = [Option<Line>; TAXEL_PLANE + 1];
 
 /// Shares an edge among its lines. The motion of the edge is then the mean of both sides of the coincidence.
 ///
@@ -50,8 +55,28 @@ pub(super) type Lines = [Option<Line>; 8];
 /// - If the end is not outside the beginning, no polygon is left, and neither line has a share.
 /// - A face that lies in the plane has no line.
 ///
-/// If all lines bound the polygon from outside, the slowest and the fastest line share the edge.
+/// If all lines bound the polygon from outside, the slowest and the fastest line share the edge. A plane of taxels may be as fast as a face,
+/// which only its vertices move away from the plane. The result is then the mean of a slightly slower and a slightly faster plane.
 pub(super) fn split_between_owners(
+    lines: &Lines,
+    speed: impl Fn(&Line) -> f64,
+    weights: [f64; 2],
+    mut add: impl FnMut(&Line, f64),
+) {
+    if lines[TAXEL_PLANE].is_none() {
+        return split_by_speed(lines, speed, weights, add);
+    }
+    let largest = lines.iter().flatten().map(|line| speed(line).abs());
+    let nudge = SAME_SPEED * largest.fold(0.0, f64::max);
+    for nudge in [nudge, -nudge] {
+        let of_plane = |line: &Line| f64::from(u8::from(line.face == TAXEL_PLANE));
+        let nudged = |line: &Line| speed(line) + nudge * of_plane(line);
+        split_by_speed(lines, nudged, weights, |line, share| add(line, 0.5 * share));
+    }
+}
+
+/// Shares an edge among its lines, as above.
+fn split_by_speed(
     lines: &Lines,
     speed: impl Fn(&Line) -> f64,
     weights: [f64; 2],
@@ -98,6 +123,7 @@ mod tests {
     fn line(face: usize, inverse_sine: f64) -> Line {
         Line {
             face,
+            body: 0,
             outward: Vector3::x(),
             along_normal: 0.0,
             inverse_sine,
@@ -106,7 +132,7 @@ mod tests {
 
     /// Returns the share of each face in an edge, as bits, for faces that move at these speeds.
     fn shares(lines: &[Line], speeds: [f64; 3]) -> [u64; 3] {
-        let mut owning = [None; 8];
+        let mut owning = [None; TAXEL_PLANE + 1];
         for (slot, line) in owning.iter_mut().zip(lines) {
             *slot = Some(*line);
         }

@@ -16,6 +16,8 @@
 //!   velocity, which is zero for faces of A, and s = 1/|ν − (ν·n)n|. The outward speed of the line in the plane is s(w·ν − h ν·n). If
 //!   several faces own an edge, the slowest and the fastest line share it.
 //!
+//! All this also holds for a part of a polygon. A plane that cuts the polygon is then like a face of the body with which it moves.
+//!
 //! No term is divided by the length of an edge or by an angle between edges, and no corner is differentiated.
 
 mod area;
@@ -23,6 +25,7 @@ mod edges;
 mod frozen;
 mod linearize;
 mod lines;
+mod parts;
 mod pieces;
 mod responses;
 #[cfg(test)]
@@ -40,10 +43,13 @@ use super::{ContactPair, SurfaceLaw};
 use crate::lanes;
 use crate::narrow_phase::{COINCIDENCE, Cut};
 use crate::search::GenericPairs;
+pub(super) use edges::Edges;
 pub(crate) use frozen::AddedByLaw;
 pub(super) use frozen::FrozenPolygon;
 use linearize::{Linearize, MATRIX, Polygons};
 use nalgebra::Matrix6x2;
+pub(super) use parts::{LawOnPart, LawOnParts};
+pub(super) use pieces::EdgeFace;
 use std::marker::PhantomData;
 use std::slice;
 

@@ -32,12 +32,14 @@ const METHODS: usize = LEVELS + 1;
 /// Index of the closed form, which integrates slips that turn quickly.
 const CLOSED_FORM: usize = LEVELS;
 
-/// A face that moves an edge of a polygon.
+/// A face that moves an edge of a polygon, or a plane of taxels that bounds a part of the polygon.
 #[derive(Clone, Copy)]
-pub(super) struct EdgeFace {
-    /// 0 to 3 of A, 4 to 7 of B.
-    pub face: usize,
-    /// Unit normal, out of the face's tetrahedron, in A's axes.
+pub(in crate::contact) struct EdgeFace {
+    /// The body with which the face moves: 0 for A, 1 for B.
+    pub body: u8,
+    /// The corner of the tetrahedron opposite to the face, or `None` for a plane of taxels.
+    pub opposite: Option<usize>,
+    /// Unit normal, out of the face's tetrahedron or out of the taxel, in A's axes.
     pub normal: Vector3<f64>,
     /// Shares of the face in the motion of the edge, if bodies move and if the modulus of B grows. They are negative if the face is the
     /// only owner of the edge and its normal points into the polygon. They are zero if the face lies in the plane.
@@ -48,10 +50,10 @@ pub(super) struct EdgeFace {
 #[derive(Clone, Copy)]
 pub(super) struct MovingEdge {
     pub ends: [[f64; 2]; 2],
-    pub face: usize,
+    /// The body and the normal of the face, as in [`EdgeFace`].
+    pub body: u8,
+    pub opposite: Option<usize>,
     pub normal: Vector3<f64>,
-    /// 1 for a face of B, which moves with B, and 0 for a face of A.
-    pub b_factor: f64,
 }
 
 /// A convex piece of a contact polygon, with some of the moving edges of the polygon. These edges need not bound the piece.
@@ -119,9 +121,9 @@ impl MovingEdge {
     /// An edge that contributes nothing.
     const NONE: Self = Self {
         ends: [[0.0; 2]; 2],
-        face: 0,
+        body: 0,
+        opposite: None,
         normal: Vector3::new(0.0, 0.0, 0.0),
-        b_factor: 0.0,
     };
 }
 
@@ -159,9 +161,9 @@ impl Piece {
         let index = self.edge_count % SLOTS;
         self.edges[index] = MovingEdge {
             ends,
-            face: by.face,
+            body: by.body,
+            opposite: by.opposite,
             normal: by.normal,
-            b_factor: f64::from(u8::from(by.face >= 4)),
         };
         self.shares[index] = by.shares;
         self.edge_count += 1;

@@ -1,7 +1,7 @@
 use super::area::Rates;
 use super::pieces::Piece;
 use crate::contact::polygon_fields::Six;
-use crate::contact::response::{FaceResponse, PolygonResponse};
+use crate::contact::response::{FaceResponse, LawResponse};
 use crate::lanes::{Numbers, ROW, Row};
 use crate::narrow_phase::SLOTS;
 use nalgebra::Vector6;
@@ -47,16 +47,7 @@ impl ResponseRows {
     }
 
     /// Adds the response of the piece in a lane to the response of its polygon.
-    pub fn add_to(
-        &self,
-        response: &mut PolygonResponse,
-        piece: &Piece,
-        lane: usize,
-        is_whole: bool,
-    ) {
-        let Some(law) = &mut response.law else {
-            return;
-        };
+    pub fn add_to(&self, law: &mut LawResponse, piece: &Piece, lane: usize, is_whole: bool) {
         add(&mut law.by_speed, &self.speed, lane);
         add(&mut law.by_pressure, &self.pressure, lane);
         if !is_whole {
@@ -72,10 +63,13 @@ impl ResponseRows {
         law.by_faces.reserve_exact(piece.edge_count);
         let edges = piece.edges[..piece.edge_count.min(SLOTS)].iter();
         for (number, edge) in edges.enumerate() {
-            // Some faces move an edge only if the modulus of B grows.
-            if piece.shares[number][0] != 0.0 {
+            // Some faces move an edge only if the modulus of B grows. Planes of taxels do not move with vertices.
+            if let Some(opposite) = edge.opposite
+                && piece.shares[number][0] != 0.0
+            {
                 law.by_faces.push(FaceResponse {
-                    face: edge.face,
+                    body: usize::from(edge.body),
+                    opposite,
                     normal: edge.normal,
                     by_speed: at(&self.faces[number], lane),
                 });
