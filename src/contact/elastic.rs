@@ -42,13 +42,20 @@ impl<N: Linear> PolygonFields<N> {
     /// Returns ∫ p dA and ∫ p x dA.
     #[inline(always)]
     fn pressure_integrals(&self) -> (N, [N; 3]) {
-        let ([p0, p1, p2], [e1, e2, _]) = (self.pressure, self.axes);
+        let [p0, p1, p2] = self.pressure;
         let [area, y1, y2, y11, y12, y22] = self.moments;
         let total = p0 * area + p1 * y1 + p2 * y2;
         let by_y1 = p0 * y1 + p1 * y11 + p2 * y12;
         let by_y2 = p0 * y2 + p1 * y12 + p2 * y22;
+        (total, self.first_moment(total, [by_y1, by_y2]))
+    }
+
+    /// Returns ∫ p x dA with x from A's origin, from ∫ p dA, ∫ p y₁ dA and ∫ p y₂ dA.
+    #[inline(always)]
+    fn first_moment(&self, total: N, [by_y1, by_y2]: [N; 2]) -> [N; 3] {
+        let [e1, e2, _] = self.axes;
         let in_plane = sum(scaled(e1, by_y1), scaled(e2, by_y2));
-        (total, sum(scaled(self.origin, total), in_plane))
+        sum(scaled(self.origin, total), in_plane)
     }
 }
 
@@ -148,6 +155,12 @@ impl<T: Scalar> PolygonFields<T> {
     /// Returns the elastic wrench on A in A's axes about A's origin, multiplied by a weight.
     pub fn elastic_wrench(&self, weight: T) -> Wrench<T> {
         let wrench = OfWrench::of(self).map(|entry| entry * weight);
+        Wrench::from_vector(&Vector6::from(wrench))
+    }
+
+    /// Returns the elastic wrench on A of a part of the plane in A's axes about A's origin, from ∫ p dA, ∫ p y₁ dA and ∫ p y₂ dA.
+    pub fn wrench_of_load(&self, load: T, by_y: [T; 2]) -> Wrench<T> {
+        let wrench = wrench_of(load, self.first_moment(load, by_y), self.axes[2]);
         Wrench::from_vector(&Vector6::from(wrench))
     }
 }

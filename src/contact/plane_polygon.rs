@@ -13,8 +13,6 @@ const SLIVER: f64 = 1e-9;
 pub(super) struct PlanePolygon<T> {
     pub plane: PolygonFields<T>,
     pub outline: Outline<T>,
-    /// ∫ m dA for the monomials m = y₁³, y₁²y₂, y₁y₂², y₂³.
-    cubic_moments: [T; 4],
     /// Weights in values and in derivatives.
     pub weights: Weights,
     /// Whether an edge lies in several faces.
@@ -49,7 +47,6 @@ impl<T: Scalar> SpacePolygon<T> {
             outline.push([e1.dot(&y), e2.dot(&y)], edge);
         }
         let gradient = &pressure.gradient;
-        let (moments, cubic_moments) = split(outline.moments());
         Some(PlanePolygon {
             plane: PolygonFields {
                 origin: origin.into(),
@@ -58,10 +55,9 @@ impl<T: Scalar> SpacePolygon<T> {
                 gradient_a: self.pressure_a.gradient.into(),
                 slopes: plane.slopes.map(Into::into),
                 inverse_gradient_norm: plane.inverse_gradient_norm,
-                moments,
+                moments: outline.moments(),
             },
             outline,
-            cubic_moments,
             weights,
             shares_edges: self.outline.shares_edges(),
         })
@@ -99,14 +95,14 @@ impl<T: Scalar> PlanePolygon<T> {
     /// Replaces the outline, and its moments.
     pub fn set_outline(&mut self, outline: &Outline<T>) {
         self.outline = *outline;
-        (self.plane.moments, self.cubic_moments) = split(outline.moments());
+        self.plane.moments = outline.moments();
     }
 
     /// Returns ∫ m dA for the monomials m up to cubic ones.
     pub fn moments(&self) -> [T; 10] {
-        let [area, y1, y2, y11, y12, y22] = self.plane.moments;
-        let [y111, y112, y122, y222] = self.cubic_moments;
-        [area, y1, y2, y11, y12, y22, y111, y112, y122, y222]
+        let mut moments: [T; 10] = self.outline.moments();
+        moments[..6].copy_from_slice(&self.plane.moments);
+        moments
     }
 
     /// Returns whether faces of both bodies coincide at the polygon.
@@ -130,11 +126,9 @@ impl PlanePolygon<f64> {
             outline.push(corner, edge);
             edge += 1;
         });
-        let (_, cubic_moments) = split(outline.moments());
         Self {
             plane: PolygonFields::at(octet, index),
             outline,
-            cubic_moments,
             weights: Weights::WHOLE,
             shares_edges: false,
         }
@@ -154,7 +148,6 @@ impl PlanePolygon<f64> {
                 moments: self.plane.moments.map(lift),
             },
             outline: self.outline.lifted(),
-            cubic_moments: self.cubic_moments.map(lift),
             weights: self.weights,
             shares_edges: self.shares_edges,
         }
@@ -172,11 +165,6 @@ impl PlanePolygon<f64> {
         polygon.plane.pressure = pressure;
         polygon
     }
-}
-
-/// Splits moments into those up to quadratic ones, and cubic ones.
-fn split<T>([m0, m1, m2, m3, m4, m5, m6, m7, m8, m9]: [T; 10]) -> ([T; 6], [T; 4]) {
-    ([m0, m1, m2, m3, m4, m5], [m6, m7, m8, m9])
 }
 
 /// Returns unit vectors that make orthonormal axes with this unit vector as the third, without a square root \[Duff 2017\].

@@ -1,24 +1,38 @@
-//! Moments of the parts of a convex outline in the cells between two families of lines.
+//! Areas and loads of the parts of a convex outline in the cells between two families of lines.
 //!
-//! The moments of a part are the sum over its edges of the moments of the triangles between the origin and the edge. An edge of a part
-//! belongs to an edge of the outline, or to a line. A walk around the outline divides its edges where they cross lines. A line enters and
-//! leaves the outline at two of these crossings, and the lines of the other family divide it between them. Each segment of a line counts
-//! once for the cell on one side, and once with the opposite sign for the cell on the other side.
+//! The integrals over a part are the sum over its edges of the integrals over the triangles between the origin and the edge. With p₀, p_a and
+//! p_b the pressures at the corners 0, a and b of such a triangle, t = a × b and S = p₀ + p_a + p_b,
+//!
+//! ∫ dA = t/2,  ∫ p dA = t S/6,  ∫ p yᵢ dA = t/24 ((S + p_a) aᵢ + (S + p_b) bᵢ).
+//!
+//! An edge of a part belongs to an edge of the outline, or to a line. A walk around the outline divides its edges where they cross lines.
+//! A line enters and leaves the outline at two of these crossings, and the lines of the other family divide it between them. Each segment
+//! of a line counts once for the cell on one side, and once with the opposite sign for the cell on the other side.
 //!
 //! Only the walk decides which lines cross each other. Two lines cross if the crossings of one line separate the crossings of the other
-//! line along the outline. Therefore the edges of every part close, and the moments of all parts add up to the moments of the outline,
-//! regardless of round-off in the crossings.
+//! line along the outline. Therefore the edges of every part close, and the integrals over all parts add up to the integrals over the
+//! outline, regardless of round-off in the crossings.
 
 use crate::contact::outline::{Outline, at};
-use crate::friction::{Affine, ends};
-use crate::geometry::{PER_TRIANGLE, add_triangle};
+use crate::friction::Affine;
 use crate::scalar::{Scalar, lift, real_part};
 
-/// Moments up to degree 2 (see [`Outline::moments`]).
-type Moments<T> = [T; 6];
+/// A point: y₁, y₂ and the pressure.
+type Point<T> = [T; 3];
 
 /// A point at which a line crosses the outline, and the index of its cell along the line.
-type Crossing<T> = ([T; 2], usize);
+type Crossing<T> = (Point<T>, usize);
+
+/// Integrals over a part of the outline.
+#[derive(Clone, Copy)]
+pub(super) struct Load<T> {
+    /// ∫ dA (m²).
+    pub area: T,
+    /// ∫ p dA (N).
+    pub total: T,
+    /// ∫ p y₁ dA and ∫ p y₂ dA (N m).
+    pub by_y: [T; 2],
+}
 
 /// A family of ordered lines, and their crossings with the outline. Line l is between the cells l and l + 1.
 struct Family<T> {
@@ -29,12 +43,15 @@ struct Family<T> {
     crossings: Vec<[Option<Crossing<T>>; 2]>,
 }
 
-/// The moments of all cells, row by row. The memory is reused for other outlines.
+/// The loads of all cells, row by row. The memory is reused for other outlines.
 pub(super) struct Cells<T> {
     families: [Family<T>; 2],
-    moments: Vec<Moments<T>>,
+    /// For each cell, 2 ∫ dA, 6 ∫ p dA, 24 ∫ p y₁ dA and 24 ∫ p y₂ dA.
+    sums: Vec<[T; 4]>,
     /// Points at which lines of both families cross, row by row.
-    points: Vec<[T; 2]>,
+    points: Vec<Point<T>>,
+    /// The pressure at the origin.
+    at_origin: T,
 }
 
 impl<T: Scalar> Family<T> {
@@ -47,8 +64,8 @@ impl<T: Scalar> Family<T> {
     }
 
     /// Returns the fraction of the segment between two points at which the segment crosses a line.
-    fn share(&self, line: usize, [from, to]: [&[T; 2]; 2]) -> T {
-        let [before, after] = [from, to].map(|y| at(&self.functions[line], y));
+    fn share(&self, line: usize, [from, to]: [&Point<T>; 2]) -> T {
+        let [before, after] = [from, to].map(|[y1, y2, _]| at(&self.functions[line], &[*y1, *y2]));
         let share = before / (before - after);
         // Round-off may put both points on the same side of the line, or on the line.
         let real = real_part(share);
@@ -64,8 +81,9 @@ impl<T: Scalar> Cells<T> {
     pub fn empty() -> Self {
         Self {
             families: [Family::empty(), Family::empty()],
-            moments: Vec::new(),
+            sums: Vec::new(),
             points: Vec::new(),
+            at_origin: lift(0.0),
         }
     }
 
@@ -84,8 +102,8 @@ impl<T: Scalar> Cells<T> {
         family.corners.extend(corners);
     }
 
-    /// Divides an outline by the lines. Returns `None` if round-off makes a line cross the outline more than twice.
-    pub fn divide(&mut self, outline: &Outline<T>) -> Option<()> {
+    /// Divides an outline under a pressure by the lines. Returns `None` if round-off makes a line cross the outline more than twice.
+    pub fn divide(&mut self, outline: &Outline<T>, pressure: &Affine<T>) -> Option<()> {
         let nothing = lift::<T>(0.0);
         let [columns, rows] = self
             .families
@@ -95,26 +113,27 @@ impl<T: Scalar> Cells<T> {
             family.crossings.clear();
             family.crossings.resize(family.functions.len(), [None; 2]);
         }
-        self.moments.clear();
-        self.moments
-            .resize((columns + 1) * (rows + 1), [nothing; 6]);
-        self.points.resize(columns * rows, [nothing; 2]);
-        self.add_outline(outline)?;
+        self.sums.clear();
+        self.sums.resize((columns + 1) * (rows + 1), [nothing; 4]);
+        self.points.resize(columns * rows, [nothing; 3]);
+        self.at_origin = pressure[0];
+        self.add_outline(outline, pressure)?;
         self.add_lines();
         Some(())
     }
 
-    /// Returns the columns, the rows and the moments of the parts whose area is not zero.
-    pub fn moments(&self) -> impl Iterator<Item = ([usize; 2], Moments<T>)> {
+    /// Returns the columns, the rows and the loads of the parts whose area is not zero.
+    pub fn loads(&self) -> impl Iterator<Item = ([usize; 2], Load<T>)> {
         let columns = self.columns();
-        let parts = self.moments.iter().enumerate();
-        let parts = parts.filter(|(_, moments)| real_part(moments[0]).abs() > 0.0);
-        parts.map(move |(index, moments)| {
-            let mut moments = *moments;
-            for (moment, factor) in moments.iter_mut().zip(PER_TRIANGLE) {
-                *moment *= factor;
-            }
-            ([index % columns, index / columns], moments)
+        let parts = self.sums.iter().enumerate();
+        let parts = parts.filter(|(_, [area, ..])| real_part(*area).abs() > 0.0);
+        parts.map(move |(index, [area, total, by_y1, by_y2])| {
+            let load = Load {
+                area: *area * 0.5,
+                total: *total * (1.0 / 6.0),
+                by_y: [*by_y1, *by_y2].map(|moment| moment * (1.0 / 24.0)),
+            };
+            ([index % columns, index / columns], load)
         })
     }
 
@@ -122,67 +141,75 @@ impl<T: Scalar> Cells<T> {
         self.families[0].functions.len() + 1
     }
 
-    fn add(&mut self, [column, row]: [usize; 2], [from, to]: [[T; 2]; 2]) {
+    /// Returns the sums of the triangle between the origin and two points.
+    #[inline(always)]
+    fn triangle(&self, [[a1, a2, pa], [b1, b2, pb]]: [Point<T>; 2]) -> [T; 4] {
+        let turn = a1 * b2 - a2 * b1;
+        let pressure = self.at_origin + pa + pb;
+        let (of_a, of_b) = (pressure + pa, pressure + pb);
+        [
+            turn,
+            turn * pressure,
+            turn * (of_a * a1 + of_b * b1),
+            turn * (of_a * a2 + of_b * b2),
+        ]
+    }
+
+    fn add(&mut self, [column, row]: [usize; 2], ends: [Point<T>; 2]) {
+        let triangle = self.triangle(ends);
         let cell = row * self.columns() + column;
-        let factors = [lift(0.5), lift(1.0 / 3.0)];
-        add_triangle(&mut self.moments[cell], from, to, factors);
+        for (sum, number) in self.sums[cell].iter_mut().zip(triangle) {
+            *sum += number;
+        }
     }
 
     /// Adds a segment of a line between two cells.
-    fn add_between(&mut self, cells: [[usize; 2]; 2], [from, to]: [[T; 2]; 2]) {
-        let mut triangle = [lift::<T>(0.0); 6];
-        add_triangle(&mut triangle, from, to, [lift(0.5), lift(1.0 / 3.0)]);
+    fn add_between(&mut self, cells: [[usize; 2]; 2], ends: [Point<T>; 2]) {
+        let triangle = self.triangle(ends);
         let [behind, ahead] = cells.map(|[column, row]| row * self.columns() + column);
-        for (k, moment) in triangle.into_iter().enumerate() {
-            self.moments[behind][k] += moment;
-            self.moments[ahead][k] -= moment;
+        for (sum, number) in self.sums[behind].iter_mut().zip(triangle) {
+            *sum += number;
+        }
+        for (sum, number) in self.sums[ahead].iter_mut().zip(triangle) {
+            *sum -= number;
         }
     }
 
     /// Adds the edges of the outline, and records their crossings with lines.
-    fn add_outline(&mut self, outline: &Outline<T>) -> Option<()> {
+    fn add_outline(&mut self, outline: &Outline<T>, pressure: &Affine<T>) -> Option<()> {
         let corners = outline.corners();
-        let cell_of = |cells: &Self, corner: usize| {
-            cells
-                .families
-                .each_ref()
-                .map(|family| family.corners[corner])
+        let corner = |cells: &Self, number: usize| {
+            let families = cells.families.each_ref();
+            let y = corners[number];
+            let point = [y[0], y[1], at(pressure, &y)];
+            (point, families.map(|family| family.corners[number]))
         };
-        for edge in 0..corners.len() {
-            let next = if edge + 1 == corners.len() {
-                0
-            } else {
-                edge + 1
-            };
-            let cells = [edge, next].map(|corner| cell_of(self, corner));
-            self.add_edge(ends(corners, edge), cells)?;
+        let mut before = corner(self, corners.len().checked_sub(1)?);
+        for number in 0..corners.len() {
+            let now = corner(self, number);
+            self.add_edge(before, now)?;
+            before = now;
         }
         Some(())
     }
 
-    /// Adds an edge of the outline from one cell to another.
+    /// Adds an edge of the outline from a point in a cell to another.
     fn add_edge(
         &mut self,
-        [from, to]: [[T; 2]; 2],
-        [mut cell, end]: [[usize; 2]; 2],
+        (from, mut cell): (Point<T>, [usize; 2]),
+        (to, end): (Point<T>, [usize; 2]),
     ) -> Option<()> {
         let mut start = from;
+        let mut next = [0, 1].map(|family| self.next_crossing(family, [&from, &to], [cell, end]));
         while cell != end {
-            let share = |family: usize| {
-                (cell[family] != end[family]).then(|| {
-                    let line = cell[family] - usize::from(end[family] < cell[family]);
-                    (
-                        self.families[family].share(line, [&from, &to]),
-                        line,
-                        family,
-                    )
-                })
+            let family = match next {
+                [Some((first, _)), Some((second, _))] => {
+                    usize::from(real_part(second) < real_part(first))
+                }
+                [first, _] => usize::from(first.is_none()),
             };
-            let (share, line, family) = match (share(0), share(1)) {
-                (Some(first), Some(second)) if real_part(second.0) < real_part(first.0) => second,
-                (first, second) => first.or(second)?,
-            };
-            let crossing = [0, 1].map(|i| from[i] + (to[i] - from[i]) * share);
+            let (share, line) = next[family]?;
+            let crossing = between([&from, &to], share);
             self.add(cell, [start, crossing]);
             let is_back = end[family] < cell[family];
             let noted = &mut self.families[family].crossings[line][usize::from(is_back)];
@@ -190,10 +217,24 @@ impl<T: Scalar> Cells<T> {
                 return None;
             }
             cell[family] = if is_back { line } else { line + 1 };
+            next[family] = self.next_crossing(family, [&from, &to], [cell, end]);
             start = crossing;
         }
         self.add(cell, [start, to]);
         Some(())
+    }
+
+    /// Returns the share of an edge at which it leaves a cell across a line of a family, and the line. Returns `None` if it does not.
+    fn next_crossing(
+        &self,
+        family: usize,
+        ends: [&Point<T>; 2],
+        [cell, end]: [[usize; 2]; 2],
+    ) -> Option<(T, usize)> {
+        (cell[family] != end[family]).then(|| {
+            let line = cell[family] - usize::from(end[family] < cell[family]);
+            (self.families[family].share(line, ends), line)
+        })
     }
 
     /// Adds the lines between the cells.
@@ -237,15 +278,19 @@ impl<T: Scalar> Cells<T> {
         &mut self,
         [family, line]: [usize; 2],
         other: usize,
-        [from, to]: [&[T; 2]; 2],
-    ) -> [T; 2] {
+        ends: [&Point<T>; 2],
+    ) -> Point<T> {
         let columns = self.columns() - 1;
         if family == 1 {
             return self.points[line * columns + other];
         }
-        let share = self.families[1].share(other, [from, to]);
-        let point = [0, 1].map(|i| from[i] + (to[i] - from[i]) * share);
+        let point = between(ends, self.families[1].share(other, ends));
         self.points[other * columns + line] = point;
         point
     }
+}
+
+/// Returns the point at a share of the segment between two points.
+fn between<T: Scalar>([from, to]: [&Point<T>; 2], share: T) -> Point<T> {
+    [0, 1, 2].map(|i| from[i] + (to[i] - from[i]) * share)
 }

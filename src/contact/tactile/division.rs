@@ -2,11 +2,11 @@
 //!
 //! In the plane of a polygon, the field of a taxel plane is an affine function of y. A convex polygon is first cut by the first and the
 //! last plane of the columns and of the rows. A binary search finds the planes between the corners of the part in the patch. For a pair at
-//! rest, only the moments of the pieces are needed. `cells` adds them up along the edges. For a pair in motion, the planes of the columns
+//! rest, only the loads of the pieces are needed. `cells` adds them up along the edges. For a pair in motion, the planes of the columns
 //! cut the outline into strips, and the planes of the rows cut the strips. All decisions depend only on real parts.
 //!
-//! Every cut divides a convex outline into two convex outlines with bitwise equal crossings. Therefore the moments of the pieces add up to
-//! the moments of the polygon, regardless of round-off in the corners:
+//! Every cut divides a convex outline into two convex outlines with bitwise equal crossings. Therefore the integrals over the pieces add
+//! up to the integrals over the polygon, regardless of round-off in the corners:
 //!
 //! - A corner on a plane, up to round-off, belongs to both outlines.
 //! - If an edge is on a plane, the polygon is one outline. The other outline is this edge, without an area.
@@ -150,7 +150,7 @@ impl<T: Scalar> Division<T> {
         (!inside.corners().is_empty()).then_some(inside)
     }
 
-    /// Appends the pieces of an outline in the patch from the moments of cells, which is faster than cutting outlines. The pair must be at
+    /// Appends the pieces of an outline in the patch from the loads of cells, which is faster than cutting outlines. The pair must be at
     /// rest, because the quadrature of friction needs outlines. Returns `None` if round-off makes a line cross the outline more than twice.
     fn add_cells(
         &self,
@@ -159,38 +159,30 @@ impl<T: Scalar> Division<T> {
         pieces: &mut Pieces<T>,
     ) -> Option<()> {
         let Pieces { list, cells } = pieces;
-        let strips = [0, 1].map(|family| Strips::of(&self.planes[family], polygon, outline));
-        let first = strips.each_ref().map(|strips| *strips.range.start());
-        let mut plane = polygon.plane;
-        let weight = lift::<T>(polygon.weights.still.area());
-        let mut add = |[column, row]: [usize; 2], moments: [T; 6]| {
-            plane.moments = moments;
-            list.push(Piece {
-                taxel: Some([first[1] + row, first[0] + column]),
-                wrench: plane.elastic_wrench(weight),
-                area: moments[0] * weight,
-            });
-        };
-        if strips
-            .iter()
-            .all(|Strips { range, .. }| range.start() == range.end())
-        {
-            add([0, 0], outline.moments());
-            return Some(());
-        }
+        let points = points(polygon, outline);
+        let points = &points[..outline.corners().len()];
+        let strips = [0, 1].map(|family| Strips::of(&self.planes[family], points));
         for (family, Strips { of_corners, range }) in strips.iter().enumerate() {
             let lines = self.planes[family][range.clone()].iter().skip(1);
             let functions = lines.map(|plane| in_plane(polygon, plane).0);
-            let corners = of_corners[..outline.corners().len()].iter();
+            let corners = of_corners[..points.len()].iter();
             cells.set_lines(
                 family,
                 functions,
                 corners.map(|strip| strip - range.start()),
             );
         }
-        cells.divide(outline)?;
-        for (cell, moments) in cells.moments() {
-            add(cell, moments);
+        let plane = &polygon.plane;
+        cells.divide(outline, &plane.pressure)?;
+        let weight = lift::<T>(polygon.weights.still.area());
+        let [first_column, first_row] = strips.each_ref().map(|strips| *strips.range.start());
+        for ([column, row], load) in cells.loads() {
+            let by_y = load.by_y.map(|moment| moment * weight);
+            list.push(Piece {
+                taxel: Some([first_row + row, first_column + column]),
+                wrench: plane.wrench_of_load(load.total * weight, by_y),
+                area: load.area * weight,
+            });
         }
         Some(())
     }
@@ -204,7 +196,8 @@ impl<T: Scalar> Division<T> {
         mut visit: impl FnMut(usize, &Outline<T>),
     ) {
         let planes = &self.planes[family];
-        let Strips { range, .. } = Strips::of(planes, polygon, outline);
+        let points = points(polygon, outline);
+        let Strips { range, .. } = Strips::of(planes, &points[..outline.corners().len()]);
         let mut rest = *outline;
         for strip in range.clone().skip(1) {
             let (function, zero) = in_plane(polygon, &planes[strip]);
@@ -278,25 +271,44 @@ struct Strips {
 }
 
 impl Strips {
-    fn of<T: Scalar>(
-        planes: &[AffineField<T>],
-        polygon: &PlanePolygon<T>,
-        outline: &Outline<T>,
-    ) -> Self {
+    /// Finds the strips of the corners, from the first one or from the strip of the previous corner.
+    fn of<T: Scalar>(planes: &[AffineField<T>], corners: &[Vector3<f64>]) -> Self {
         let inner = &planes[1..planes.len() - 1];
+        let is_behind = |plane: &AffineField<T>, point: &Vector3<f64>| {
+            real_value(plane, point) >= -ROUNDING * point.amax()
+        };
+        let mut now = corners.first().map_or(0, |first| {
+            inner.partition_point(|plane| is_behind(plane, first))
+        });
         let mut of_corners = [0; PLANE_CAPACITY];
         let (mut first, mut last) = (usize::MAX, 0);
-        for (strip, corner) in of_corners.iter_mut().zip(outline.corners()) {
-            let point = real_vector(&polygon.point(*corner));
-            let zero = -ROUNDING * point.amax();
-            *strip = inner.partition_point(|plane| real_value(plane, &point) >= zero);
-            (first, last) = (first.min(*strip), last.max(*strip));
+        for (strip, point) in of_corners.iter_mut().zip(corners) {
+            while now > 0 && !is_behind(&inner[now - 1], point) {
+                now -= 1;
+            }
+            while inner.get(now).is_some_and(|plane| is_behind(plane, point)) {
+                now += 1;
+            }
+            *strip = now;
+            (first, last) = (first.min(now), last.max(now));
         }
         Self {
             of_corners,
             range: first.min(last)..=last,
         }
     }
+}
+
+/// Returns the corners of an outline in the plane of a polygon, in A's frame, and zeros.
+fn points<T: Scalar>(
+    polygon: &PlanePolygon<T>,
+    outline: &Outline<T>,
+) -> [Vector3<f64>; PLANE_CAPACITY] {
+    let mut points = [Vector3::zeros(); PLANE_CAPACITY];
+    for (point, corner) in points.iter_mut().zip(outline.corners()) {
+        *point = real_vector(&polygon.point(*corner));
+    }
+    points
 }
 
 fn real_value<T: Scalar>(plane: &AffineField<T>, point: &Vector3<f64>) -> f64 {
