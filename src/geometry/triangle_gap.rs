@@ -90,10 +90,13 @@ impl Triangle {
         (is_inside(share_a) && is_inside(share_b)).then_some((gap, parts))
     }
 
-    /// Returns whether an edge of the other triangle passes through this triangle.
+    /// Returns whether an edge of the other triangle passes through this triangle. An edge that only passes beside it, within the tolerance
+    /// of [`Self::hit_by`], has a distance.
     fn is_crossed_by(&self, other: &Self) -> bool {
         let ends = |edge: usize| [other.corners()[edge], other.corners()[(edge + 1) % 3]];
-        (0..3).any(|edge| self.hit_by(&ends(edge)).is_some())
+        let hits = (0..3).filter_map(|edge| self.hit_by(&ends(edge)));
+        let mut shares = hits.map(|(_, shares)| shares);
+        shares.any(|shares| shares.iter().all(|&share| share >= 0.0))
     }
 
     /// Returns the start of an edge and the vector to its end (m).

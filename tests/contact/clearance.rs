@@ -10,10 +10,14 @@ use hydroelastic::spatial::{Pose, Twist};
 use nalgebra::{SVector, Vector3, vector};
 use num_dual::hessian;
 use std::collections::BTreeSet;
+use std::f64::consts::{FRAC_PI_4, SQRT_2};
 use std::time::Instant;
 
 /// Rounding error of a distance between bodies of about 1 m, from coordinates of up to 10 m.
 const EXACT: f64 = 1e-12;
+
+/// Rounding error of a distance between bodies of about 1 m at the origin.
+const ROUND_OFF: f64 = 1e-15;
 
 /// Error of central differences with a step of 1e-6 m: the rounding error of a distance of 10 m, and the curvature.
 const DIFFERENCES: f64 = 1e-7;
@@ -279,6 +283,22 @@ fn flush_and_parallel_faces_have_the_distance_of_their_planes() {
         assert_near(touching.clearance.distance, 0.0, EXACT);
         assert!(touching.by_poses.iter().all(|slope| slope.is_finite()));
         assert_near(touching.by_poses.fixed_rows::<3>(3).norm(), 1.0, EXACT);
+    }
+}
+
+#[test]
+fn edges_that_cross_at_a_tiny_gap_have_their_distance() {
+    let [a, b] = [cuboid([1.0; 3]), cuboid([0.8; 3])];
+    for gap in [1e-12, 3e-11, 1e-10, 1e-9] {
+        // The upper edge of A is along x, and the lower edge of B is along y.
+        let below = turned([FRAC_PI_4, 0.0, 0.0], [0.0; 3]);
+        let height = 1.8 * SQRT_2 / 2.0 + gap;
+        for offset in [0.0, 0.07] {
+            let above = body(&b, turned([0.0, FRAC_PI_4, 0.0], [offset, 0.1, height]));
+            let contact = pair((&a, below), above).linearized_clearance();
+            assert_near(contact.clearance.distance, gap, ROUND_OFF);
+            assert_near(contact.by_poses[11], 1.0, EXACT);
+        }
     }
 }
 
