@@ -138,13 +138,13 @@ pub fn _load_unknown(saved: &[u8]) -> PyResult<Unknown> {
 /// max_iterations : int
 ///     Largest number of iterations for each horizon.
 /// bodies : list of str, optional
-///     Names of the observed bodies. The default is all dynamic bodies.
+///     Names of the observed bodies: at least one, each once, and only dynamic bodies. The default is all dynamic bodies.
 ///
 /// Raises
 /// ------
 /// HydroelasticError
-///     If the world does not have a parameter or a body, an initial guess is out of range, two unknowns set the same component, or a deviation,
-///     threshold or duration is not positive.
+///     If the world does not have a parameter or a body, an initial guess is out of range, two unknowns set the same component, a duration
+///     is not positive, a deviation or threshold is not between 1e-150 and 1e150, or the observed bodies are invalid.
 #[pyclass(frozen, module = "hydroelastic")]
 pub struct Identification {
     inner: identification::Identification,

@@ -160,7 +160,7 @@ impl Experiment {
     }
 
     /// All data of the world except its forces.
-    pub(super) fn model(&self) -> &Model {
+    pub(crate) fn model(&self) -> &Model {
         self.world.model()
     }
 

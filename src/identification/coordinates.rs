@@ -1,4 +1,4 @@
-use super::error::{check_count, check_positive};
+use super::error::{check_count, check_scale};
 use super::unknown::Scale;
 use super::{IdentificationError, Nuisance, Unknown};
 use crate::gradient::{Experiment, Parameter};
@@ -34,7 +34,7 @@ impl Coordinates {
     ///
     /// # Errors
     /// - If the world does not have a parameter or a component.
-    /// - If a guess or the mean of a prior is out of range, or the deviation of a prior is not positive.
+    /// - If a guess or the mean of a prior is out of range, or the deviation of a prior is not between 1e-150 and 1e150.
     /// - If two unknowns set the same number.
     pub fn of_unknowns(
         unknowns: &[Unknown],
@@ -55,7 +55,7 @@ impl Coordinates {
     /// Coordinates of nuisances: changes with the mean zero.
     ///
     /// # Errors
-    /// If the world does not have a parameter or a component, or a deviation is not positive.
+    /// If the world does not have a parameter or a component, or a deviation is not between 1e-150 and 1e150.
     pub fn of_nuisances(
         nuisances: &[Nuisance],
         template: &Experiment,
@@ -65,7 +65,7 @@ impl Coordinates {
         template.values(&all.parameters)?;
         for nuisance in nuisances {
             let parameter = &nuisance.parameter;
-            check_positive(format!("the deviation of {parameter}"), nuisance.deviation)?;
+            check_scale(format!("the deviation of {parameter}"), nuisance.deviation)?;
             let components = match nuisance.component {
                 Some(component) => component..component + 1,
                 None => 0..parameter.dimension(),
@@ -117,7 +117,7 @@ impl Coordinates {
         let prior = match unknown.prior {
             None => None,
             Some((value, deviation)) => {
-                check_positive(format!("the deviation of the prior of {name:?}"), deviation)?;
+                check_scale(format!("the deviation of the prior of {name:?}"), deviation)?;
                 Some([
                     scale.checked(("the mean of the prior", &name), value)?,
                     deviation,

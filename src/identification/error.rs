@@ -1,6 +1,10 @@
 use crate::dynamics::WorldError;
 use crate::gradient::GradientError;
 use crate::spatial::PoseError;
+use std::ops::RangeInclusive;
+
+/// Numbers whose square and whose inverse square are normal.
+const SCALES: RangeInclusive<f64> = 1e-150..=1e150;
 
 /// Reason why an identification is invalid or has no result.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -20,6 +24,27 @@ pub enum IdentificationError {
         /// Value of the number.
         value: f64,
     },
+    /// A standard deviation or the scale of a loss is too small or too large.
+    #[error(
+        "{quantity} is {value}, but must be positive, from {:e} to {:e}, because a fit divides by its square", SCALES.start(), SCALES.end()
+    )]
+    UnusableScale {
+        /// Name of the number.
+        quantity: String,
+        /// Value of the number.
+        value: f64,
+    },
+    /// No body is observed.
+    #[error("no body is observed: name at least one dynamic body of the world")]
+    NoObservedBody,
+    /// An observed body is not dynamic.
+    #[error(
+        "the observed body {0:?} is fixed or follows a path, but must be dynamic: remove it from the observed bodies"
+    )]
+    ObservedNotDynamic(String),
+    /// A body is observed twice.
+    #[error("the body {0:?} is observed twice: remove one of its names")]
+    ObservedTwice(String),
     /// A parameter does not have the component.
     #[error("{parameter} has no component {component}: it has {dimension}, counted from 0")]
     NoComponent {
@@ -131,6 +156,18 @@ pub(super) fn check_positive(
     }
     let quantity = quantity.into();
     Err(IdentificationError::NotPositive { quantity, value })
+}
+
+/// Checks that a fit can divide by the square of a number.
+pub(super) fn check_scale(
+    quantity: impl Into<String>,
+    value: f64,
+) -> Result<(), IdentificationError> {
+    if SCALES.contains(&value) {
+        return Ok(());
+    }
+    let quantity = quantity.into();
+    Err(IdentificationError::UnusableScale { quantity, value })
 }
 
 /// Checks that a count is the expected count.

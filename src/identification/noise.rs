@@ -1,5 +1,5 @@
 use super::IdentificationError;
-use super::error::check_positive;
+use super::error::check_scale;
 
 /// Standard deviations of a measured pose, independent in each component.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -13,12 +13,10 @@ impl Noise {
     /// the deviations that are expected of the model.
     ///
     /// # Errors
-    /// If a deviation or its square is not positive and finite.
+    /// If a deviation is not between 1e-150 and 1e150.
     pub fn new(position: f64, rotation: f64) -> Result<Self, IdentificationError> {
-        check_positive("the variance of positions (m²)", position * position)?;
-        check_positive("the variance of rotations (rad²)", rotation * rotation)?;
-        check_positive("the deviation of positions (m)", position)?;
-        check_positive("the deviation of rotations (rad)", rotation)?;
+        check_scale("the deviation of positions (m)", position)?;
+        check_scale("the deviation of rotations (rad)", rotation)?;
         Ok(Self { position, rotation })
     }
 }

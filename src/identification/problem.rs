@@ -1,5 +1,5 @@
 use super::coordinates::Coordinates;
-use super::error::check_positive;
+use super::error::{check_positive, check_scale};
 use super::{Checkpoint, IdentificationError, Iteration, Noise, Nuisance, RobustLoss, Unknown};
 use crate::dynamics::{Force, Plan, World};
 use crate::gradient::Experiment;
@@ -38,7 +38,7 @@ impl Identification {
     ///
     /// # Errors
     /// - If the world does not have a parameter or a component of an unknown, or the parameter has no effect.
-    /// - If the initial guess or the mean of a prior is out of range, or the deviation of a prior is not positive and finite.
+    /// - If the initial guess or the mean of a prior is out of range, or the deviation of a prior is not between 1e-150 and 1e150.
     /// - If two unknowns set the same number.
     pub fn new<F: Force>(
         world: &World<f64, F>,
@@ -64,7 +64,7 @@ impl Identification {
     /// Sets the nuisances of each measurement, such as the errors of its initial state. Replaces earlier nuisances.
     ///
     /// # Errors
-    /// If the world does not have a parameter or a component of a nuisance, or a deviation is not positive and finite.
+    /// If the world does not have a parameter or a component of a nuisance, or a deviation is not between 1e-150 and 1e150.
     pub fn with_nuisances(self, nuisances: &[Nuisance]) -> Result<Self, IdentificationError> {
         let nuisances = Coordinates::of_nuisances(nuisances, &self.template)?;
         Ok(Self { nuisances, ..self })
@@ -73,10 +73,23 @@ impl Identification {
     /// Compares the poses of these bodies only.
     ///
     /// # Errors
-    /// If the world does not have one of the bodies.
+    /// - If there are no names, or a name is repeated.
+    /// - If the world does not have one of the bodies, or the body is not dynamic.
     pub fn with_observed_bodies(self, bodies: &[&str]) -> Result<Self, IdentificationError> {
-        let indices = bodies.iter().map(|body| self.template.index_of(body));
-        let observed = indices.collect::<Result<_, _>>()?;
+        let mut observed = Vec::with_capacity(bodies.len());
+        for &name in bodies {
+            let body = self.template.index_of(name)?;
+            if observed.contains(&body) {
+                return Err(IdentificationError::ObservedTwice(name.to_owned()));
+            }
+            if self.template.model().bodies[body].inertia().is_none() {
+                return Err(IdentificationError::ObservedNotDynamic(name.to_owned()));
+            }
+            observed.push(body);
+        }
+        if observed.is_empty() {
+            return Err(IdentificationError::NoObservedBody);
+        }
         Ok(Self { observed, ..self })
     }
 
@@ -89,9 +102,9 @@ impl Identification {
     /// Sets the loss of measured poses.
     ///
     /// # Errors
-    /// If the threshold or the scale of the loss is not positive and finite.
+    /// If the threshold or the scale of the loss is not between 1e-150 and 1e150.
     pub fn with_loss(self, loss: RobustLoss) -> Result<Self, IdentificationError> {
-        check_positive("the scale of the loss", loss.scale())?;
+        check_scale("the scale of the loss", loss.scale())?;
         Ok(Self { loss, ..self })
     }
 

@@ -20,7 +20,10 @@ fn invalid_unknowns_are_refused() {
     );
     assert!(refused(&[friction().component(1)]).contains("has no component 1"));
     assert!(refused(&[friction(), friction().named("other")]).contains("set the same component"));
-    assert!(refused(&[friction().with_prior(0.2, 0.0)]).contains("must be positive and finite"));
+    for deviation in [0.0, 1e-200, 1e200] {
+        let message = refused(&[friction().with_prior(0.2, deviation)]);
+        assert!(message.contains("must be positive, from 1e-150 to 1e150"));
+    }
     assert!(
         refused(&[friction().logarithmic().with_prior(-1.0, 1.0)])
             .contains("is -1, but must be between 0 and inf")
@@ -30,21 +33,17 @@ fn invalid_unknowns_are_refused() {
 
 #[test]
 fn invalid_settings_are_refused() {
-    for wrong in [0.0, -1.0, 1e-200, 1e200, f64::NAN] {
-        assert!(Noise::new(wrong, 1.0).is_err() && Noise::new(1.0, wrong).is_err());
-    }
     let identification = || Identification::new(&world(TRUTH), &plan(), &unknowns()).unwrap();
-    let nuisance = Nuisance::new(Parameter::initial_velocity("ball"), -1.0);
-    assert!(identification().with_nuisances(&[nuisance]).is_err());
+    for wrong in [0.0, -1.0, 1e-160, 1e-200, 1e200, f64::NAN] {
+        assert!(Noise::new(wrong, 1.0).is_err() && Noise::new(1.0, wrong).is_err());
+        let nuisance = Nuisance::new(Parameter::initial_velocity("ball"), wrong);
+        assert!(identification().with_nuisances(&[nuisance]).is_err());
+        let loss = RobustLoss::Cauchy(wrong);
+        assert!(identification().with_loss(loss).is_err());
+    }
     let nuisance = Nuisance::new(Parameter::initial_velocity("ball"), 1.0).component(3);
     assert!(identification().with_nuisances(&[nuisance]).is_err());
-    assert!(
-        identification()
-            .with_loss(RobustLoss::Cauchy(f64::NAN))
-            .is_err()
-    );
     assert!(identification().with_horizons(&[0.1, 0.0]).is_err());
-    assert!(identification().with_observed_bodies(&["cube"]).is_err());
     let predict = |start| identification().predict(&TRUTH, &clean(1)[0], start);
     assert!(predict(StartingState::Fitted(-1.0)).is_err());
     let start = StartingState::Measured;
@@ -60,6 +59,24 @@ fn invalid_settings_are_refused() {
         matches!(error, IdentificationError::OutOfRange { .. }),
         "{error}"
     );
+}
+
+#[test]
+fn observed_bodies_are_distinct_and_dynamic() {
+    let refused = |bodies: &[&str]| {
+        let identification = Identification::new(&world(TRUTH), &plan(), &unknowns()).unwrap();
+        identification.with_observed_bodies(bodies).unwrap_err()
+    };
+    assert_eq!(refused(&[]), IdentificationError::NoObservedBody);
+    assert_eq!(
+        refused(&["ball", "ball"]),
+        IdentificationError::ObservedTwice("ball".into())
+    );
+    assert_eq!(
+        refused(&["ball", "table"]),
+        IdentificationError::ObservedNotDynamic("table".into())
+    );
+    assert!(matches!(refused(&["cube"]), IdentificationError::World(_)));
 }
 
 #[test]
