@@ -203,7 +203,7 @@ pub fn both(
 
 /// Comparison of the derivatives of recorded states with central differences at seven step sizes.
 ///
-/// The errors of a right derivative have a plateau of small values between step sizes that are too long and too short.
+/// The errors of a correct derivative have a plateau of small values between step sizes that are too long and too short.
 #[pyclass(frozen, module = "hydroelastic")]
 pub struct DifferenceCheck(pub gradient::DifferenceCheck);
 

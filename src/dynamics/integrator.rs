@@ -43,7 +43,7 @@ pub enum Integrator {
     /// of their thicknesses.
     Sdirk3,
     /// One implicit stage, first order. It is the cheapest method, and damps motion that is fast compared with the step: bodies come to
-    /// rest and do not bounce. Its derivatives are the derivatives of the damped motion. They are right for pushing, sliding and settling,
+    /// rest and do not bounce. Its derivatives are the derivatives of the damped motion. They are correct for pushing, sliding and settling,
     /// and wrong for bouncing. A step is divided only if a stage is not solved. A body that moves by more than its own size in a step may
     /// pass through another body. A body that is wholly inside another body feels no force.
     ImplicitEuler,

@@ -15,7 +15,7 @@ const SMALLEST_LISTED_WEIGHT: f64 = 0.1;
 pub struct Fit {
     /// Estimates of the unknowns, in their order.
     pub estimates: Vec<Estimate>,
-    /// Covariance of the coordinates of the unknowns, for noise with the stated deviations and a right model. It is the inverse of the
+    /// Covariance of the coordinates of the unknowns, for noise with the stated deviations and a correct model. It is the inverse of the
     /// Gauss–Newton matrix, with the nuisances eliminated. All entries are infinite if the matrix is
     /// singular.
     pub covariance: DMatrix<f64>,

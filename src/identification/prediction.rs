@@ -34,7 +34,7 @@ pub struct Prediction {
 
 impl Prediction {
     /// Mean squared normalized error of each observed body in the states after the first, which are the states that a fit compares. For a
-    /// right model it is near 6, or less if few states determine the nuisances.
+    /// correct model it is near 6, or less if few states determine the nuisances.
     #[must_use]
     pub fn mean_squares(&self) -> Vec<f64> {
         let count = self.normalized_errors.first().map_or(0, Vec::len);

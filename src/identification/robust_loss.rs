@@ -1,7 +1,7 @@
 use super::deviations::PER_POSE;
 use crate::scalar::portable::ln_1p;
 
-/// Loss ρ(s) of a measured pose, with the squared deviation s in units of the noise. For a right model, s has the mean 6: three
+/// Loss ρ(s) of a measured pose, with the squared deviation s in units of the noise. For a correct model, s has the mean 6: three
 /// components of the position and three of the rotation.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[non_exhaustive]

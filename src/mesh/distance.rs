@@ -77,7 +77,7 @@ pub(super) fn normalized_with_deepest(
     Ok(with_extents(mesh, centers, surface, distances))
 }
 
-/// Builds the mesh of [`normalized_with_deepest`] for a mesh without splits, with extents whose means are right.
+/// Builds the mesh of [`normalized_with_deepest`] for a mesh without splits, with extents whose means are correct.
 pub(super) fn fitted_with_deepest(mesh: TetMesh) -> Result<MadeOfDistances, MeshError> {
     let mut made = normalized_with_deepest(mesh, Vec::new())?;
     let fit = DistanceFit::of(&made.mesh, &made.surface, &made.distances);

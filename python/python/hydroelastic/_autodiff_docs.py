@@ -44,7 +44,7 @@ Parameters
 translation : (3,) array_like
     Position (m) of the origin of the frame.
 rotation_vector : (3,) array_like
-    Rotation of the frame: axis times angle (rad). Derivatives of all orders are right at zero too.
+    Rotation of the frame: axis times angle (rad). Derivatives of all orders are correct at zero too.
 
 Returns
 -------

@@ -20,13 +20,13 @@ Derivatives with respect to poses. Poses are (4, 4). A tangent dT of a pose coun
 that moves the pose: [ω]× is the skew part of dR Rᵀ, and v is the last column of dT. The symmetric part of dR Rᵀ would
 leave the rotations, so it has no effect. The last row of dT has no effect either. The cotangent of a pose is the
 transpose. Let g be the derivative with respect to the angular part of that twist, and f the derivative with respect to
-the linear part. The cotangent has the rotation block ½ [g]× R and the last column f. So derivatives are right by the
+the linear part. The cotangent has the rotation block ½ [g]× R and the last column f. So derivatives are correct by the
 chain rule through any function that makes rotations (``pose``, ``moved_pose``, quaternions, kinematics). A step along a
 cotangent itself leaves the rotations: optimize over vectors, and compute poses from them.
 
 Errors (a pose that is not rigid, a number that is not finite, a rollout that ends early) raise HydroelasticError in a
 call without a transformation. Inside ``jit``, ``vmap``, ``grad`` and similar transformations, an exception would be
-undefined behavior of JAX. There, the result of an invalid row is NaN, the other rows are right, and the logger
+undefined behavior of JAX. There, the result of an invalid row is NaN, the other rows are correct, and the logger
 ``hydroelastic.jax`` writes a warning with the reason.
 
 Second derivatives are not available. ``jax.hessian`` and ``grad`` of ``grad`` raise NotImplementedError. For least
@@ -496,7 +496,7 @@ def _moved(pose: Array, twist: Array) -> Array:
 def _rotation(vector: Array) -> Array:
     """Computes the rotation matrix of a rotation vector, (3, 3): I + sin θ/θ K + (1 − cos θ)/θ² K².
 
-    Both factors are functions of θ², so that all derivatives are right at zero.
+    Both factors are functions of θ², so that all derivatives are correct at zero.
     """
     square = jnp.sum(vector * vector, -1)[..., None, None]
     small = square < 0.1

@@ -22,7 +22,7 @@ Derivatives with respect to poses. Poses are (4, 4). A tangent dT of a pose coun
 that moves the pose: [ω]× is the skew part of dR Rᵀ, and v is the last column of dT. The symmetric part of dR Rᵀ would
 leave the rotations, so it has no effect. The last row of dT has no effect either. The gradient of a pose is the
 transpose. Let g be the derivative with respect to the angular part of that twist, and f the derivative with respect to
-the linear part. The gradient has the rotation block ½ [g]× R and the last column f. So derivatives are right by the
+the linear part. The gradient has the rotation block ½ [g]× R and the last column f. So derivatives are correct by the
 chain rule through any function that makes rotations (``pose``, ``moved_pose``, quaternions, kinematics). A step along a
 gradient itself leaves the rotations: optimize over vectors, and compute poses from them.
 
@@ -438,7 +438,7 @@ def _cross(vector: Tensor) -> Tensor:
 def _rotation(vector: Tensor) -> Tensor:
     """Computes the rotation matrix of a rotation vector, (3, 3): I + sin θ/θ K + (1 − cos θ)/θ² K².
 
-    Both factors are functions of θ², so that all derivatives are right at zero.
+    Both factors are functions of θ², so that all derivatives are correct at zero.
     """
     square = (vector * vector).sum(-1)[..., None, None]
     small = square < 0.1
