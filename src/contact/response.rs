@@ -163,8 +163,11 @@ impl PolygonResponse {
                 by_speed[1] = by_speed[1] + form(more);
             }
             for ((forms, by_speed), weight) in forms.iter_mut().zip(by_speed).zip(weights) {
-                let of_a = by_pressure * weight + by_speed * -self.plane.inverse_gradient_norm;
-                *forms = [forms[0] + of_a, forms[1] + by_speed];
+                let by_plane = by_speed * -self.plane.inverse_gradient_norm;
+                *forms = [
+                    forms[0] + by_pressure * weight + by_plane,
+                    forms[1] + by_speed,
+                ];
             }
         }
         let mut cells = self.of_fields(forms, moduli, [in_a, in_b]);
