@@ -159,8 +159,8 @@ impl<T: Scalar> PolygonFields<T> {
     }
 
     /// Returns the elastic wrench on A of a part of the plane in A's axes about A's origin, from ∫ p dA, ∫ p y₁ dA and ∫ p y₂ dA.
-    pub fn wrench_of_load(&self, load: T, by_y: [T; 2]) -> Wrench<T> {
-        let wrench = wrench_of(load, self.first_moment(load, by_y), self.axes[2]);
+    pub fn wrench_of_load(&self, total: T, by_y: [T; 2]) -> Wrench<T> {
+        let wrench = wrench_of(total, self.first_moment(total, by_y), self.axes[2]);
         Wrench::from_vector(&Vector6::from(wrench))
     }
 }

@@ -45,7 +45,7 @@ impl<T: Scalar> Outline<T> {
         &self.edges[..self.len]
     }
 
-    /// Returns the outline with edges that refer to this outline itself, so that parts of it refer to it.
+    /// Returns the outline with each edge numbered by its index. Parts that are cut from the result refer to these edges.
     pub fn renumbered(&self) -> Self {
         let mut outline = *self;
         for (number, edge) in (0..).zip(&mut outline.edges) {

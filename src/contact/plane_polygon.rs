@@ -92,6 +92,11 @@ impl<T: Scalar> PlanePolygon<T> {
         real_part(self.plane.moments[0]) > 0.0
     }
 
+    /// Returns whether the area of the polygon counts in values or in derivatives.
+    pub fn has_counted_area(&self) -> bool {
+        self.has_area() && self.weights.have_area()
+    }
+
     /// Replaces the outline, and its moments.
     pub fn set_outline(&mut self, outline: &Outline<T>) {
         self.outline = *outline;

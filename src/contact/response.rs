@@ -52,7 +52,7 @@ pub(super) struct PolygonResponse {
 }
 
 /// The contribution of dissipation and friction, about the origin of the polygon's plane along its axes.
-#[derive(Default, Clone)]
+#[derive(Default)]
 pub(super) struct LawResponse {
     /// Derivatives as the plane moves along its normal at the speeds 1, y₁ and y₂.
     pub by_speed: [Vector6<f64>; 3],
@@ -64,7 +64,6 @@ pub(super) struct LawResponse {
 }
 
 /// The contribution of a face that moves an edge.
-#[derive(Clone)]
 pub(super) struct FaceResponse {
     /// The body of the face: 0 for A, 1 for B.
     pub body: usize,
@@ -90,7 +89,7 @@ impl PolygonResponse {
     /// Creates the elastic response of a polygon.
     pub fn of(tets: [usize; 2], polygon: &PlanePolygon<f64>) -> Self {
         let mut plane = polygon.plane;
-        if !polygon.has_area() || !polygon.weights.have_area() {
+        if !polygon.has_counted_area() {
             plane.moments = [0.0; 6];
         }
         Self {
@@ -140,23 +139,23 @@ impl PolygonResponse {
         ];
         let [moving, still] = [self.weights.moving, self.weights.still].map(Weight::area);
         let forms = [moving, still].map(|weight| elastic.map(|form| form * weight));
-        let laws: Vec<_> = self.law.iter().map(|law| (law, *covector)).collect();
-        self.with_laws(forms, &laws, moduli, barycentric)
+        let law = self.law.as_ref().map(|law| (law, self.in_plane(covector)));
+        self.with_law_on(law.as_slice(), forms, moduli, barycentric)
     }
 
-    /// Returns the contributions of the growth of p_A and of p_B, as corners move and as extents grow, and adds the contributions of the
-    /// law on parts of the polygon. Each part has its derivative with respect to the wrench on A about A's origin.
-    pub fn with_laws(
+    /// Returns the contributions of the growth of p_A and p_B, as corners move and as extents grow. `forms` has the elastic contributions.
+    /// Each entry of `parts` has the response of a part of the polygon, and the derivative of the loss with respect to the wrench on this
+    /// part, transformed by [`Self::in_plane`].
+    pub fn with_law_on(
         &self,
-        mut forms: [[AffineForm; 2]; 2],
         parts: &[(&LawResponse, Vector6<f64>)],
+        mut forms: [[AffineForm; 2]; 2],
         moduli: [f64; 2],
         [in_a, in_b]: &Barycentric,
     ) -> [OfCell; 2] {
         let weights = [self.weights.moving, self.weights.still].map(Weight::area);
         for (law, covector) in parts {
-            let covector = self.in_plane(covector);
-            let form = |wrenches: &[Vector6<f64>; 3]| self.contracted(&covector, wrenches);
+            let form = |wrenches: &[Vector6<f64>; 3]| self.contracted(covector, wrenches);
             let by_pressure = form(&law.by_pressure);
             let mut by_speed = [form(&law.by_speed); 2];
             if let Some(more) = &law.modulus_correction {
@@ -172,18 +171,12 @@ impl PolygonResponse {
         }
         let mut cells = self.of_fields(forms, moduli, [in_a, in_b]);
         for (law, covector) in parts {
-            let covector = self.in_plane(covector);
-            for FaceResponse {
-                body,
-                opposite,
-                normal,
-                by_speed,
-            } in &law.by_faces
-            {
-                let by_speed = self.contracted(&covector, by_speed);
-                for corner in (0..4).filter(|corner| corner != opposite) {
-                    let by_corner = normal * by_speed.of(&[in_a, in_b][*body][corner]);
-                    cells[*body].by_corners[corner] += by_corner;
+            for face in &law.by_faces {
+                let by_speed = self.contracted(covector, &face.by_speed);
+                let coordinates = [in_a, in_b][face.body];
+                for corner in (0..4).filter(|&corner| corner != face.opposite) {
+                    let by_corner = face.normal * by_speed.of(&coordinates[corner]);
+                    cells[face.body].by_corners[corner] += by_corner;
                 }
             }
         }
@@ -240,7 +233,7 @@ impl PolygonResponse {
 
     /// Transforms a derivative with respect to a wrench about A's origin to one with respect to a wrench about the origin of the plane
     /// along its axes.
-    fn in_plane(&self, covector: &Vector6<f64>) -> Vector6<f64> {
+    pub fn in_plane(&self, covector: &Vector6<f64>) -> Vector6<f64> {
         let moment: Vector3<f64> = covector.fixed_rows::<3>(0).into_owned();
         let force = covector.fixed_rows::<3>(3) + moment.cross(&self.origin());
         let axes = Matrix3::from_columns(&self.axes());

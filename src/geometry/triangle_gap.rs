@@ -90,8 +90,8 @@ impl Triangle {
         (is_inside(share_a) && is_inside(share_b)).then_some((gap, parts))
     }
 
-    /// Returns whether an edge of the other triangle passes through this triangle. An edge that only passes beside it, within the tolerance
-    /// of [`Self::hit_by`], has a distance.
+    /// Returns whether an edge of the other triangle passes through this triangle. An edge that misses the
+    /// triangle by less than the tolerance of [`Self::hit_by`] does not count, because its distance to the triangle is positive.
     fn is_crossed_by(&self, other: &Self) -> bool {
         let ends = |edge: usize| [other.corners()[edge], other.corners()[(edge + 1) % 3]];
         let hits = (0..3).filter_map(|edge| self.hit_by(&ends(edge)));

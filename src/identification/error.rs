@@ -3,7 +3,7 @@ use crate::gradient::GradientError;
 use crate::spatial::PoseError;
 use std::ops::RangeInclusive;
 
-/// Numbers whose square and whose inverse square are normal.
+/// Allowed scales. Their squares and inverse squares are normal floating-point numbers.
 const SCALES: RangeInclusive<f64> = 1e-150..=1e150;
 
 /// Reason why an identification is invalid or has no result.

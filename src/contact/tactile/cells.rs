@@ -1,7 +1,7 @@
 //! Areas and loads of the parts of a convex outline in the cells between two families of lines.
 //!
 //! The integrals over a part are the sum over its edges of the integrals over the triangles between the origin and the edge. With p₀, p_a and
-//! p_b the pressures at the corners 0, a and b of such a triangle, t = a × b and S = p₀ + p_a + p_b,
+//! p_b the pressures at the corners 0, a and b of such a triangle, t = a₁b₂ − a₂b₁ and S = p₀ + p_a + p_b,
 //!
 //! ∫ dA = t/2,  ∫ p dA = t S/6,  ∫ p yᵢ dA = t/24 ((S + p_a) aᵢ + (S + p_b) bᵢ).
 //!
@@ -64,7 +64,7 @@ impl<T: Scalar> Family<T> {
     }
 
     /// Returns the fraction of the segment between two points at which the segment crosses a line.
-    fn share(&self, line: usize, [from, to]: [&Point<T>; 2]) -> T {
+    fn fraction(&self, line: usize, [from, to]: [&Point<T>; 2]) -> T {
         let [before, after] = [from, to].map(|[y1, y2, _]| at(&self.functions[line], &[*y1, *y2]));
         let share = before / (before - after);
         // Round-off may put both points on the same side of the line, or on the line.
@@ -144,14 +144,14 @@ impl<T: Scalar> Cells<T> {
     /// Returns the sums of the triangle between the origin and two points.
     #[inline(always)]
     fn triangle(&self, [[a1, a2, pa], [b1, b2, pb]]: [Point<T>; 2]) -> [T; 4] {
-        let turn = a1 * b2 - a2 * b1;
+        let cross = a1 * b2 - a2 * b1;
         let pressure = self.at_origin + pa + pb;
         let (of_a, of_b) = (pressure + pa, pressure + pb);
         [
-            turn,
-            turn * pressure,
-            turn * (of_a * a1 + of_b * b1),
-            turn * (of_a * a2 + of_b * b2),
+            cross,
+            cross * pressure,
+            cross * (of_a * a1 + of_b * b1),
+            cross * (of_a * a2 + of_b * b2),
         ]
     }
 
@@ -208,8 +208,8 @@ impl<T: Scalar> Cells<T> {
                 }
                 [first, _] => usize::from(first.is_none()),
             };
-            let (share, line) = next[family]?;
-            let crossing = between([&from, &to], share);
+            let (fraction, line) = next[family]?;
+            let crossing = interpolated([&from, &to], fraction);
             self.add(cell, [start, crossing]);
             let is_back = end[family] < cell[family];
             let noted = &mut self.families[family].crossings[line][usize::from(is_back)];
@@ -224,7 +224,8 @@ impl<T: Scalar> Cells<T> {
         Some(())
     }
 
-    /// Returns the share of an edge at which it leaves a cell across a line of a family, and the line. Returns `None` if it does not.
+    /// Returns the fraction of an edge at which it crosses the next line of a family, and the line. Returns `None` if it crosses no more
+    /// lines of the family.
     fn next_crossing(
         &self,
         family: usize,
@@ -233,7 +234,7 @@ impl<T: Scalar> Cells<T> {
     ) -> Option<(T, usize)> {
         (cell[family] != end[family]).then(|| {
             let line = cell[family] - usize::from(end[family] < cell[family]);
-            (self.families[family].share(line, ends), line)
+            (self.families[family].fraction(line, ends), line)
         })
     }
 
@@ -284,13 +285,13 @@ impl<T: Scalar> Cells<T> {
         if family == 1 {
             return self.points[line * columns + other];
         }
-        let point = between(ends, self.families[1].share(other, ends));
+        let point = interpolated(ends, self.families[1].fraction(other, ends));
         self.points[other * columns + line] = point;
         point
     }
 }
 
-/// Returns the point at a share of the segment between two points.
-fn between<T: Scalar>([from, to]: [&Point<T>; 2], share: T) -> Point<T> {
-    [0, 1, 2].map(|i| from[i] + (to[i] - from[i]) * share)
+/// Returns the point at a fraction of the segment between two points.
+fn interpolated<T: Scalar>([from, to]: [&Point<T>; 2], fraction: T) -> Point<T> {
+    [0, 1, 2].map(|i| from[i] + (to[i] - from[i]) * fraction)
 }

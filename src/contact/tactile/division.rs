@@ -1,7 +1,8 @@
 //! Division of contact polygons by the planes of a grid.
 //!
 //! In the plane of a polygon, the field of a taxel plane is an affine function of y. A convex polygon is first cut by the first and the
-//! last plane of the columns and of the rows. A binary search finds the planes between the corners of the part in the patch. For a pair at
+//! last plane of the columns and of the rows. A binary search finds the planes beside the first corner of the part in the
+//! patch, and a walk from corner to corner finds the others. For a pair at
 //! rest, only the loads of the pieces are needed. `cells` adds them up along the edges. For a pair in motion, the planes of the columns
 //! cut the outline into strips, and the planes of the rows cut the strips. All decisions depend only on real parts.
 //!
@@ -271,26 +272,30 @@ struct Strips {
 }
 
 impl Strips {
-    /// Finds the strips of the corners, from the first one or from the strip of the previous corner.
+    /// Finds the strip of each corner: by a binary search for the first corner, and by a walk from the strip of the previous corner for all
+    /// other corners.
     fn of<T: Scalar>(planes: &[AffineField<T>], corners: &[Vector3<f64>]) -> Self {
         let inner = &planes[1..planes.len() - 1];
         let is_behind = |plane: &AffineField<T>, point: &Vector3<f64>| {
             real_value(plane, point) >= -ROUNDING * point.amax()
         };
-        let mut now = corners.first().map_or(0, |first| {
+        let mut strip = corners.first().map_or(0, |first| {
             inner.partition_point(|plane| is_behind(plane, first))
         });
         let mut of_corners = [0; PLANE_CAPACITY];
         let (mut first, mut last) = (usize::MAX, 0);
-        for (strip, point) in of_corners.iter_mut().zip(corners) {
-            while now > 0 && !is_behind(&inner[now - 1], point) {
-                now -= 1;
+        for (of_corner, point) in of_corners.iter_mut().zip(corners) {
+            while strip > 0 && !is_behind(&inner[strip - 1], point) {
+                strip -= 1;
             }
-            while inner.get(now).is_some_and(|plane| is_behind(plane, point)) {
-                now += 1;
+            while inner
+                .get(strip)
+                .is_some_and(|plane| is_behind(plane, point))
+            {
+                strip += 1;
             }
-            *strip = now;
-            (first, last) = (first.min(now), last.max(now));
+            *of_corner = strip;
+            (first, last) = (first.min(strip), last.max(strip));
         }
         Self {
             of_corners,
@@ -299,7 +304,7 @@ impl Strips {
     }
 }
 
-/// Returns the corners of an outline in the plane of a polygon, in A's frame, and zeros.
+/// Returns the corners of an outline in the plane of a polygon, in A's frame, padded with zeros.
 fn points<T: Scalar>(
     polygon: &PlanePolygon<T>,
     outline: &Outline<T>,

@@ -5,7 +5,7 @@ use super::{GridBody, TactileImage, TaxelGrid};
 use crate::contact::motion::RelativeMotion;
 use crate::contact::plane_polygon::PlanePolygon;
 use crate::contact::{ContactPair, SurfaceLaw};
-use crate::narrow_phase::{COINCIDENCE, Cut, ELASTIC_COINCIDENCE};
+use crate::narrow_phase::{COINCIDENCE, ELASTIC_COINCIDENCE};
 use crate::scalar::DenseDual;
 use crate::spatial::skew;
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
@@ -26,6 +26,8 @@ const IN_MOTION: usize = 16;
 /// taxel edge, each derivative is the mean of the two one-sided derivatives, as in
 /// [`LinearizedContact`](crate::contact::LinearizedContact). The image then also has adjacent taxels whose forces are zero, but not their
 /// derivatives.
+///
+/// A pair in motion with a rigid body has no derivative if a side of that body lies on a taxel edge, because forces of taxels jump there.
 #[derive(Debug, Clone)]
 pub struct LinearizedTactileImage<'g> {
     image: TactileImage<'g>,
@@ -56,13 +58,13 @@ impl ContactPair<'_> {
             by_relative: Vec::new(),
             by_inputs: SMatrix::from_fn(|row, column| tangent[row].eps[column]),
         };
-        let turn = body.force_from_a(&self.source().pose_ab);
+        let force_from_a = body.force_from_a(&self.source().pose_ab);
         match self.relative_motion() {
-            None => linearized.add(&self.elastic_derivatives(body, grid), &turn),
+            None => linearized.add(&self.elastic_derivatives(body, grid), &force_from_a),
             Some((law, motion)) => {
                 linearized.add(
                     &self.derivatives_in_motion(body, grid, (&law, &motion)),
-                    &turn,
+                    &force_from_a,
                 );
             }
         }
@@ -88,8 +90,8 @@ impl ContactPair<'_> {
         }))
     }
 
-    /// Returns the derivatives of the forces on taxels of a pair in motion. As for the wrench, derivatives with respect to velocities and
-    /// the law are computed from the surface of the values, and all others from the surface of derivatives.
+    /// Returns the derivatives of the forces on taxels of a pair in motion. Derivatives with respect to velocities and the law are computed
+    /// from the surface for values. Derivatives with respect to poses and moduli are computed from the surface for derivatives.
     fn derivatives_in_motion(
         &self,
         body: GridBody,
@@ -105,28 +107,26 @@ impl ContactPair<'_> {
         };
         let moduli = self.moduli();
         let integrand = CutsIntegrand::new(|source: &_, cuts: &_, rates: &mut Vec<_>| {
-            let mut by_law = Vec::new();
-            let add_elastic = |_: &Cut, polygon: &PlanePolygon<f64>| {
-                if !polygon.has_area() || !polygon.weights.have_area() {
-                    return;
+            let (parts, in_taxels) = moving.law_on_parts(source, (cuts, false), |_, polygon| {
+                if polygon.has_counted_area() {
+                    division.visit_terms(polygon, |term| {
+                        let mut by = SMatrix::<f64, 3, IN_MOTION>::zeros();
+                        by.fixed_columns_mut::<AT_REST>(0)
+                            .copy_from(&by_relative(term, polygon, body, moduli));
+                        TaxelDerivatives::add(rates, term.taxel, by);
+                    });
                 }
-                division.visit_terms(polygon, |term| {
-                    let mut by = SMatrix::<f64, 3, IN_MOTION>::zeros();
-                    by.fixed_columns_mut::<AT_REST>(0)
-                        .copy_from(&by_relative(term, polygon, body, moduli));
-                    TaxelDerivatives::add(rates, term.taxel, by);
-                });
-            };
-            moving.visit(source, (cuts, false), add_elastic, |law| {
-                let mut by = law.part.by_relative(moduli);
+            });
+            for part in &in_taxels {
+                let law = &parts[part.part_index];
+                let mut by = law.by_relative(moduli);
                 if body == GridBody::B {
                     // The axes of the forces turn with B.
                     let mut by_turn = by.fixed_columns_mut::<3>(0);
-                    by_turn += skew(&law.part.force());
+                    by_turn += skew(&law.force());
                 }
-                TaxelDerivatives::add(&mut by_law, law.taxel, by * law.share);
-            });
-            rates.append(&mut by_law);
+                TaxelDerivatives::add(rates, part.taxel, by * part.share);
+            }
         });
         let mut rates = surface.integral(&integrand);
         if let Some(finer) = finer {
@@ -183,13 +183,14 @@ fn by_relative(
 }
 
 impl<'g> LinearizedTactileImage<'g> {
-    /// Adds the derivatives of forces on A, in A's axes, with the rotation to forces on the body of the grid in its axes.
-    fn add<const N: usize>(&mut self, rates: &[TaxelDerivatives<N>], turn: &Matrix3<f64>) {
+    /// Adds derivatives of forces on A, in A's axes. `force_from_a` maps these forces to forces on the body of the grid, in the axes of that
+    /// body.
+    fn add<const N: usize>(&mut self, rates: &[TaxelDerivatives<N>], force_from_a: &Matrix3<f64>) {
         let grid = self.image.grid();
         for rate in rates {
             let [row, column] = rate.taxel;
             let index = self.image.index_or_added(rate.taxel);
-            let turned = grid.axes(row, column).tr_mul(turn) * rate.by_relative;
+            let turned = grid.axes(row, column).tr_mul(force_from_a) * rate.by_relative;
             self.by_relative
                 .resize(self.image.taxels().len(), SMatrix::zeros());
             let mut sum = self.by_relative[index].fixed_columns_mut::<N>(0);

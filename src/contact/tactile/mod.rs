@@ -3,8 +3,8 @@
 //! A [`TaxelGrid`] is fixed to one body of a pair. Its planes divide space into columns and rows, and a taxel is the intersection of a
 //! column and a row. The planes also divide each contact polygon into convex pieces (`division`), over which traction is integrated
 //! exactly. The pieces outside of the patch contribute to a separate wrench. Therefore the sum over all taxels and this wrench is the
-//! contact wrench, up to round-off. All derivatives are in closed form: those of the elastic force (`rates`), and those of dissipation and
-//! friction (`motion`).
+//! contact wrench, up to round-off. All derivatives are in closed form. `rates` has the derivatives of the elastic force, and
+//! `motion` has the derivatives of the dissipation and friction forces.
 //!
 //! ```
 //! use hydroelastic::contact::{ContactBody, ContactPair, GridBody, Partner, Shape, TaxelGrid};

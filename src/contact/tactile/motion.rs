@@ -1,13 +1,16 @@
-//! Derivatives of what dissipation and friction add to the forces on taxels, in closed form.
+//! Derivatives of the dissipation and friction forces on taxels, in closed form.
 //!
 //! A part of a contact polygon in a taxel is a polygon, too. Its edges lie in faces of both bodies and in planes of the taxel. The planes
-//! move with the body of the grid. Therefore `traction_derivatives` has the derivatives of the force on the part. The elastic force is
-//! in `rates`.
+//! move with the body of the grid. Therefore `traction_derivatives` can compute the derivatives of the force on the part. The elastic force
+//! is in `rates`.
 //!
-//! If an edge of the contact polygon lies in a plane of taxels, a small motion moves the edge across the plane or back. The part then ends
-//! at the face of the edge or at the plane. If the edge moves out, the next taxel has the strip between them. The plane therefore shares
-//! the edge like another face that contains it, and the derivatives are the mean of both sides. If a whole polygon lies in a plane, each of
-//! both taxels has half of its force.
+//! If an edge of the contact polygon lies in a taxel plane, a small motion moves the edge into the taxel or out of it. If the edge moves in,
+//! the part ends at the face of the edge. If the edge moves out, the part ends at the plane, and the strip between the plane and the face
+//! belongs to the next taxel. The plane is therefore treated as another face that contains the edge. The derivatives are the mean of both
+//! sides.
+//!
+//! If a whole polygon lies in a taxel plane, each adjacent taxel has half of its force. At the border of the patch, the only taxel has all of
+//! it.
 
 use super::GridBody;
 use super::division::Division;
@@ -35,22 +38,13 @@ pub(super) struct MovingGrid<'g> {
     pub law_and_motion: (&'g SurfaceLaw, &'g RelativeMotion<f64>),
 }
 
-/// The contribution of the surface law on a part of a polygon in a taxel.
-pub(super) struct LawInTaxel<'p> {
-    /// The index of the polygon.
-    pub polygon: usize,
+/// A part of a polygon, and a taxel on which its force acts.
+pub(super) struct PartInTaxel {
+    pub polygon_index: usize,
     pub taxel: [usize; 2],
-    pub part: &'p LawOnPart,
-    /// The share of the taxel in the part.
+    pub part_index: usize,
+    /// Fraction of the force of the part that acts on the taxel: 1 or ½.
     pub share: f64,
-}
-
-/// A part, and a taxel that has a share of it.
-struct Target {
-    polygon: usize,
-    taxel: [usize; 2],
-    part: usize,
-    share: f64,
 }
 
 /// The parts of several polygons.
@@ -58,9 +52,9 @@ struct PartsInTaxels<'l> {
     /// The body of the grid: 0 for A, 1 for B.
     body: u8,
     parts: LawOnParts<'l>,
-    targets: Vec<Target>,
+    in_taxels: Vec<PartInTaxel>,
     /// The index of the current polygon.
-    polygon: usize,
+    polygon_index: usize,
 }
 
 /// The moving edges of a contact polygon, with their owners.
@@ -72,40 +66,41 @@ struct MovingEdges<'e> {
 impl<'e> MovingEdges<'e> {
     fn of(edges: Edges<'e>) -> Self {
         let mut owners = Vec::new();
-        edges.visit_pressed(|edge, of_edge| owners.push((edge, of_edge)));
+        edges.visit_loaded(|edge, of_edge| owners.push((edge, of_edge)));
         Self { edges, owners }
     }
 
-    /// Appends the faces that move an edge of the polygon, for its part with another index. `plane` is the plane of taxels that contains the
-    /// edge.
-    fn list(
+    /// Appends the faces that move an edge of the polygon, with the index of this edge in a part. `plane` is the outward normal and the body
+    /// of the taxel plane that contains the edge, if there is one.
+    fn append_faces(
         &self,
-        (owner, edge): (u8, usize),
+        (polygon_edge, part_edge): (u8, usize),
         plane: Option<(Vector3<f64>, u8)>,
         faces: &mut Vec<(usize, EdgeFace)>,
     ) {
-        let moving = self.owners.iter().find(|(of, _)| *of == usize::from(owner));
-        if let Some(moving) = moving {
-            self.edges
-                .visit_faces(*moving, plane, |face| faces.push((edge, face)));
+        let is_edge = |(edge, _): &&(usize, u8)| *edge == usize::from(polygon_edge);
+        if let Some(edge_and_owners) = self.owners.iter().find(is_edge) {
+            self.edges.visit_faces(*edge_and_owners, plane, |face| {
+                faces.push((part_edge, face));
+            });
         }
     }
 }
 
 impl MovingGrid<'_> {
-    /// Integrates the law over the polygons of cuts in each taxel. `add_polygon` is called with each polygon before all calls of `add_law`.
-    pub fn visit(
+    /// Integrates the law over the parts of polygons in taxels. Calls `add_polygon` with each polygon that has an index. Returns the results
+    /// of all parts, and the parts in taxels by increasing index of the polygon.
+    pub fn law_on_parts(
         self,
         source: &PolygonSource<f64>,
         (cuts, are_responses_kept): (&[Cut], bool),
         mut add_polygon: impl FnMut(&Cut, &PlanePolygon<f64>),
-        mut add_law: impl FnMut(LawInTaxel),
-    ) {
+    ) -> (Vec<LawOnPart>, Vec<PartInTaxel>) {
         let mut run = PartsInTaxels {
             body: u8::from(self.body == GridBody::B),
             parts: LawOnParts::new(self.law_and_motion, are_responses_kept),
-            targets: Vec::new(),
-            polygon: 0,
+            in_taxels: Vec::new(),
+            polygon_index: 0,
         };
         for cut in cuts {
             let Some(polygon) = source.polygon(cut) else {
@@ -115,17 +110,9 @@ impl MovingGrid<'_> {
             let edges = MovingEdges::of(Edges::of(source, (cut, &polygon)));
             self.division
                 .visit_parts_with_sides(&polygon, |part| run.add(part, &edges));
-            run.polygon += 1;
+            run.polygon_index += 1;
         }
-        let parts = run.parts.finish();
-        for target in &run.targets {
-            add_law(LawInTaxel {
-                polygon: target.polygon,
-                taxel: target.taxel,
-                part: &parts[target.part],
-                share: target.share,
-            });
-        }
+        (run.parts.finish(), run.in_taxels)
     }
 }
 
@@ -146,21 +133,21 @@ impl PartsInTaxels<'_> {
                 continue;
             }
             let plane = side.map(|side| (side.outward, self.body));
-            moving.list((owner, edge), plane, &mut faces);
+            moving.append_faces((owner, edge), plane, &mut faces);
             if let Some(side) = side
                 && let Some(taxel) = part.beyond(side)
             {
                 let mut strip = Vec::new();
                 let plane = Some((-side.outward, self.body));
-                moving.list((owner, edge), plane, &mut strip);
+                moving.append_faces((owner, edge), plane, &mut strip);
                 self.add_part(part, (&strip, false), (taxel, coincident));
             }
         }
         self.add_part(part, (&faces, true), (part.taxel, coincident));
     }
 
-    /// Adds a polygon beyond a side of a taxel, with an edge in this side. If the side is not a border of the patch, the next taxel adds the
-    /// edge.
+    /// Adds the edges of a part that lie in a side of its taxel, if the polygon is beyond that side. Adds nothing inside of the patch, because
+    /// the next taxel adds these edges.
     fn add_edge_beyond(
         &mut self,
         part: &Part,
@@ -174,33 +161,33 @@ impl PartsInTaxels<'_> {
         for (edge, &owner) in part.outline.edges().iter().enumerate() {
             if owner != NO_EDGE {
                 let plane = Some((side.outward, self.body));
-                moving.list((owner, edge), plane, &mut faces);
+                moving.append_faces((owner, edge), plane, &mut faces);
             }
         }
         self.add_part(part, (&faces, false), (part.taxel, coincident));
     }
 
-    /// Adds a part, whose shares are in a taxel and, if the whole polygon lies in a plane, in the taxel beyond.
+    /// Adds a part. Its force acts on one taxel, or half on each of two taxels if the whole polygon lies in the plane between them.
     fn add_part(
         &mut self,
         part: &Part,
         (faces, has_area): (&[(usize, EdgeFace)], bool),
         (taxel, coincident): ([usize; 2], Option<&Side>),
     ) {
-        let number = self.parts.add(part.polygon, part.outline, faces, has_area);
+        let part_index = self.parts.add(part.polygon, part.outline, faces, has_area);
         let next = coincident.and_then(|side| part.beyond_from(taxel, side));
         let share = if next.is_some() { 0.5 } else { 1.0 };
         for taxel in [Some(taxel), next].into_iter().flatten() {
-            self.targets.push(Target {
-                polygon: self.polygon,
+            self.in_taxels.push(PartInTaxel {
+                polygon_index: self.polygon_index,
                 taxel,
-                part: number,
+                part_index,
                 share,
             });
         }
     }
 
-    /// Returns a side that cuts a polygon, as a face that moves the edge of its part.
+    /// Converts a taxel plane that cuts the polygon to a face that moves the edge of the cut.
     fn plane_of(&self, part: &Part, side: &Side) -> EdgeFace {
         let weights = [part.polygon.weights.moving, part.polygon.weights.still];
         EdgeFace {
@@ -212,7 +199,7 @@ impl PartsInTaxels<'_> {
     }
 }
 
-/// Integrand that passes the cuts of a piece of work to a closure.
+/// Integrand that passes each batch of cuts to a closure.
 pub(super) struct CutsIntegrand<F, S> {
     add: F,
     sum: PhantomData<fn() -> S>,

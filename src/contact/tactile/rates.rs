@@ -39,7 +39,7 @@ use std::marker::PhantomData;
 /// Gauss–Legendre points of an edge, as fractions of its length. Both have the weight ½, and are exact up to degree 3.
 const TWO_POINTS: [f64; 2] = [0.211_324_865_405_187_1, 0.788_675_134_594_812_9];
 
-/// Largest sine of the angle between parallel planes. Rounding errors of short polygons are smaller.
+/// Planes count as parallel up to this sine of their angle. It exceeds the rounding errors of the normals of short polygons.
 const PARALLEL: f64 = 1e-6;
 
 /// Contribution of a polygon to the derivatives of the force on a taxel: the area term or an edge term of the two vectors in the module
@@ -107,9 +107,9 @@ pub(super) struct Part<'p> {
     sides: [Side; 4],
 }
 
-/// How a part of a polygon lies in the planes of its taxel.
+/// Position of a part of a polygon relative to the planes of its taxel.
 pub(super) enum Position<'s> {
-    /// The part has an area in the taxel. If the whole polygon lies in a plane of the taxel, that is the plane.
+    /// The part has an area in the taxel. The plane is the taxel plane that contains the whole polygon, if there is one.
     Inside(Option<&'s Side>),
     /// The part is an edge in the first plane, and the polygon is beyond it. The second plane is as for `Inside`.
     Beyond(&'s Side, Option<&'s Side>),
@@ -168,7 +168,7 @@ impl Division<f64> {
 }
 
 impl Part<'_> {
-    /// Returns how the part lies in the planes of the taxel.
+    /// Returns the position of the part relative to the planes of the taxel.
     pub fn position(&self) -> Position<'_> {
         let (corners, all) = (self.outline.corners(), self.polygon.outline.corners());
         let mut coincident = self.sides.iter().filter(|side| side.has(all));
@@ -186,7 +186,7 @@ impl Part<'_> {
         self.beyond_from(self.taxel, side)
     }
 
-    /// Returns the taxel beyond another taxel, in the same direction.
+    /// Returns the taxel beyond a side of `taxel`, or `None` outside of the patch.
     pub fn beyond_from(&self, taxel: [usize; 2], side: &Side) -> Option<[usize; 2]> {
         self.division.beyond(taxel, side)
     }

@@ -45,7 +45,8 @@ impl ContactPair<'_> {
         gradients
     }
 
-    /// Returns the contributions of all polygons. `covector` has the derivatives with respect to the force on A in a taxel, in A's axes.
+    /// Returns the contributions of all polygons. `covector` returns the derivative of the loss with respect to the force on A in a
+    /// taxel, in A's axes.
     fn cells_at_rest(
         &self,
         grid: (GridBody, &TaxelGrid),
@@ -60,7 +61,7 @@ impl ContactPair<'_> {
             let forms = division.forms(polygon, &covector);
             let (moduli, coordinates) = (source.moduli(), source.barycentric(tets));
             let response = PolygonResponse::of(tets, polygon);
-            cells.push((tets, response.with_laws(forms, &[], moduli, &coordinates)));
+            cells.push((tets, response.with_law_on(&[], forms, moduli, &coordinates)));
         };
         surface.integral(&PolygonIntegrand::new(add))
     }
@@ -81,23 +82,27 @@ impl ContactPair<'_> {
         };
         surface.integral(&CutsIntegrand::new(
             |source: &PolygonSource<f64>, cuts: &_, cells: &mut Vec<OfCells>| {
-                let (mut polygons, mut laws) = (Vec::new(), Vec::new());
+                let mut polygons = Vec::new();
                 let add_polygon = |cut: &Cut, polygon: &PlanePolygon<f64>| {
-                    let is_counted = polygon.has_area() && polygon.weights.have_area();
-                    let forms = is_counted.then(|| division.forms(polygon, &covector));
-                    polygons.push((cut.tets, PolygonResponse::of(cut.tets, polygon), forms));
+                    let has_area = polygon.has_counted_area();
+                    let forms = has_area.then(|| division.forms(polygon, &covector));
+                    let response = PolygonResponse::of(cut.tets, polygon);
+                    polygons.push((response, forms.unwrap_or_default()));
                 };
-                moving.visit(source, (cuts, true), add_polygon, |law| {
-                    let [x, y, z]: [f64; 3] = (covector(law.taxel) * law.share).into();
-                    let by_wrench = Vector6::new(0.0, 0.0, 0.0, x, y, z);
-                    laws.push((law.polygon, law.part.response.clone(), by_wrench));
-                });
-                for (number, (tets, response, forms)) in polygons.into_iter().enumerate() {
-                    let of_polygon = laws.iter().filter(|(polygon, ..)| *polygon == number);
-                    let laws: Vec<_> = of_polygon.map(|(_, law, by)| (law, *by)).collect();
-                    let forms = forms.unwrap_or_default();
-                    let (moduli, coordinates) = (source.moduli(), source.barycentric(tets));
-                    cells.push((tets, response.with_laws(forms, &laws, moduli, &coordinates)));
+                let (parts, in_taxels) = moving.law_on_parts(source, (cuts, true), add_polygon);
+                let mut in_taxels = in_taxels.iter().peekable();
+                for (index, (response, forms)) in polygons.into_iter().enumerate() {
+                    let mut laws = Vec::new();
+                    while let Some(part) = in_taxels.next_if(|part| part.polygon_index == index) {
+                        let [x, y, z]: [f64; 3] = (covector(part.taxel) * part.share).into();
+                        let by_wrench = Vector6::new(0.0, 0.0, 0.0, x, y, z);
+                        let law = &parts[part.part_index].response;
+                        laws.push((law, response.in_plane(&by_wrench)));
+                    }
+                    let (moduli, coordinates) =
+                        (source.moduli(), source.barycentric(response.tets));
+                    let of_cells = response.with_law_on(&laws, forms, moduli, &coordinates);
+                    cells.push((response.tets, of_cells));
                 }
             },
         ))

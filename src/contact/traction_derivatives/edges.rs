@@ -46,13 +46,13 @@ impl<'e> Edges<'e> {
     /// Appends the faces that move edges, each with the index of its edge. Edges on A's boundary are omitted, because the pressure is zero
     /// there.
     pub fn list(&self, faces: &mut Vec<(usize, EdgeFace)>) {
-        self.visit_pressed(|edge, owners| {
+        self.visit_loaded(|edge, owners| {
             self.visit_faces((edge, owners), None, |face| faces.push((edge, face)));
         });
     }
 
     /// Visits the moving edges, each with its owners as bits. Edges on A's boundary are omitted, because the pressure is zero there.
-    pub fn visit_pressed(&self, visit: impl FnMut(usize, u8)) {
+    pub fn visit_loaded(&self, visit: impl FnMut(usize, u8)) {
         let boundary = self.source.pair.tet_a(self.cut.tets[0]).zero_faces;
         self.visit(boundary, visit);
     }
@@ -76,7 +76,7 @@ impl<'e> Edges<'e> {
     }
 
     /// Visits the owners of an edge, with their shares in the motion of the edge. Owners without a share are omitted. If the edge also lies
-    /// in a plane of taxels, the plane shares the edge. It has a normal and a body, like an [`EdgeFace`].
+    /// in a plane of taxels, the plane shares the edge. `plane` has its outward normal and its body, as in [`EdgeFace`].
     pub fn visit_faces(
         &self,
         (edge, owners): (usize, u8),
@@ -93,16 +93,28 @@ impl<'e> Edges<'e> {
         let mut shares = [[0.0; 2]; TAXEL_PLANE + 1];
         let face_speed = |line: &Line| f64::from(line.body) * line.outward.dot(&PERTURBATION);
         let speed = |line: &Line| face_speed(line) - self.plane_speed * line.along_normal;
-        split_between_owners(&lines, speed, moving.ahead_and_behind(), |line, share| {
-            shares[line.face][0] += share;
-        });
+        let size = PERTURBATION.norm();
+        split_between_owners(
+            &lines,
+            (speed, size),
+            moving.ahead_and_behind(),
+            |line, share| {
+                shares[line.face][0] += share;
+            },
+        );
         let [from, to] = self.polygon.ends(edge);
         let middle = [0, 1].map(|i| 0.5 * (from[i] + to[i]));
         let plane_speed = self.by_pressure * at(&self.polygon.plane.pressure, &middle);
         let growth = |line: &Line| -plane_speed * line.along_normal;
-        split_between_owners(&lines, growth, still.ahead_and_behind(), |line, share| {
-            shares[line.face][1] += share;
-        });
+        let size = plane_speed.abs();
+        split_between_owners(
+            &lines,
+            (growth, size),
+            still.ahead_and_behind(),
+            |line, share| {
+                shares[line.face][1] += share;
+            },
+        );
         for line in lines.iter().flatten() {
             let shares = shares[line.face];
             if shares.iter().any(|&share| share != 0.0) {

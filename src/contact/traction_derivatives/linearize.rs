@@ -197,7 +197,7 @@ impl<'o> Linearizer<'o> {
         let Some(polygon) = source.polygon(cut) else {
             return;
         };
-        let has_area = polygon.has_area() && polygon.weights.have_area();
+        let has_area = polygon.has_counted_area();
         if has_area && is_elastic_added {
             self.linearized.elastic.add(&polygon);
         }

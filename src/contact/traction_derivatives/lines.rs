@@ -18,10 +18,10 @@ pub(super) struct Line {
     pub inverse_sine: f64,
 }
 
-/// Rounding error of a speed, relative to the largest one.
+/// Relative rounding error of the speed of a line.
 const SAME_SPEED: f64 = 1e-9;
 
-/// The number of a plane of taxels that contains the edge.
+/// Index in [`Lines`] of the taxel plane that contains the edge.
 pub(super) const TAXEL_PLANE: usize = 8;
 
 impl Line {
@@ -55,27 +55,27 @@ pub(super) type Lines = [Option<Line>; TAXEL_PLANE + 1];
 /// - If the end is not outside the beginning, no polygon is left, and neither line has a share.
 /// - A face that lies in the plane has no line.
 ///
-/// If all lines bound the polygon from outside, the slowest and the fastest line share the edge. A plane of taxels may be as fast as a face,
-/// which only its vertices move away from the plane. The result is then the mean of a slightly slower and a slightly faster plane.
+/// If all lines bound the polygon from outside, the slowest and the fastest line share the edge.
+///
+/// A taxel plane and a face of the same body may have equal speeds. Round-off would then decide which line is faster. The shares are
+/// therefore the mean over a slightly slower and a slightly faster plane. `scale` is the size of a typical speed.
 pub(super) fn split_between_owners(
     lines: &Lines,
-    speed: impl Fn(&Line) -> f64,
+    (speed, scale): (impl Fn(&Line) -> f64, f64),
     weights: [f64; 2],
     mut add: impl FnMut(&Line, f64),
 ) {
     if lines[TAXEL_PLANE].is_none() {
         return split_by_speed(lines, speed, weights, add);
     }
-    let largest = lines.iter().flatten().map(|line| speed(line).abs());
-    let nudge = SAME_SPEED * largest.fold(0.0, f64::max);
-    for nudge in [nudge, -nudge] {
+    for nudge in [SAME_SPEED * scale, -SAME_SPEED * scale] {
         let of_plane = |line: &Line| f64::from(u8::from(line.face == TAXEL_PLANE));
         let nudged = |line: &Line| speed(line) + nudge * of_plane(line);
         split_by_speed(lines, nudged, weights, |line, share| add(line, 0.5 * share));
     }
 }
 
-/// Shares an edge among its lines, as above.
+/// Computes the shares of [`split_between_owners`] for lines with distinct speeds.
 fn split_by_speed(
     lines: &Lines,
     speed: impl Fn(&Line) -> f64,
@@ -130,6 +130,21 @@ mod tests {
         }
     }
 
+    /// A vertex of the face may move while the plane stays, so each has half of the edge.
+    #[test]
+    fn a_taxel_plane_and_a_face_with_the_same_speed_have_equal_shares_of_an_edge() {
+        for speed in [0.0, 1e-17, 2.0] {
+            let mut owning = [None; TAXEL_PLANE + 1];
+            (owning[0], owning[TAXEL_PLANE]) = (Some(line(0, 1.0)), Some(line(TAXEL_PLANE, 1.0)));
+            let mut shares = [0.0; TAXEL_PLANE + 1];
+            split_between_owners(&owning, (|_| speed, 1.0), [1.0, 1.0], |line, share| {
+                shares[line.face] += share;
+            });
+            let halves = [shares[0], shares[TAXEL_PLANE]].map(f64::to_bits);
+            assert_eq!(halves, [0.5_f64.to_bits(); 2], "{speed}");
+        }
+    }
+
     /// Returns the share of each face in an edge, as bits, for faces that move at these speeds.
     fn shares(lines: &[Line], speeds: [f64; 3]) -> [u64; 3] {
         let mut owning = [None; TAXEL_PLANE + 1];
@@ -139,7 +154,7 @@ mod tests {
         let mut shares = [0.0; 3];
         split_between_owners(
             &owning,
-            |line| speeds[line.face],
+            (|line| speeds[line.face], 1.0),
             [1.0, 1.0],
             |line, share| shares[line.face] += share,
         );

@@ -11,19 +11,18 @@ use crate::contact::response::LawResponse;
 use crate::lanes::{self, InLanes, Lanes, ROW, Row};
 use nalgebra::{SMatrix, Vector3};
 
-/// Columns of [`LawOnPart::columns`].
+/// First columns of the blocks of [`LawOnPart::columns`]. The derivatives with respect to the motion of B begin at column 0.
 const BY_TWIST: usize = 6;
 const FORCE: usize = 12;
 const BY_MODULUS_B: usize = 13;
 const BY_LAW: usize = 14;
 
 /// The contribution of dissipation and friction on a part of a contact polygon.
-#[derive(Clone)]
 pub(in crate::contact) struct LawOnPart {
     /// The derivatives of the force on A with respect to the motion of B and the velocity of A relative to B, the force, E_B ∂F/∂E_B, and
     /// the derivatives with respect to dissipation and friction. All are in A's axes.
     columns: SMatrix<f64, 3, 16>,
-    /// The response to changes of shape. It is zero if it is not kept.
+    /// The response to changes of shape, or zero if responses are not kept.
     pub response: LawResponse,
 }
 
@@ -128,7 +127,7 @@ impl<'l> LawOnParts<'l> {
     }
 }
 
-/// Computes the sums of [`LaneGroup`] for each of eight pieces.
+/// Computes the sums of [`LaneGroup`] for each of [`ROW`] pieces.
 struct Sums<'p> {
     law_and_motion: (&'p SurfaceLaw, &'p RelativeMotion<f64>),
     pieces: &'p [Piece],

@@ -46,11 +46,11 @@ pub(in crate::contact) struct EdgeFace {
     pub shares: [f64; 2],
 }
 
-/// An edge of a contact polygon, or a part of one, that moves with a face.
+/// An edge of a contact polygon, or a part of one, that moves with a face. The body, the opposite corner and the normal of the face are as in
+/// [`EdgeFace`].
 #[derive(Clone, Copy)]
 pub(super) struct MovingEdge {
     pub ends: [[f64; 2]; 2],
-    /// The body and the normal of the face, as in [`EdgeFace`].
     pub body: u8,
     pub opposite: Option<usize>,
     pub normal: Vector3<f64>,

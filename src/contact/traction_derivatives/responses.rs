@@ -9,7 +9,7 @@ use nalgebra::Vector6;
 /// Three wrenches of each piece, for 1, y₁ and y₂.
 type Wrenches = [[Row; 6]; 3];
 
-/// The responses of up to eight pieces to changes of shape (see [`LawResponse`](crate::contact::response::LawResponse)).
+/// The responses of up to eight pieces to changes of shape (see [`LawResponse`]).
 pub(super) struct ResponseRows {
     /// Derivatives with respect to the speed of the plane, if bodies move.
     speed: Wrenches,
@@ -46,7 +46,7 @@ impl ResponseRows {
         store(&mut self.faces[edge], first, wrenches);
     }
 
-    /// Adds the response of the piece in a lane to the response of its polygon.
+    /// Adds the response of the piece in a lane to the response of its polygon, or of its part of a polygon.
     pub fn add_to(&self, law: &mut LawResponse, piece: &Piece, lane: usize, is_whole: bool) {
         add(&mut law.by_speed, &self.speed, lane);
         add(&mut law.by_pressure, &self.pressure, lane);
