@@ -135,6 +135,7 @@ impl<T: Scalar> Outline<T> {
     }
 }
 
+#[cfg(test)]
 impl Outline<f64> {
     /// Returns the outline as a constant: all derivatives are zero.
     pub fn lifted<T: Scalar>(&self) -> Outline<T> {

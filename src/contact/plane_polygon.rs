@@ -120,15 +120,13 @@ impl<T: Scalar> PlanePolygon<T> {
         let [e1, e2, _] = self.plane.axes.map(Vector3::from);
         Vector3::from(self.plane.origin) + e1 * y1 + e2 * y2
     }
-}
 
-impl PlanePolygon<f64> {
-    /// Returns the polygon at an index of an octet.
+    /// Returns the polygon at an index of an octet, without derivatives.
     pub fn at(octet: &Octet, index: usize) -> Self {
         let mut outline = Outline::empty();
         let mut edge = 0;
         octet.visit_edges(index, |_, corner| {
-            outline.push(corner, edge);
+            outline.push(corner.map(lift), edge);
             edge += 1;
         });
         Self {
@@ -138,9 +136,12 @@ impl PlanePolygon<f64> {
             shares_edges: false,
         }
     }
+}
 
+#[cfg(test)]
+impl PlanePolygon<f64> {
     /// Returns the polygon as a constant: all derivatives are zero.
-    pub fn lifted<T: Scalar>(&self) -> PlanePolygon<T> {
+    fn lifted<T: Scalar>(&self) -> PlanePolygon<T> {
         let vector = |v: [f64; 3]| v.map(lift);
         PlanePolygon {
             plane: PolygonFields {
@@ -157,10 +158,7 @@ impl PlanePolygon<f64> {
             shares_edges: self.shares_edges,
         }
     }
-}
 
-#[cfg(test)]
-impl PlanePolygon<f64> {
     /// Returns the part of the polygon with a positive pressure, in another scalar, with this pressure. The outline of the part is a
     /// constant, because the pressure is zero at its moving boundary.
     pub fn under_pressure<T: Scalar>(&self, pressure: [T; 3]) -> PlanePolygon<T> {

@@ -1,6 +1,7 @@
 use crate::lanes::space::{cross, dot, scaled, sum};
 use crate::lanes::{Lanes, Linear, Numbers, ROW, Row};
 use crate::narrow_phase::Octet;
+use crate::scalar::{Scalar, lift};
 
 /// A wrench or a motion: torque or rotation, then force or translation.
 pub(super) type Six<N> = [N; 6];
@@ -41,10 +42,12 @@ impl PolygonFields<f64> {
         inverse_gradient_norm: 0.0,
         moments: [0.0; 6],
     };
+}
 
-    /// Returns the plane of the polygon at an index of an octet.
+impl<T: Scalar> PolygonFields<T> {
+    /// Returns the plane of the polygon at an index of an octet, without derivatives.
     pub fn at(octet: &Octet, index: usize) -> Self {
-        Self::from(|row| row(octet)[index])
+        Self::from(|row| lift(row(octet)[index]))
     }
 }
 

@@ -57,7 +57,7 @@ impl<T: Scalar> Model<T> {
             Some(pair.tactile_image(side, grid))
         });
         let mut sum = TactileImage::empty(grid);
-        for image in images.iter().flatten() {
+        for image in images.into_iter().flatten() {
             sum.merge(image);
         }
         sum

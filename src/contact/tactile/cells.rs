@@ -37,8 +37,10 @@ pub(super) struct Load<T> {
 /// A family of ordered lines, and their crossings with the outline. Line l is between the cells l and l + 1.
 struct Family<T> {
     functions: Vec<Affine<T>>,
-    /// Cell of each corner of the outline.
-    corners: Vec<usize>,
+    /// The strip of the grid that has the cells 0.
+    first_strip: usize,
+    /// Strip of each corner of the outline.
+    strips_of_corners: Vec<usize>,
     /// For each line l, the crossing of the outline from cell l to cell l + 1, and the crossing back.
     crossings: Vec<[Option<Crossing<T>>; 2]>,
 }
@@ -58,7 +60,8 @@ impl<T: Scalar> Family<T> {
     fn empty() -> Self {
         Self {
             functions: Vec::new(),
-            corners: Vec::new(),
+            first_strip: 0,
+            strips_of_corners: Vec::new(),
             crossings: Vec::new(),
         }
     }
@@ -69,7 +72,9 @@ impl<T: Scalar> Family<T> {
         let share = before / (before - after);
         // Round-off may put both points on the same side of the line, or on the line.
         let real = real_part(share);
-        if real.is_finite() {
+        if (0.0..=1.0).contains(&real) {
+            share
+        } else if real.is_finite() {
             share + (real.clamp(0.0, 1.0) - real)
         } else {
             lift(0.5)
@@ -87,19 +92,24 @@ impl<T: Scalar> Cells<T> {
         }
     }
 
-    /// Sets the lines of the columns (family 0) or the rows (family 1), on which the functions are zero, and the cell of each corner of the
-    /// outline.
+    /// Returns an empty list for the column (family 0) or the row (family 1) of each corner of the outline.
+    pub fn strips_of_corners(&mut self, family: usize) -> &mut Vec<usize> {
+        let strips = &mut self.families[family].strips_of_corners;
+        strips.clear();
+        strips
+    }
+
+    /// Sets the first column (family 0) or row (family 1), and the lines after this strip and the next ones, on which the functions are zero.
     pub fn set_lines(
         &mut self,
         family: usize,
+        first_strip: usize,
         functions: impl Iterator<Item = Affine<T>>,
-        corners: impl Iterator<Item = usize>,
     ) {
         let family = &mut self.families[family];
+        family.first_strip = first_strip;
         family.functions.clear();
         family.functions.extend(functions);
-        family.corners.clear();
-        family.corners.extend(corners);
     }
 
     /// Divides an outline under a pressure by the lines. Returns `None` if round-off makes a line cross the outline more than twice.
@@ -125,15 +135,21 @@ impl<T: Scalar> Cells<T> {
     /// Returns the columns, the rows and the loads of the parts whose area is not zero.
     pub fn loads(&self) -> impl Iterator<Item = ([usize; 2], Load<T>)> {
         let columns = self.columns();
-        let parts = self.sums.iter().enumerate();
+        let [first_column, first_row] = self.families.each_ref().map(|family| family.first_strip);
+        let rows = (first_row..).zip(self.sums.chunks_exact(columns));
+        let parts = rows.flat_map(move |(row, sums)| {
+            (first_column..)
+                .zip(sums)
+                .map(move |(column, sums)| ([column, row], sums))
+        });
         let parts = parts.filter(|(_, [area, ..])| real_part(*area).abs() > 0.0);
-        parts.map(move |(index, [area, total, by_y1, by_y2])| {
+        parts.map(|(cell, [area, total, by_y1, by_y2])| {
             let load = Load {
                 area: *area * 0.5,
                 total: *total * (1.0 / 6.0),
                 by_y: [*by_y1, *by_y2].map(|moment| moment * (1.0 / 24.0)),
             };
-            ([index % columns, index / columns], load)
+            (cell, load)
         })
     }
 
@@ -182,7 +198,8 @@ impl<T: Scalar> Cells<T> {
             let families = cells.families.each_ref();
             let y = corners[number];
             let point = [y[0], y[1], at(pressure, &y)];
-            (point, families.map(|family| family.corners[number]))
+            let cell = |family: &Family<T>| family.strips_of_corners[number] - family.first_strip;
+            (point, families.map(cell))
         };
         let mut before = corner(self, corners.len().checked_sub(1)?);
         for number in 0..corners.len() {

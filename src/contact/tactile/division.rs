@@ -1,10 +1,9 @@
 //! Division of contact polygons by the planes of a grid.
 //!
 //! In the plane of a polygon, the field of a taxel plane is an affine function of y. A convex polygon is first cut by the first and the
-//! last plane of the columns and of the rows. A binary search finds the planes beside the first corner of the part in the
-//! patch, and a walk from corner to corner finds the others. For a pair at
-//! rest, only the loads of the pieces are needed. `cells` adds them up along the edges. For a pair in motion, the planes of the columns
-//! cut the outline into strips, and the planes of the rows cut the strips. All decisions depend only on real parts.
+//! last plane of the columns and of the rows. A walk from corner to corner finds the strips that contain the corners of the part in the patch.
+//! For a pair at rest, only the loads of the pieces are needed. `cells` adds them up along the edges. For a pair in motion, the planes of the
+//! columns cut the outline into strips, and the planes of the rows cut the strips. All decisions depend only on real parts.
 //!
 //! Every cut divides a convex outline into two convex outlines with bitwise equal crossings. Therefore the integrals over the pieces add
 //! up to the integrals over the polygon, regardless of round-off in the corners:
@@ -14,11 +13,12 @@
 //! - If a whole polygon is on a plane, both outlines are the polygon, so such a polygon is not cut. It is in the higher column or row.
 
 use super::cells::Cells;
-use super::{GridBody, TaxelGrid};
+use super::taxel_sums::TaxelSums;
+use super::{GridBody, TaxelContact, TaxelGrid};
 use crate::contact::SurfaceLaw;
 use crate::contact::integrate::{Integrand, Remainder};
 use crate::contact::motion::RelativeMotion;
-use crate::contact::outline::{Outline, PLANE_CAPACITY, at};
+use crate::contact::outline::{Outline, at};
 use crate::contact::plane_polygon::PlanePolygon;
 use crate::contact::polygon_source::PolygonSource;
 use crate::contact::sums::PartialSum;
@@ -37,32 +37,26 @@ const ROUNDING: f64 = 1e-14;
 /// Number of octets in the work item of a thread.
 const OCTETS: usize = 16;
 
-/// A part of a contact polygon in one taxel, or outside of the patch.
-pub(super) struct Piece<T> {
-    /// Row and column of the taxel, or `None` outside of the patch.
-    pub taxel: Option<[usize; 2]>,
-    /// Wrench on A, in A's axes about A's origin.
-    pub wrench: Wrench<T>,
-    /// Area (m²), multiplied by the weight of the polygon.
-    pub area: T,
-}
-
-/// The pieces of some polygons, and memory for the division.
-pub(super) struct Pieces<T> {
-    pub list: Vec<Piece<T>>,
+/// The forces of some polygons, and memory for the division.
+pub(super) struct DividedForces<T> {
+    pub in_taxels: TaxelSums<TaxelContact<T>>,
+    /// The wrench outside of the patch, on A, in A's axes about A's origin.
+    pub outside: Wrench<T>,
     cells: Cells<T>,
 }
 
-impl<T: Scalar> PartialSum for Pieces<T> {
+impl<T: Scalar> PartialSum for DividedForces<T> {
     fn empty() -> Self {
         Self {
-            list: Vec::new(),
+            in_taxels: TaxelSums::empty(),
+            outside: Wrench::zero(),
             cells: Cells::empty(),
         }
     }
 
     fn merge(&mut self, next: Self) {
-        self.list.merge(next.list);
+        self.in_taxels.merge(next.in_taxels);
+        self.outside.merge(next.outside);
     }
 }
 
@@ -89,20 +83,34 @@ impl<T: Scalar> Division<T> {
         }
     }
 
-    /// Appends the pieces of a polygon.
-    fn divide(&self, polygon: &PlanePolygon<T>, pieces: &mut Pieces<T>) {
-        let mut add = |taxel, outline: &Outline<T>| {
-            pieces.list.extend(self.integrated(polygon, taxel, outline));
+    /// Returns the numbers of rows and columns.
+    pub fn shape(&self) -> [usize; 2] {
+        let [columns, rows] = &self.planes;
+        [rows.len() - 1, columns.len() - 1]
+    }
+
+    /// Adds the forces of a polygon.
+    fn add_polygon(&self, polygon: &PlanePolygon<T>, forces: &mut DividedForces<T>) {
+        if self.add_cells(polygon, &polygon.outline, forces).is_some() {
+            return;
+        }
+        let outside = |part: &Outline<T>| {
+            if let Some((wrench, _)) = self.integrated(polygon, part) {
+                forces.outside += wrench;
+            }
         };
-        let Some(inside) = self.cut_to_patch(polygon, |outside| add(None, outside)) else {
+        let Some(inside) = self.cut_to_patch(polygon, outside) else {
             return;
         };
-        if self.motion.is_none() && self.add_cells(polygon, &inside, pieces).is_some() {
+        if self.add_cells(polygon, &inside, forces).is_some() {
             return;
         }
         self.visit_taxels(polygon, &inside, |taxel, part| {
-            let taxel = Some(taxel);
-            pieces.list.extend(self.integrated(polygon, taxel, part));
+            if let Some((wrench, area)) = self.integrated(polygon, part) {
+                let contact = forces.in_taxels.sum_mut(taxel, self.shape());
+                contact.wrench += wrench;
+                contact.area += area;
+            }
         });
     }
 
@@ -151,39 +159,38 @@ impl<T: Scalar> Division<T> {
         (!inside.corners().is_empty()).then_some(inside)
     }
 
-    /// Appends the pieces of an outline in the patch from the loads of cells, which is faster than cutting outlines. The pair must be at
-    /// rest, because the quadrature of friction needs outlines. Returns `None` if round-off makes a line cross the outline more than twice.
+    /// Adds the forces of an outline from the loads of cells, which is faster than cutting outlines. Returns `None` if the outline is not in
+    /// the patch, if round-off makes a line cross the outline more than twice, or if the pair is in motion, because the quadrature of
+    /// friction needs outlines.
     fn add_cells(
         &self,
         polygon: &PlanePolygon<T>,
         outline: &Outline<T>,
-        pieces: &mut Pieces<T>,
+        forces: &mut DividedForces<T>,
     ) -> Option<()> {
-        let Pieces { list, cells } = pieces;
-        let points = points(polygon, outline);
-        let points = &points[..outline.corners().len()];
-        let strips = [0, 1].map(|family| Strips::of(&self.planes[family], points));
-        for (family, Strips { of_corners, range }) in strips.iter().enumerate() {
-            let lines = self.planes[family][range.clone()].iter().skip(1);
+        if self.motion.is_some() {
+            return None;
+        }
+        let cells = &mut forces.cells;
+        for (family, planes) in self.planes.iter().enumerate() {
+            let strips = cells.strips_of_corners(family);
+            let range = strips_of(planes, points(polygon, outline), |strip| strips.push(strip));
+            let is_at_border = *range.start() == 0 || *range.end() + 2 == planes.len();
+            if is_at_border && !are_between_outer(planes, points(polygon, outline)) {
+                return None;
+            }
+            let lines = planes[range.clone()].iter().skip(1);
             let functions = lines.map(|plane| in_plane(polygon, plane).0);
-            let corners = of_corners[..points.len()].iter();
-            cells.set_lines(
-                family,
-                functions,
-                corners.map(|strip| strip - range.start()),
-            );
+            cells.set_lines(family, *range.start(), functions);
         }
         let plane = &polygon.plane;
         cells.divide(outline, &plane.pressure)?;
         let weight = lift::<T>(polygon.weights.still.area());
-        let [first_column, first_row] = strips.each_ref().map(|strips| *strips.range.start());
         for ([column, row], load) in cells.loads() {
             let by_y = load.by_y.map(|moment| moment * weight);
-            list.push(Piece {
-                taxel: Some([first_row + row, first_column + column]),
-                wrench: plane.wrench_of_load(load.total * weight, by_y),
-                area: load.area * weight,
-            });
+            let contact = forces.in_taxels.sum_mut([row, column], self.shape());
+            contact.wrench += plane.wrench_of_load(load.total * weight, by_y);
+            contact.area += load.area * weight;
         }
         Some(())
     }
@@ -197,8 +204,7 @@ impl<T: Scalar> Division<T> {
         mut visit: impl FnMut(usize, &Outline<T>),
     ) {
         let planes = &self.planes[family];
-        let points = points(polygon, outline);
-        let Strips { range, .. } = Strips::of(planes, &points[..outline.corners().len()]);
+        let range = strips_of(planes, points(polygon, outline), |_| {});
         let mut rest = *outline;
         for strip in range.clone().skip(1) {
             let (function, zero) = in_plane(polygon, &planes[strip]);
@@ -213,39 +219,35 @@ impl<T: Scalar> Division<T> {
         visit(*range.end(), &rest);
     }
 
-    /// Integrates traction over an outline in the plane of a polygon. Returns `None` if the outline has no corners.
+    /// Returns the integral of the traction over an outline in the plane of a polygon, as a wrench on A, and the area (m²), both multiplied by
+    /// the weight of the polygon. Returns `None` if the outline has no corners.
     fn integrated(
         &self,
         polygon: &PlanePolygon<T>,
-        taxel: Option<[usize; 2]>,
         outline: &Outline<T>,
-    ) -> Option<Piece<T>> {
+    ) -> Option<(Wrench<T>, T)> {
         if outline.corners().is_empty() {
             return None;
         }
-        let mut piece = polygon.clone();
-        piece.set_outline(outline);
+        let mut part = polygon.clone();
+        part.set_outline(outline);
         let wrench = match &self.motion {
-            Some((law, motion)) => piece.wrench_in_motion(law, motion),
-            None => piece.elastic_wrench(),
+            Some((law, motion)) => part.wrench_in_motion(law, motion),
+            None => part.elastic_wrench(),
         };
-        let area = piece.plane.moments[0] * lift::<T>(piece.weights.still.area());
-        Some(Piece {
-            taxel,
-            wrench,
-            area,
-        })
+        let area = part.plane.moments[0] * lift::<T>(part.weights.still.area());
+        Some((wrench, area))
     }
 }
 
 impl<T: Scalar> Integrand<T> for Division<T> {
-    type Sum = Pieces<T>;
+    type Sum = DividedForces<T>;
 
     const OCTETS: usize = OCTETS;
 
-    fn add(&self, source: &PolygonSource<T>, cut: &Cut, pieces: &mut Pieces<T>) {
+    fn add(&self, source: &PolygonSource<T>, cut: &Cut, forces: &mut DividedForces<T>) {
         if let Some(polygon) = source.pressed_polygon(cut) {
-            self.divide(&polygon, pieces);
+            self.add_polygon(&polygon, forces);
         }
     }
 
@@ -254,66 +256,77 @@ impl<T: Scalar> Integrand<T> for Division<T> {
         _: &PolygonSource<T>,
         generic: GenericPairs,
         _: &mut Remainder,
-        pieces: &mut Pieces<T>,
+        forces: &mut DividedForces<T>,
     ) {
         for octet in generic.octets {
             for index in set_bits(octet.polygons()) {
-                self.divide(&PlanePolygon::at(octet, index).lifted(), pieces);
+                self.add_polygon(&PlanePolygon::at(octet, index), forces);
             }
         }
     }
 }
 
-/// The strips between ordered planes that contain the corners of an outline.
-struct Strips {
-    of_corners: [usize; PLANE_CAPACITY],
-    /// 0..=0 for an outline without corners.
-    range: RangeInclusive<usize>,
-}
-
-impl Strips {
-    /// Finds the strip of each corner: by a binary search for the first corner, and by a walk from the strip of the previous corner for all
-    /// other corners.
-    fn of<T: Scalar>(planes: &[AffineField<T>], corners: &[Vector3<f64>]) -> Self {
-        let inner = &planes[1..planes.len() - 1];
-        let is_behind = |plane: &AffineField<T>, point: &Vector3<f64>| {
-            real_value(plane, point) >= -ROUNDING * point.amax()
-        };
-        let mut strip = corners.first().map_or(0, |first| {
-            inner.partition_point(|plane| is_behind(plane, first))
-        });
-        let mut of_corners = [0; PLANE_CAPACITY];
-        let (mut first, mut last) = (usize::MAX, 0);
-        for (of_corner, point) in of_corners.iter_mut().zip(corners) {
-            while strip > 0 && !is_behind(&inner[strip - 1], point) {
-                strip -= 1;
-            }
-            while inner
-                .get(strip)
-                .is_some_and(|plane| is_behind(plane, point))
-            {
-                strip += 1;
-            }
-            *of_corner = strip;
-            (first, last) = (first.min(strip), last.max(strip));
+/// Visits the strip between ordered planes that contains each point, and returns the range of these strips, or 0..=0 without points. The
+/// search for a strip begins at the strip of the previous point. For the first point, it begins where the strip is if all strips have the
+/// same width.
+fn strips_of<T: Scalar>(
+    planes: &[AffineField<T>],
+    points: impl Iterator<Item = Vector3<f64>>,
+    mut visit: impl FnMut(usize),
+) -> RangeInclusive<usize> {
+    let inner = &planes[1..planes.len() - 1];
+    let mut previous = None;
+    let (mut first, mut last) = (usize::MAX, 0);
+    for point in points {
+        let rounding = ROUNDING * point.amax();
+        let is_behind = |plane: &AffineField<T>| real_value(plane, &point) >= -rounding;
+        let mut strip = previous.unwrap_or_else(|| uniform_strip(planes, &point));
+        while strip > 0 && !is_behind(&inner[strip - 1]) {
+            strip -= 1;
         }
-        Self {
-            of_corners,
-            range: first.min(last)..=last,
+        while inner.get(strip).is_some_and(is_behind) {
+            strip += 1;
         }
+        visit(strip);
+        previous = Some(strip);
+        (first, last) = (first.min(strip), last.max(strip));
     }
+    first.min(last)..=last
 }
 
-/// Returns the corners of an outline in the plane of a polygon, in A's frame, padded with zeros.
+/// Returns whether points are between the first and the last plane, up to round-off.
+fn are_between_outer<T: Scalar>(
+    planes: &[AffineField<T>],
+    mut points: impl Iterator<Item = Vector3<f64>>,
+) -> bool {
+    points.all(|point| {
+        let rounding = ROUNDING * point.amax();
+        let [first, last] = [0, planes.len() - 1].map(|plane| real_value(&planes[plane], &point));
+        first >= -rounding && last <= rounding
+    })
+}
+
+/// Returns the strip that contains a point if all strips have the same width.
+fn uniform_strip<T: Scalar>(planes: &[AffineField<T>], point: &Vector3<f64>) -> usize {
+    let count = planes.len() - 1;
+    let [before, after] = [0, count].map(|plane| real_value(&planes[plane], point));
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_precision_loss,
+        clippy::cast_sign_loss,
+        reason = "the nearest strip is good enough, and the result is limited"
+    )]
+    let strip = (before / (before - after) * count as f64) as usize;
+    strip.min(count - 1)
+}
+
+/// Returns the corners of an outline in the plane of a polygon, in A's frame.
 fn points<T: Scalar>(
     polygon: &PlanePolygon<T>,
     outline: &Outline<T>,
-) -> [Vector3<f64>; PLANE_CAPACITY] {
-    let mut points = [Vector3::zeros(); PLANE_CAPACITY];
-    for (point, corner) in points.iter_mut().zip(outline.corners()) {
-        *point = real_vector(&polygon.point(*corner));
-    }
-    points
+) -> impl Iterator<Item = Vector3<f64>> {
+    let corners = outline.corners().iter();
+    corners.map(|corner| real_vector(&polygon.point(*corner)))
 }
 
 fn real_value<T: Scalar>(plane: &AffineField<T>, point: &Vector3<f64>) -> f64 {

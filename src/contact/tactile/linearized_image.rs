@@ -1,9 +1,11 @@
 use super::division::Division;
 use super::motion::{CutsIntegrand, MovingGrid};
 use super::rates::{PolygonIntegrand, Term};
+use super::taxel_sums::{OfTaxel, TaxelSums};
 use super::{GridBody, TactileImage, TaxelGrid};
 use crate::contact::motion::RelativeMotion;
 use crate::contact::plane_polygon::PlanePolygon;
+use crate::contact::sums::PartialSum;
 use crate::contact::{ContactPair, SurfaceLaw};
 use crate::narrow_phase::{COINCIDENCE, ELASTIC_COINCIDENCE};
 use crate::scalar::DenseDual;
@@ -43,6 +45,9 @@ struct TaxelDerivatives<const N: usize> {
     by_relative: SMatrix<f64, 3, N>,
 }
 
+/// Derivatives of the forces on the taxels of a grid.
+type Derivatives<const N: usize> = TaxelSums<TaxelDerivatives<N>>;
+
 impl ContactPair<'_> {
     /// Returns the forces on the taxels of a grid that is fixed to a body of the pair, and their derivatives.
     #[must_use]
@@ -71,23 +76,21 @@ impl ContactPair<'_> {
         linearized
     }
 
-    /// Returns the derivatives of the elastic forces on taxels, with an entry for each part of a polygon.
-    fn elastic_derivatives(
-        &self,
-        body: GridBody,
-        grid: &TaxelGrid,
-    ) -> Vec<TaxelDerivatives<AT_REST>> {
+    /// Returns the derivatives of the elastic forces on taxels.
+    fn elastic_derivatives(&self, body: GridBody, grid: &TaxelGrid) -> Derivatives<AT_REST> {
         let (surface, _) = self
             .source()
             .for_derivatives(ELASTIC_COINCIDENCE, self.search());
         let division = Division::of((body, grid), &surface.source.pose_ab, None);
         let moduli = self.moduli();
-        surface.integral(&PolygonIntegrand::new(|_, polygon, rates: &mut Vec<_>| {
-            division.visit_terms(polygon, |term| {
-                let elastic = by_relative(term, polygon, body, moduli);
-                TaxelDerivatives::add(rates, term.taxel, elastic);
-            });
-        }))
+        surface.integral(&PolygonIntegrand::new(
+            |_, polygon, rates: &mut Derivatives<AT_REST>| {
+                division.visit_terms(polygon, |term| {
+                    let elastic = by_relative(term, polygon, body, moduli);
+                    rates.sum_mut(term.taxel, grid.shape()).by_relative += elastic;
+                });
+            },
+        ))
     }
 
     /// Returns the derivatives of the forces on taxels of a pair in motion. Derivatives with respect to velocities and the law are computed
@@ -97,7 +100,7 @@ impl ContactPair<'_> {
         body: GridBody,
         grid: &TaxelGrid,
         (law, motion): (&SurfaceLaw, &RelativeMotion<f64>),
-    ) -> Vec<TaxelDerivatives<IN_MOTION>> {
+    ) -> Derivatives<IN_MOTION> {
         let (surface, finer) = self.source().for_derivatives(COINCIDENCE, self.search());
         let division = Division::of((body, grid), &surface.source.pose_ab, None);
         let moving = MovingGrid {
@@ -106,49 +109,58 @@ impl ContactPair<'_> {
             law_and_motion: (law, motion),
         };
         let moduli = self.moduli();
-        let integrand = CutsIntegrand::new(|source: &_, cuts: &_, rates: &mut Vec<_>| {
-            let (parts, in_taxels) = moving.law_on_parts(source, (cuts, false), |_, polygon| {
-                if polygon.has_counted_area() {
-                    division.visit_terms(polygon, |term| {
-                        let mut by = SMatrix::<f64, 3, IN_MOTION>::zeros();
-                        by.fixed_columns_mut::<AT_REST>(0)
-                            .copy_from(&by_relative(term, polygon, body, moduli));
-                        TaxelDerivatives::add(rates, term.taxel, by);
+        let integrand =
+            CutsIntegrand::new(|source: &_, cuts: &_, rates: &mut Derivatives<IN_MOTION>| {
+                let (parts, in_taxels) =
+                    moving.law_on_parts(source, (cuts, false), |_, polygon| {
+                        if polygon.has_counted_area() {
+                            division.visit_terms(polygon, |term| {
+                                let sum = rates.sum_mut(term.taxel, grid.shape());
+                                let mut at_rest = sum.by_relative.fixed_columns_mut::<AT_REST>(0);
+                                at_rest += by_relative(term, polygon, body, moduli);
+                            });
+                        }
                     });
+                for part in &in_taxels {
+                    let law = &parts[part.part_index];
+                    let mut by = law.by_relative(moduli);
+                    if body == GridBody::B {
+                        // The axes of the forces turn with B.
+                        let mut by_turn = by.fixed_columns_mut::<3>(0);
+                        by_turn += skew(&law.force());
+                    }
+                    rates.sum_mut(part.taxel, grid.shape()).by_relative += by * part.share;
                 }
             });
-            for part in &in_taxels {
-                let law = &parts[part.part_index];
-                let mut by = law.by_relative(moduli);
-                if body == GridBody::B {
-                    // The axes of the forces turn with B.
-                    let mut by_turn = by.fixed_columns_mut::<3>(0);
-                    by_turn += skew(&law.force());
-                }
-                TaxelDerivatives::add(rates, part.taxel, by * part.share);
-            }
-        });
         let mut rates = surface.integral(&integrand);
         if let Some(finer) = finer {
-            for rate in &mut rates {
+            for rate in rates.iter_mut() {
                 rate.by_relative.fixed_columns_mut::<8>(AT_REST).fill(0.0);
             }
-            for mut rate in finer.integral(&integrand) {
+            let mut finer_rates = finer.integral(&integrand);
+            for rate in finer_rates.iter_mut() {
                 rate.by_relative.fixed_columns_mut::<AT_REST>(0).fill(0.0);
-                rates.push(rate);
             }
+            rates.merge(finer_rates);
         }
         rates
     }
 }
 
-impl<const N: usize> TaxelDerivatives<N> {
-    /// Adds derivatives of the force on a taxel to the last entry, if it belongs to the same taxel, or as a new entry.
-    fn add(rates: &mut Vec<Self>, taxel: [usize; 2], by_relative: SMatrix<f64, 3, N>) {
-        match rates.last_mut() {
-            Some(last) if last.taxel == taxel => last.by_relative += by_relative,
-            _ => rates.push(Self { taxel, by_relative }),
+impl<const N: usize> OfTaxel for TaxelDerivatives<N> {
+    fn zero(taxel: [usize; 2]) -> Self {
+        Self {
+            taxel,
+            by_relative: SMatrix::zeros(),
         }
+    }
+
+    fn taxel(&self) -> [usize; 2] {
+        self.taxel
+    }
+
+    fn add(&mut self, other: &Self) {
+        self.by_relative += other.by_relative;
     }
 }
 
@@ -185,9 +197,9 @@ fn by_relative(
 impl<'g> LinearizedTactileImage<'g> {
     /// Adds derivatives of forces on A, in A's axes. `force_from_a` maps these forces to forces on the body of the grid, in the axes of that
     /// body.
-    fn add<const N: usize>(&mut self, rates: &[TaxelDerivatives<N>], force_from_a: &Matrix3<f64>) {
+    fn add<const N: usize>(&mut self, rates: &Derivatives<N>, force_from_a: &Matrix3<f64>) {
         let grid = self.image.grid();
-        for rate in rates {
+        for rate in rates.as_slice() {
             let [row, column] = rate.taxel;
             let index = self.image.index_or_added(rate.taxel);
             let turned = grid.axes(row, column).tr_mul(force_from_a) * rate.by_relative;

@@ -37,6 +37,7 @@ mod shape_gradients;
 mod tactile_image;
 mod taxel_grid;
 mod taxel_grid_error;
+mod taxel_sums;
 
 pub use grid_body::GridBody;
 pub use linearized_image::LinearizedTactileImage;

@@ -1,7 +1,9 @@
-use super::division::{Division, Piece};
+use super::division::Division;
+use super::taxel_sums::{OfTaxel, TaxelSums};
 use super::{GridBody, TaxelGrid};
 use crate::contact::integrate::CutSurface;
 use crate::contact::motion::RelativeMotion;
+use crate::contact::sums::PartialSum;
 use crate::contact::{ContactPair, SurfaceLaw};
 use crate::scalar::{Scalar, constant_times, lift, real_part};
 use crate::spatial::{Pose, Wrench};
@@ -28,9 +30,7 @@ pub struct TaxelContact<T = f64> {
 #[derive(Debug, Clone)]
 pub struct TactileImage<'g, T = f64> {
     grid: &'g TaxelGrid,
-    /// Row-major: 1 + the index in `taxels`, or 0 for taxels without contact.
-    entries: Vec<u32>,
-    taxels: Vec<TaxelContact<T>>,
+    contacts: TaxelSums<TaxelContact<T>>,
     outside: Wrench<T>,
 }
 
@@ -55,11 +55,12 @@ impl<'g, T: Scalar> TactileImage<'g, T> {
     ) -> Self {
         let pose_ab = &surface.source.pose_ab;
         let division = Division::of((body, grid), pose_ab, motion);
-        let pieces = surface.integral(&division);
-        let mut image = Self::empty(grid);
-        for piece in &pieces.list {
-            image.add(piece);
-        }
+        let forces = surface.integral(&division);
+        let mut image = Self {
+            grid,
+            contacts: forces.in_taxels,
+            outside: forces.outside,
+        };
         if body == GridBody::B {
             image.exchange(pose_ab);
         }
@@ -70,58 +71,21 @@ impl<'g, T: Scalar> TactileImage<'g, T> {
     pub(crate) fn empty(grid: &'g TaxelGrid) -> Self {
         Self {
             grid,
-            entries: vec![0; grid.row_count() * grid.column_count()],
-            taxels: Vec::new(),
+            contacts: TaxelSums::empty(),
             outside: Wrench::zero(),
         }
     }
 
-    fn add(&mut self, piece: &Piece<T>) {
-        let Piece { wrench, area, .. } = *piece;
-        match piece.taxel {
-            None => self.outside += wrench,
-            Some([row, column]) => self.add_taxel(&TaxelContact {
-                row,
-                column,
-                wrench,
-                area,
-            }),
-        }
-    }
-
-    fn add_taxel(&mut self, contact: &TaxelContact<T>) {
-        let taxel = self.taxel_mut([contact.row, contact.column]);
-        taxel.wrench += contact.wrench;
-        taxel.area += contact.area;
-    }
-
-    /// Returns the contact in a taxel of the grid. A new contact is zero.
-    fn taxel_mut(&mut self, [row, column]: [usize; 2]) -> &mut TaxelContact<T> {
-        let entry = &mut self.entries[row * self.grid.column_count() + column];
-        if *entry == 0 {
-            self.taxels.push(TaxelContact {
-                row,
-                column,
-                wrench: Wrench::zero(),
-                area: lift(0.0),
-            });
-            *entry = u32::try_from(self.taxels.len()).unwrap_or_default();
-        }
-        &mut self.taxels[*entry as usize - 1]
-    }
-
     /// Returns the index of a taxel of the grid in [`Self::taxels`]. Adds the taxel, without force and area, if it has no contact.
     pub(super) fn index_or_added(&mut self, taxel: [usize; 2]) -> usize {
-        self.taxel_mut(taxel);
-        self.entries[taxel[0] * self.grid.column_count() + taxel[1]] as usize - 1
+        self.contacts.sum_mut(taxel, self.grid.shape());
+        self.contacts.index(taxel).unwrap_or_default()
     }
 
     /// Adds another image of the same grid.
-    pub(crate) fn merge(&mut self, other: &Self) {
+    pub(crate) fn merge(&mut self, other: Self) {
         self.outside += other.outside;
-        for taxel in &other.taxels {
-            self.add_taxel(taxel);
-        }
+        self.contacts.merge(other.contacts);
     }
 
     /// Replaces the wrenches on A, in A's axes about A's origin, by the wrenches on B, in B's axes about B's origin.
@@ -129,7 +93,7 @@ impl<'g, T: Scalar> TactileImage<'g, T> {
         let rotation_ba = pose_ab.rotation().transpose();
         let on_b = |on_a: &Wrench<T>| -on_a.about(pose_ab.translation()).rotated(&rotation_ba);
         self.outside = on_b(&self.outside);
-        for taxel in &mut self.taxels {
+        for taxel in self.contacts.iter_mut() {
             taxel.wrench = on_b(&taxel.wrench);
         }
     }
@@ -143,21 +107,20 @@ impl<'g, T: Scalar> TactileImage<'g, T> {
     /// Returns the taxels with contact, in no particular order.
     #[must_use]
     pub fn taxels(&self) -> &[TaxelContact<T>] {
-        &self.taxels
+        self.contacts.as_slice()
     }
 
     /// Returns the contact in a taxel, or `None` if the taxel has no contact or does not exist.
     #[must_use]
     pub fn taxel(&self, row: usize, column: usize) -> Option<&TaxelContact<T>> {
-        self.taxels.get(self.index(row, column)?)
+        self.taxels().get(self.index(row, column)?)
     }
 
     /// Returns the index of a taxel with contact in [`Self::taxels`].
     pub(super) fn index(&self, row: usize, column: usize) -> Option<usize> {
-        let columns = self.grid.column_count();
-        let is_in_grid = row < self.grid.row_count() && column < columns;
-        let entry = is_in_grid.then(|| self.entries[row * columns + column])?;
-        (entry as usize).checked_sub(1)
+        let [row_count, column_count] = self.grid.shape();
+        let is_in_grid = row < row_count && column < column_count;
+        is_in_grid.then(|| self.contacts.index([row, column]))?
     }
 
     /// Returns the image without its derivatives.
@@ -171,8 +134,7 @@ impl<'g, T: Scalar> TactileImage<'g, T> {
         };
         TactileImage {
             grid: self.grid,
-            entries: self.entries.clone(),
-            taxels: self.taxels.iter().map(real).collect(),
+            contacts: self.contacts.map(real),
             outside: self.outside.real(),
         }
     }
@@ -221,8 +183,28 @@ impl<'g, T: Scalar> TactileImage<'g, T> {
     /// body's axes.
     #[must_use]
     pub fn total(&self) -> Wrench<T> {
-        let taxels = self.taxels.iter();
+        let taxels = self.taxels().iter();
         taxels.fold(self.outside, |sum, taxel| sum + taxel.wrench)
+    }
+}
+
+impl<T: Scalar> OfTaxel for TaxelContact<T> {
+    fn zero([row, column]: [usize; 2]) -> Self {
+        Self {
+            row,
+            column,
+            wrench: Wrench::zero(),
+            area: lift(0.0),
+        }
+    }
+
+    fn taxel(&self) -> [usize; 2] {
+        [self.row, self.column]
+    }
+
+    fn add(&mut self, other: &Self) {
+        self.wrench += other.wrench;
+        self.area += other.area;
     }
 }
 

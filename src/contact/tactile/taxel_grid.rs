@@ -164,6 +164,11 @@ impl TaxelGrid {
         self.planes[1].len() - 1
     }
 
+    /// Returns the numbers of rows and columns.
+    pub(super) fn shape(&self) -> [usize; 2] {
+        [self.row_count(), self.column_count()]
+    }
+
     /// Returns the axes of a taxel as columns, in the body's axes: two tangential directions, and the normal.
     ///
     /// # Panics
