@@ -14,7 +14,7 @@ use crate::narrow_phase::{Cut, Octet, Weights};
 use crate::scalar::{Scalar, lift};
 use crate::search::GenericPairs;
 use crate::spatial::Wrench;
-use nalgebra::{Matrix6, Vector6};
+use nalgebra::{Matrix6, Vector3, Vector6};
 use std::marker::PhantomData;
 
 /// Number of entries of a 6×6 matrix.
@@ -160,8 +160,13 @@ impl<T: Scalar> PolygonFields<T> {
 
     /// Returns the elastic wrench on A of a part of the plane in A's axes about A's origin, from ∫ p dA, ∫ p y₁ dA and ∫ p y₂ dA.
     pub fn wrench_of_load(&self, total: T, by_y: [T; 2]) -> Wrench<T> {
-        let wrench = wrench_of(total, self.first_moment(total, by_y), self.axes[2]);
-        Wrench::from_vector(&Vector6::from(wrench))
+        let [e1, e2, normal] = self.axes.map(Vector3::from);
+        let [by_y1, by_y2] = by_y;
+        Wrench {
+            // e₁ × n = −e₂ and e₂ × n = e₁.
+            torque: Vector3::from(self.origin).cross(&normal) * total + e1 * by_y2 - e2 * by_y1,
+            force: normal * total,
+        }
     }
 }
 

@@ -93,10 +93,11 @@ fn undivided_steps_are_unresolved_from_the_impact_on() {
     assert!((0.0..3.0 * TIME_STEP).contains(&(time - impact)), "{time}");
 }
 
-/// A sliding block that was put down from 1 mm rattles, and the steps do not resolve the rattling.
+/// A sliding block that was put down from 1 mm rattles, and the rattling amplifies small changes. The slopes of its motion over changes of
+/// the friction from 3.5e-3 to 1.4e-5 are from −0.07 m to −2.1 m, equal at two tolerances. The derivative is −3.7 m.
 #[test]
-#[ignore = "takes half a minute"]
-fn a_rattling_slide_is_unresolved() {
+#[ignore = "takes minutes"]
+fn a_rattling_slide_is_chaotic() {
     let skin = rubbing(1e6, 0.5, 0.35);
     let body = cuboid([0.1, 0.1, 0.05], skin)
         .with_pose(turned([0.0, 0.0, 0.3], [0.0, 0.0, 0.026]))
@@ -108,7 +109,7 @@ fn a_rattling_slide_is_unresolved() {
     let check = Experiment::new(&world, &plan).derivative_check(&by, &outcome);
     let check = check.unwrap();
     println!("{check}");
-    assert_eq!(check.derivatives[0].verdict, Verdict::Unresolved);
+    assert_eq!(check.derivatives[0].verdict, Verdict::Chaotic);
 }
 
 /// An outcome that is NaN or changes its length, so that some or all of its differences fail.

@@ -132,8 +132,9 @@ impl<T: Scalar> Cells<T> {
         Some(())
     }
 
-    /// Returns the columns, the rows and the loads of the parts whose area is not zero.
-    pub fn loads(&self) -> impl Iterator<Item = ([usize; 2], Load<T>)> {
+    /// Returns the columns, the rows and the loads, multiplied by a weight, of the parts whose area is not zero.
+    pub fn loads(&self, weight: f64) -> impl Iterator<Item = ([usize; 2], Load<T>)> {
+        let [per_area, per_total, per_moment] = [weight / 2.0, weight / 6.0, weight / 24.0];
         let columns = self.columns();
         let [first_column, first_row] = self.families.each_ref().map(|family| family.first_strip);
         let rows = (first_row..).zip(self.sums.chunks_exact(columns));
@@ -143,11 +144,11 @@ impl<T: Scalar> Cells<T> {
                 .map(move |(column, sums)| ([column, row], sums))
         });
         let parts = parts.filter(|(_, [area, ..])| real_part(*area).abs() > 0.0);
-        parts.map(|(cell, [area, total, by_y1, by_y2])| {
+        parts.map(move |(cell, [area, total, by_y1, by_y2])| {
             let load = Load {
-                area: *area * 0.5,
-                total: *total * (1.0 / 6.0),
-                by_y: [*by_y1, *by_y2].map(|moment| moment * (1.0 / 24.0)),
+                area: *area * per_area,
+                total: *total * per_total,
+                by_y: [*by_y1 * per_moment, *by_y2 * per_moment],
             };
             (cell, load)
         })

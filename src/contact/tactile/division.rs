@@ -185,12 +185,11 @@ impl<T: Scalar> Division<T> {
         }
         let plane = &polygon.plane;
         cells.divide(outline, &plane.pressure)?;
-        let weight = lift::<T>(polygon.weights.still.area());
-        for ([column, row], load) in cells.loads() {
-            let by_y = load.by_y.map(|moment| moment * weight);
-            let contact = forces.in_taxels.sum_mut([row, column], self.shape());
-            contact.wrench += plane.wrench_of_load(load.total * weight, by_y);
-            contact.area += load.area * weight;
+        let shape = self.shape();
+        for ([column, row], load) in cells.loads(polygon.weights.still.area()) {
+            let contact = forces.in_taxels.sum_mut([row, column], shape);
+            contact.wrench += plane.wrench_of_load(load.total, load.by_y);
+            contact.area += load.area;
         }
         Some(())
     }

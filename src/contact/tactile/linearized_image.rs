@@ -65,9 +65,9 @@ impl ContactPair<'_> {
         };
         let force_from_a = body.force_from_a(&self.source().pose_ab);
         match self.relative_motion() {
-            None => linearized.add(&self.elastic_derivatives(body, grid), &force_from_a),
+            None => linearized.set(&self.elastic_derivatives(body, grid), &force_from_a),
             Some((law, motion)) => {
-                linearized.add(
+                linearized.set(
                     &self.derivatives_in_motion(body, grid, (&law, &motion)),
                     &force_from_a,
                 );
@@ -195,21 +195,23 @@ fn by_relative(
 }
 
 impl<'g> LinearizedTactileImage<'g> {
-    /// Adds derivatives of forces on A, in A's axes. `force_from_a` maps these forces to forces on the body of the grid, in the axes of that
+    /// Sets the derivatives of forces on A, in A's axes. `force_from_a` maps these forces to forces on the body of the grid, in the axes of that
     /// body.
-    fn add<const N: usize>(&mut self, rates: &Derivatives<N>, force_from_a: &Matrix3<f64>) {
+    fn set<const N: usize>(&mut self, rates: &Derivatives<N>, force_from_a: &Matrix3<f64>) {
         let grid = self.image.grid();
-        for rate in rates.as_slice() {
+        let rates = rates.as_slice();
+        let indices = rates
+            .iter()
+            .map(|rate| self.image.index_or_added(rate.taxel));
+        let indices: Vec<_> = indices.collect();
+        self.by_relative = vec![SMatrix::zeros(); self.image.taxels().len()];
+        for (index, rate) in indices.into_iter().zip(rates) {
             let [row, column] = rate.taxel;
-            let index = self.image.index_or_added(rate.taxel);
             let turned = grid.axes(row, column).tr_mul(force_from_a) * rate.by_relative;
-            self.by_relative
-                .resize(self.image.taxels().len(), SMatrix::zeros());
-            let mut sum = self.by_relative[index].fixed_columns_mut::<N>(0);
-            sum += turned;
+            self.by_relative[index]
+                .fixed_columns_mut::<N>(0)
+                .copy_from(&turned);
         }
-        self.by_relative
-            .resize(self.image.taxels().len(), SMatrix::zeros());
     }
 
     /// Returns the image.

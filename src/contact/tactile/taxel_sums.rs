@@ -12,6 +12,9 @@ pub(super) trait OfTaxel: Send {
     fn add(&mut self, other: &Self);
 }
 
+/// Number of sums for which there is memory from the first one on.
+const CAPACITY: usize = 128;
+
 /// Sums for the taxels of a grid. Only taxels to which something was added have a sum.
 #[derive(Debug, Clone)]
 pub(super) struct TaxelSums<S> {
@@ -48,16 +51,17 @@ impl<S: OfTaxel> TaxelSums<S> {
 
     /// Returns the sum of a taxel of a grid with these numbers of rows and columns. A new sum is zero. All calls must have the same numbers
     /// of rows and columns.
-    #[inline]
+    #[inline(always)]
     pub fn sum_mut(&mut self, taxel: [usize; 2], [row_count, column_count]: [usize; 2]) -> &mut S {
         if self.entries.is_empty() {
             self.entries = vec![0; row_count * column_count];
             self.column_count = column_count;
+            self.sums.reserve(CAPACITY);
         }
         self.existing_or_zero(taxel)
     }
 
-    #[inline]
+    #[inline(always)]
     fn existing_or_zero(&mut self, taxel: [usize; 2]) -> &mut S {
         let [row, column] = taxel;
         let entry = &mut self.entries[row * self.column_count + column];
