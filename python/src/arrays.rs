@@ -72,12 +72,23 @@ pub fn numbers_of_shape(
 /// Creates the exception for an argument that cannot be converted to `float64` without a loss.
 fn not_numbers(argument: &Bound<'_, PyAny>, name: &str) -> PyErr {
     let actual = match argument.cast::<PyUntypedArray>() {
-        Ok(array) => format!("an array of {}", array.dtype()),
-        Err(_) => format!("{}", argument.get_type()),
+        Ok(array) => match array.dtype().kind() {
+            b'b' | b'f' => format!(
+                "an array of {} (array.astype(numpy.float64) converts it)",
+                array.dtype()
+            ),
+            _ => format!("an array of {}", array.dtype()),
+        },
+        Err(_) if argument.is_instance_of::<PyList>() || argument.is_instance_of::<PyTuple>() => {
+            "a list whose rows are not of equal length".to_owned()
+        }
+        Err(_) if argument.hasattr("__array__").unwrap_or(false) => {
+            format!("{} (numpy.asarray converts it)", argument.get_type())
+        }
+        Err(_) => argument.get_type().to_string(),
     };
     PyTypeError::new_err(format!(
-        "{name} must be a numpy array of floats of up to 64 bits or of integers, or a list of numbers, but is {actual} \
-         (array.astype(numpy.float64) converts it)"
+        "{name} must be a numpy array of floats of up to 64 bits or of integers, or a list of numbers, but is {actual}"
     ))
 }
 

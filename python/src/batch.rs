@@ -4,6 +4,7 @@ use crate::arrays::{Numbers, array, numbers, numbers_of_shape, wrong_shape};
 use crate::errors::{gradient_error, rollout_error, value_error};
 use crate::interrupt::{Progress, Shared, run};
 use crate::jacobian::{AllStates, both};
+use crate::lists::list_of;
 use crate::parameter::{Parameter, inner};
 use crate::plan::Plan;
 use crate::state::State;
@@ -103,13 +104,14 @@ fn common_state(worlds: &[Inner]) -> PyResult<Option<dynamics::State>> {
     }
 }
 
-/// Reads n rows of p changes.
-fn samples_of(argument: &Bound<'_, PyAny>) -> PyResult<Vec<Vec<f64>>> {
+/// Reads n rows of changes of parameters.
+fn samples_of(argument: &Bound<'_, PyAny>, by: &[gradient::Parameter]) -> PyResult<Vec<Vec<f64>>> {
+    let width: usize = by.iter().map(gradient::Parameter::dimension).sum();
     let Numbers { values, shape } = numbers(argument, "samples")?;
     match shape[..] {
-        [count, 0] => Ok(vec![Vec::new(); count]),
-        [_, width] => Ok(values.chunks(width).map(<[f64]>::to_vec).collect()),
-        _ => Err(wrong_shape("samples", "(n, p)", &shape)),
+        [count, 0] if width == 0 => Ok(vec![Vec::new(); count]),
+        [_, found] if found == width => Ok(values.chunks(width).map(<[f64]>::to_vec).collect()),
+        _ => Err(wrong_shape("samples", &format!("(n, {width})"), &shape)),
     }
 }
 
@@ -152,7 +154,7 @@ impl Batch {
         &self,
         py: Python<'py>,
         world: &World,
-        states: Vec<Bound<'py, State>>,
+        #[pyo3(from_py_with = list_of)] states: Vec<Bound<'py, State>>,
     ) -> PyResult<Vec<Bound<'py, PyAny>>> {
         let start = |state: &Bound<'py, State>| {
             let world = world.inner.clone().with_initial_state(&state.get().0);
@@ -180,7 +182,7 @@ impl Batch {
     fn rollouts<'py>(
         &self,
         py: Python<'py>,
-        worlds: Vec<Bound<'py, World>>,
+        #[pyo3(from_py_with = list_of)] worlds: Vec<Bound<'py, World>>,
     ) -> PyResult<Vec<Bound<'py, PyAny>>> {
         let worlds: Vec<Inner> = worlds
             .iter()
@@ -228,7 +230,7 @@ impl Batch {
         py: Python<'_>,
         world: &World,
         states: &States,
-        parameters: Vec<Bound<'_, Parameter>>,
+        #[pyo3(from_py_with = list_of)] parameters: Vec<Bound<'_, Parameter>>,
         values: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<(States, BTreeMap<usize, PyErr>)> {
         let by = inner(&parameters);
@@ -236,7 +238,12 @@ impl Batch {
         let values = match values {
             Some(values) => numbers_of_shape(values, "values", &[states.0.len(), width])?,
             None if width == 0 => Vec::new(),
-            None => return Err(value_error("parameters need values")),
+            None => {
+                let rows = states.0.len();
+                return Err(value_error(format!(
+                    "parameters need values: give an array of the shape ({rows}, {width})"
+                )));
+            }
         };
         let rows: Vec<_> = states.0.iter().enumerate().collect();
         let job = |batch: &dynamics::Batch| {
@@ -297,17 +304,18 @@ impl Batch {
     /// Raises
     /// ------
     /// HydroelasticError
-    ///     If samples does not have two axes.
+    ///     If samples has an unexpected shape.
     /// TypeError
     ///     If samples is not an array of numbers.
     fn rollouts_perturbed<'py>(
         &self,
         py: Python<'py>,
         world: &World,
-        parameters: Vec<Bound<'py, Parameter>>,
+        #[pyo3(from_py_with = list_of)] parameters: Vec<Bound<'py, Parameter>>,
         samples: &Bound<'py, PyAny>,
     ) -> PyResult<Vec<Bound<'py, PyAny>>> {
-        let (by, samples) = (inner(&parameters), samples_of(samples)?);
+        let by = inner(&parameters);
+        let samples = samples_of(samples, &by)?;
         let changed = samples
             .iter()
             .map(|sample| world.inner.perturbed(&by, sample));
@@ -353,17 +361,18 @@ impl Batch {
     /// Raises
     /// ------
     /// HydroelasticError
-    ///     If samples does not have two axes.
+    ///     If samples has an unexpected shape.
     /// TypeError
     ///     If samples is not an array of numbers.
     fn jacobians_perturbed<'py>(
         &self,
         py: Python<'py>,
         world: &World,
-        parameters: Vec<Bound<'py, Parameter>>,
+        #[pyo3(from_py_with = list_of)] parameters: Vec<Bound<'py, Parameter>>,
         samples: &Bound<'py, PyAny>,
     ) -> PyResult<Vec<Bound<'py, PyAny>>> {
-        let (by, samples) = (inner(&parameters), samples_of(samples)?);
+        let by = inner(&parameters);
+        let samples = samples_of(samples, &by)?;
         let job = |batch: &dynamics::Batch| {
             batch.map(&samples, |job, sample| {
                 let world = world.inner.perturbed(&by, sample)?;
@@ -395,8 +404,8 @@ impl Batch {
     fn jacobians<'py>(
         &self,
         py: Python<'py>,
-        worlds: Vec<Bound<'py, World>>,
-        parameters: Vec<Bound<'py, Parameter>>,
+        #[pyo3(from_py_with = list_of)] worlds: Vec<Bound<'py, World>>,
+        #[pyo3(from_py_with = list_of)] parameters: Vec<Bound<'py, Parameter>>,
     ) -> PyResult<Vec<Bound<'py, PyAny>>> {
         let by = inner(&parameters);
         let worlds: Vec<Inner> = worlds
@@ -452,8 +461,8 @@ impl Batch {
     fn vjps<'py>(
         &self,
         py: Python<'py>,
-        worlds: Vec<Bound<'py, World>>,
-        parameters: Vec<Bound<'py, Parameter>>,
+        #[pyo3(from_py_with = list_of)] worlds: Vec<Bound<'py, World>>,
+        #[pyo3(from_py_with = list_of)] parameters: Vec<Bound<'py, Parameter>>,
         by_poses: &Bound<'py, PyAny>,
         by_twists: &Bound<'py, PyAny>,
         by_joint_positions: Option<&Bound<'py, PyAny>>,

@@ -5,6 +5,7 @@ use crate::errors::{gradient_error, value_error};
 use crate::evaluator::{PythonEvaluator, Raised, store};
 use crate::fit::{Checkpoint, Fit, Prediction};
 use crate::interrupt::{Shared, run};
+use crate::lists::{list_of, names};
 use crate::parameter::Parameter;
 use crate::pickle::{Reduced, loaded, reduced};
 use crate::plan::Plan;
@@ -60,7 +61,7 @@ impl Unknown {
         logarithmic: bool,
         bounds: Option<Bound<'_, PyAny>>,
         prior: Option<Bound<'_, PyAny>>,
-        tied_to: Vec<Bound<'_, Parameter>>,
+        #[pyo3(from_py_with = list_of)] tied_to: Vec<Bound<'_, Parameter>>,
         name: Option<String>,
     ) -> PyResult<Self> {
         let component = count(component, "component")?;
@@ -219,14 +220,14 @@ impl Identification {
     fn new(
         world: &Bound<'_, World>,
         plan: &Bound<'_, Plan>,
-        unknowns: Vec<Bound<'_, Unknown>>,
+        #[pyo3(from_py_with = list_of)] unknowns: Vec<Bound<'_, Unknown>>,
         nuisances: Vec<(Bound<'_, Parameter>, Bound<'_, PyAny>)>,
         noise: Option<Bound<'_, PyAny>>,
         #[pyo3(from_py_with = optional_real)] huber: Option<f64>,
         #[pyo3(from_py_with = optional_real)] cauchy: Option<f64>,
         horizons: Option<Bound<'_, PyAny>>,
         #[pyo3(from_py_with = whole)] max_iterations: Whole,
-        bodies: Option<Vec<String>>,
+        bodies: Option<Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         if huber.is_some() && cauchy.is_some() {
             return Err(value_error("huber and cauchy exclude each other"));
@@ -242,7 +243,7 @@ impl Identification {
             cauchy,
             horizons: horizons.map_or(Ok(vec![]), |horizons| list(&horizons, "horizons"))?,
             max_iterations: count(max_iterations, "max_iterations")?,
-            bodies,
+            bodies: bodies.map(|bodies| names(&bodies)).transpose()?,
         };
         let inner: Vec<_> = unknowns
             .iter()
@@ -286,7 +287,7 @@ impl Identification {
     fn fit(
         &self,
         py: Python<'_>,
-        trajectories: Vec<Bound<'_, Trajectory>>,
+        #[pyo3(from_py_with = list_of)] trajectories: Vec<Bound<'_, Trajectory>>,
         start: Option<&Checkpoint>,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Fit> {
@@ -311,7 +312,7 @@ impl Identification {
     fn _fit_with(
         &self,
         py: Python<'_>,
-        trajectories: Vec<Bound<'_, Trajectory>>,
+        #[pyo3(from_py_with = list_of)] trajectories: Vec<Bound<'_, Trajectory>>,
         evaluator: Py<PyAny>,
         start: Option<&Checkpoint>,
         progress: Option<Py<PyAny>>,
@@ -338,7 +339,7 @@ impl Identification {
     fn _costs<'py>(
         &self,
         py: Python<'py>,
-        trajectories: Vec<Bound<'py, Trajectory>>,
+        #[pyo3(from_py_with = list_of)] trajectories: Vec<Bound<'py, Trajectory>>,
         checkpoint: &Checkpoint,
     ) -> PyResult<Vec<Bound<'py, PyAny>>> {
         let costs = |inner: &identification::Identification, measurements: &[Measurement]| {
@@ -358,7 +359,7 @@ impl Identification {
     fn _equations<'py>(
         &self,
         py: Python<'py>,
-        trajectories: Vec<Bound<'py, Trajectory>>,
+        #[pyo3(from_py_with = list_of)] trajectories: Vec<Bound<'py, Trajectory>>,
         checkpoint: &Checkpoint,
     ) -> PyResult<Vec<Bound<'py, PyAny>>> {
         let equations = |inner: &identification::Identification, measurements: &[Measurement]| {
@@ -396,7 +397,7 @@ impl Identification {
     fn residuals<'py>(
         &self,
         py: Python<'py>,
-        trajectories: Vec<Bound<'py, Trajectory>>,
+        #[pyo3(from_py_with = list_of)] trajectories: Vec<Bound<'py, Trajectory>>,
         checkpoint: &Checkpoint,
     ) -> PyResult<Vec<Bound<'py, PyAny>>> {
         let residuals = |inner: &identification::Identification, measurements: &[Measurement]| {

@@ -23,6 +23,7 @@ mod joint;
 mod kinetics;
 mod kink;
 mod linearized_shape;
+mod lists;
 mod loop_joint;
 mod material;
 mod mechanism;

@@ -4,6 +4,7 @@ use crate::arrays::{name_pairs, optional_real};
 use crate::body::Body;
 use crate::errors::value_error;
 use crate::joint::{Joint, Numbers, Stops, Timed, timed};
+use crate::lists::list_of;
 use crate::world_joints::connecting_joint;
 use hydroelastic::dynamics::{self, JointKind};
 use pyo3::prelude::*;
@@ -73,7 +74,7 @@ impl Mechanism {
     #[new]
     #[pyo3(signature = (bodies, *, ignoring=None))]
     fn new(
-        bodies: Vec<Bound<'_, Body>>,
+        #[pyo3(from_py_with = list_of)] bodies: Vec<Bound<'_, Body>>,
         #[pyo3(from_py_with = name_pairs)] ignoring: Option<Vec<(String, String)>>,
     ) -> Self {
         Self {

@@ -2,6 +2,7 @@
 
 use crate::arrays::{Whole, count, optional_whole, whole};
 use crate::errors::value_error;
+use crate::lists::names;
 use crate::pickle::{Reduced, loaded, reduced};
 use hydroelastic::gradient::{self, JointQuantity};
 use pyo3::exceptions::PyMemoryError;
@@ -271,7 +272,7 @@ impl Parameter {
     ///     If the list is too long.
     #[staticmethod]
     fn controls(
-        bodies: Vec<String>,
+        #[pyo3(from_py_with = names)] bodies: Vec<String>,
         #[pyo3(from_py_with = whole)] intervals: Whole,
     ) -> PyResult<Vec<Self>> {
         let intervals = count(intervals, "intervals")?;

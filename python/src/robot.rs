@@ -4,6 +4,7 @@ use crate::arrays::{Whole, count, named_real, parts, real, whole};
 use crate::body::Body;
 use crate::errors::{urdf_error, value_error};
 use crate::joint::{Joint, check_stops};
+use crate::lists::optional_list_of;
 use crate::material::Material;
 use crate::mechanism::Mechanism;
 use crate::poses::single_pose;
@@ -326,7 +327,7 @@ impl World {
         packages: Option<BTreeMap<String, PathBuf>>,
         meshes: &str,
         servos: Option<BTreeMap<String, Bound<'py, PyAny>>>,
-        bodies: Option<Vec<Bound<'py, Body>>>,
+        #[pyo3(from_py_with = optional_list_of)] bodies: Option<Vec<Bound<'py, Body>>>,
         #[pyo3(from_py_with = gravity)] gravity: Option<Vector3<f64>>,
     ) -> PyResult<Self> {
         let fixed = "fixed".into_pyobject(py)?.into_any();

@@ -2,6 +2,7 @@
 
 use crate::arrays::{Floats, Whole, array, check_finite, numbers_of_shape, whole};
 use crate::errors::value_error;
+use crate::lists::list_of;
 use crate::poses::check_rotation;
 use crate::state::{State, state_at};
 use crate::state_arrays::{ARRAYS, NAMES, numbers_of, shapes_of, state_of};
@@ -70,7 +71,7 @@ fn finite_numbers(
 #[pymethods]
 impl States {
     #[new]
-    fn new(states: Vec<Bound<'_, State>>) -> PyResult<Self> {
+    fn new(#[pyo3(from_py_with = list_of)] states: Vec<Bound<'_, State>>) -> PyResult<Self> {
         Self::of(states.iter().map(|state| state.get().0.clone()).collect())
     }
 

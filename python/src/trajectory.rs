@@ -2,6 +2,7 @@
 
 use crate::arrays::{Floats, Whole, array, whole};
 use crate::errors::value_error;
+use crate::lists::list_of;
 use crate::state::{State, state_at};
 use crate::state_arrays::{ARRAYS, numbers_of, shapes_of};
 use hydroelastic::dynamics;
@@ -65,7 +66,7 @@ impl Trajectory {
 #[pymethods]
 impl Trajectory {
     #[new]
-    fn new(states: Vec<Bound<'_, State>>) -> PyResult<Self> {
+    fn new(#[pyo3(from_py_with = list_of)] states: Vec<Bound<'_, State>>) -> PyResult<Self> {
         let states = states.iter().map(|state| state.get().0.clone());
         let trajectory = dynamics::Trajectory::new(states.collect());
         trajectory.map(Self::from).map_err(value_error)

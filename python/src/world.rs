@@ -5,6 +5,7 @@ use crate::body::Body;
 use crate::control::Control;
 use crate::errors::{gradient_error, value_error};
 use crate::force::{AnyForce, ForceObject, forces};
+use crate::lists::{list_of, optional_list_of};
 use crate::loop_joint::LoopJoint;
 use crate::mechanism::Mechanism;
 use crate::parameter::{Parameter, inner};
@@ -174,13 +175,13 @@ impl World {
     #[new]
     #[pyo3(signature = (bodies, *, mechanisms=None, loop_joints=None, gravity=None, forces=None, force_parameters=None, controls=None, ignoring=None, slip_tolerance=None, start=None))]
     pub fn new(
-        bodies: Vec<Bound<'_, Body>>,
-        mechanisms: Option<Vec<Bound<'_, Mechanism>>>,
-        loop_joints: Option<Vec<Bound<'_, LoopJoint>>>,
+        #[pyo3(from_py_with = list_of)] bodies: Vec<Bound<'_, Body>>,
+        #[pyo3(from_py_with = optional_list_of)] mechanisms: Option<Vec<Bound<'_, Mechanism>>>,
+        #[pyo3(from_py_with = optional_list_of)] loop_joints: Option<Vec<Bound<'_, LoopJoint>>>,
         #[pyo3(from_py_with = gravity)] gravity: Option<Vector3<f64>>,
         #[pyo3(from_py_with = forces)] forces: Option<Vec<AnyForce>>,
         #[pyo3(from_py_with = reals)] force_parameters: Option<BTreeMap<String, f64>>,
-        controls: Option<Vec<Bound<'_, Control>>>,
+        #[pyo3(from_py_with = optional_list_of)] controls: Option<Vec<Bound<'_, Control>>>,
         #[pyo3(from_py_with = name_pairs)] ignoring: Option<Vec<(String, String)>>,
         #[pyo3(from_py_with = optional_real)] slip_tolerance: Option<f64>,
         start: Option<&Bound<'_, State>>,
@@ -246,7 +247,7 @@ impl World {
         #[pyo3(from_py_with = gravity)] gravity: Option<Vector3<f64>>,
         #[pyo3(from_py_with = forces)] forces: Option<Vec<AnyForce>>,
         #[pyo3(from_py_with = reals)] force_parameters: Option<BTreeMap<String, f64>>,
-        controls: Option<Vec<Bound<'_, Control>>>,
+        #[pyo3(from_py_with = optional_list_of)] controls: Option<Vec<Bound<'_, Control>>>,
         #[pyo3(from_py_with = optional_real)] slip_tolerance: Option<f64>,
         start: Option<&Bound<'_, State>>,
     ) -> PyResult<Self> {
@@ -281,7 +282,7 @@ impl World {
     ///     If a parameter does not belong to the world, or a changed number is out of range.
     fn perturbed(
         &self,
-        parameters: Vec<Bound<'_, Parameter>>,
+        #[pyo3(from_py_with = list_of)] parameters: Vec<Bound<'_, Parameter>>,
         changes: &Bound<'_, PyAny>,
     ) -> PyResult<Self> {
         let changes = crate::arrays::list(changes, "changes")?;
@@ -308,7 +309,7 @@ impl World {
     fn values<'py>(
         &self,
         py: Python<'py>,
-        parameters: Vec<Bound<'_, Parameter>>,
+        #[pyo3(from_py_with = list_of)] parameters: Vec<Bound<'_, Parameter>>,
     ) -> PyResult<Floats<'py>> {
         let values = self.inner.values(&inner(&parameters));
         let values = values.map_err(|why| gradient_error(&why))?;
@@ -338,7 +339,7 @@ impl World {
     ///     If a parameter does not belong to the world or is named twice, or a value is out of range.
     fn with_values(
         &self,
-        parameters: Vec<Bound<'_, Parameter>>,
+        #[pyo3(from_py_with = list_of)] parameters: Vec<Bound<'_, Parameter>>,
         values: &Bound<'_, PyAny>,
     ) -> PyResult<Self> {
         let values = crate::arrays::list(values, "values")?;

@@ -4,6 +4,7 @@ use crate::arrays::{Floats, array, check_finite, list, slice};
 use crate::contacts::{Contact, ContactTopology};
 use crate::diagnostics::Diagnostics;
 use crate::errors::value_error;
+use crate::lists::list_of;
 use crate::plan::Plan;
 use crate::rollout::Rollout;
 use crate::state::State;
@@ -211,7 +212,7 @@ impl World {
     fn half_space_outlines<'py>(
         &self,
         py: Python<'py>,
-        states: Vec<Bound<'py, State>>,
+        #[pyo3(from_py_with = list_of)] states: Vec<Bound<'py, State>>,
     ) -> PyResult<Vec<Floats<'py>>> {
         let states: Vec<_> = states.iter().map(|state| &state.get().0).collect();
         let outlines = self.inner.half_space_outlines(&states);

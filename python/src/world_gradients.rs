@@ -7,6 +7,7 @@ use crate::jacobian::{
     AllStates, DerivativeCheck, DifferenceCheck, RecordedPositions, TrajectoryJacobian, both,
 };
 use crate::kink::Kink;
+use crate::lists::list_of;
 use crate::parameter::{Parameter, inner};
 use crate::plan::Plan;
 use crate::state::State;
@@ -95,7 +96,7 @@ impl World {
         &self,
         py: Python<'_>,
         plan: &Plan,
-        parameters: Vec<Bound<'_, Parameter>>,
+        #[pyo3(from_py_with = list_of)] parameters: Vec<Bound<'_, Parameter>>,
         progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<(Trajectory, TrajectoryJacobian)> {
         let by = inner(&parameters);
@@ -136,7 +137,7 @@ impl World {
         &self,
         py: Python<'_>,
         plan: &Plan,
-        parameters: Vec<Bound<'_, Parameter>>,
+        #[pyo3(from_py_with = list_of)] parameters: Vec<Bound<'_, Parameter>>,
         memory: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<(Trajectory, VectorJacobianProduct)> {
         let memory = memory
@@ -190,7 +191,7 @@ impl World {
         &self,
         py: Python<'py>,
         plan: &Plan,
-        parameters: Vec<Bound<'py, Parameter>>,
+        #[pyo3(from_py_with = list_of)] parameters: Vec<Bound<'py, Parameter>>,
         first: &str,
         second: &str,
         least: bool,
@@ -241,7 +242,7 @@ impl World {
         &self,
         py: Python<'py>,
         plan: &Plan,
-        parameters: Vec<Bound<'py, Parameter>>,
+        #[pyo3(from_py_with = list_of)] parameters: Vec<Bound<'py, Parameter>>,
         first: &str,
         second: &str,
     ) -> PyResult<(f64, f64, Floats<'py>)> {
@@ -301,7 +302,7 @@ impl World {
     fn _sweeps_back(
         &self,
         plan: &Plan,
-        parameters: Vec<Bound<'_, Parameter>>,
+        #[pyo3(from_py_with = list_of)] parameters: Vec<Bound<'_, Parameter>>,
         #[pyo3(from_py_with = whole)] losses: Whole,
     ) -> PyResult<bool> {
         let (by, losses) = (inner(&parameters), count(losses, "losses")?);
@@ -346,7 +347,7 @@ impl World {
         &self,
         py: Python<'py>,
         plan: &Plan,
-        parameters: Vec<Bound<'py, Parameter>>,
+        #[pyo3(from_py_with = list_of)] parameters: Vec<Bound<'py, Parameter>>,
         progress: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<(State, Floats<'py>, Floats<'py>)> {
         let by = inner(&parameters);
@@ -398,7 +399,7 @@ impl World {
         &self,
         py: Python<'_>,
         plan: &Plan,
-        parameters: Vec<Bound<'_, Parameter>>,
+        #[pyo3(from_py_with = list_of)] parameters: Vec<Bound<'_, Parameter>>,
     ) -> PyResult<DerivativeCheck> {
         let by = inner(&parameters);
         let check = self.experiment(py, plan, (0, None), |experiment| {
@@ -433,7 +434,7 @@ impl World {
         &self,
         py: Python<'_>,
         plan: &Plan,
-        parameters: Vec<Bound<'_, Parameter>>,
+        #[pyo3(from_py_with = list_of)] parameters: Vec<Bound<'_, Parameter>>,
     ) -> PyResult<DifferenceCheck> {
         let by = inner(&parameters);
         let check = self.experiment(py, plan, (0, None), |experiment| {

@@ -90,8 +90,28 @@ def test_results_of_other_shapes_are_refused():
         with pytest.raises(he.HydroelasticError, match=rf"{name} must return an array of the shape \(4,\)"):
             vector.step(actions)
     vector = environment(start=lambda generator, states: he.States([states[0]] * 3))
-    with pytest.raises(he.HydroelasticError, match="start must return 4 states, but returned 3"):
+    with pytest.raises(he.HydroelasticError, match=r"start must return States\(4 of 2 bodies\), but returned States\(3 of 2 bodies\)"):
         vector.reset()
+
+
+def test_results_of_other_types_are_refused():
+    results = [("reward", np.array(["a"] * 4)), ("reward", np.zeros(4, complex)), ("terminated", np.array(["a"] * 4)), ("values", "a")]
+    for name, result in [*results, ("values", np.zeros((4, 6), complex)), ("values", [[0.0], [0.0, 0.0]])]:
+        vector = environment(**{name: lambda *arguments, result=result: result})
+        vector.reset()
+        with pytest.raises(TypeError, match=name):
+            vector.step(np.zeros((4, 2)))
+    with pytest.raises(TypeError, match="the result of start must be a States, but is list"):
+        environment(start=lambda generator, states: list(states)).reset()
+
+
+def test_arguments_of_other_types_are_refused():
+    parameter = he.Parameter.control("block", 0)
+    for name, value in {"observe": None, "reward": 1.0, "values": 1.0, "start": 1.0, "terminated": True, "actions": parameter}.items():
+        with pytest.raises(TypeError, match=f"{name} must be a function|put it into a list"):
+            environment(**{name: value})
+    with pytest.raises(he.HydroelasticError, match='no body is named "brick"'):
+        environment(actions=[he.Parameter.control("brick", 0)])
 
 
 def test_counts_below_one_are_refused():

@@ -130,6 +130,27 @@ def test_pickled_identifications_give_the_same_fit():
         assert getattr(fits[0], name).tobytes() == getattr(fits[1], name).tobytes()
 
 
+def test_a_single_item_in_place_of_a_list_is_refused():
+    world, trajectory = tossed(*TRUTH), measurements()[0]
+    identification = he.Identification(world, PLAN, unknowns())
+    friction = he.Parameter.friction("ball")
+    for create, match in [
+        (lambda: he.Identification(world, PLAN, unknowns()[0]), "a list of Unknown is expected, but the argument is one Unknown"),
+        (lambda: he.Identification(world, PLAN, [friction]), "but item 0, counted from 0, is <class 'hydroelastic.Parameter'>"),
+        (lambda: he.Identification(world, PLAN, 1.0), "a list of Unknown is expected, but the argument is <class 'float'>"),
+        (lambda: he.Identification(world, PLAN, unknowns(), bodies="ball"), 'a list of names .* is the name "ball": put it into a list'),
+        (lambda: he.Unknown(friction, tied_to=friction), "put it into a list"),
+        (lambda: identification.fit(trajectory), "a list of Trajectory is expected, but the argument is one Trajectory"),
+        (lambda: he.World(world.bodies, controls=he.Control("ball", 0.1, np.zeros((1, 6)))), "one Control: put it into a list"),
+        (lambda: he.States(world.initial_state), "one State: put it into a list"),
+        (lambda: he.Trajectory(world.initial_state), "one State: put it into a list"),
+        (lambda: he.Batch(PLAN).rollouts(world), "one World: put it into a list"),
+        (lambda: he.Parameter.controls("ball", 1), "put it into a list"),
+    ]:
+        with pytest.raises(TypeError, match=match):
+            create()
+
+
 def test_invalid_arguments_are_refused():
     world = tossed(*TRUTH)
     friction = he.Parameter.friction("ball")

@@ -103,9 +103,12 @@ def test_invalid_states_are_refused():
         states.replace_where([True], states)
     with pytest.raises(IndexError):
         states[2]
-    with pytest.raises(he.HydroelasticError, match="need values"):
+    with pytest.raises(he.HydroelasticError, match=r"need values: give an array of the shape \(2, 6\)"):
         he.Batch(PLAN).advance(template, states, PUSH)
     with pytest.raises(he.HydroelasticError, match=r"values must have the shape \(2, 6\)"):
         he.Batch(PLAN).advance(template, states, PUSH, np.zeros((2, 5)))
+    for perturbed in (he.Batch(PLAN).rollouts_perturbed, he.Batch(PLAN).jacobians_perturbed):
+        with pytest.raises(he.HydroelasticError, match=r"samples must have the shape \(n, 6\), but has \(2, 5\)"):
+            perturbed(template, PUSH, np.zeros((2, 5)))
     _, errors = he.Batch(PLAN).advance(arm(), states)
     assert sorted(errors) == [0, 1]

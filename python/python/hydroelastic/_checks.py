@@ -1,4 +1,4 @@
-"""Checks of arguments, which ``pin``, ``mujoco``, ``ray``, ``gymnasium`` and ``view`` share."""
+"""Checks of arguments, which the Python modules share."""
 
 from __future__ import annotations
 
@@ -31,6 +31,12 @@ def checked(array: Any, name: str, shape: tuple[int, ...]) -> Floats:
         if not math.isfinite(number):
             raise HydroelasticError(f"{name} must be finite, but number {index}, counted from 0, is {number}")
     return values
+
+
+def check_class(value: Any, expected: type, name: str) -> None:
+    """Raises an error if a value is not an instance of a class."""
+    if not isinstance(value, expected):
+        raise TypeError(f"{name} must be a {expected.__name__}, but is {type(value).__name__}")
 
 
 def check_count(count: Any, name: str, least: int = 0) -> int:

@@ -36,7 +36,7 @@ try:
 except ImportError as error:
     raise ImportError('hydroelastic.gymnasium needs Gymnasium: pip install "hydroelastic[gymnasium]"') from error
 
-from ._checks import check_count
+from ._checks import check_class, check_count
 from ._core import Batch, HydroelasticError, Parameter, Plan, States, World
 
 __all__ = ["WorldVectorEnv"]
@@ -84,9 +84,9 @@ class WorldVectorEnv(VectorEnv[Any, _Array, _Array]):
     Raises
     ------
     HydroelasticError
-        If a number is not positive.
+        If a number is not positive, or a parameter of the actions does not belong to the world.
     TypeError
-        If a number is not an integer.
+        If an argument has an unexpected type.
     """
 
     metadata = {"autoreset_mode": AutoresetMode.NEXT_STEP}
@@ -107,6 +107,12 @@ class WorldVectorEnv(VectorEnv[Any, _Array, _Array]):
         terminated: Callable[[States], Any] | None = None,
         max_steps: int | None = None,
     ) -> None:
+        check_class(world, World, "world")
+        world.values(actions)  # This raises an error if a parameter does not belong to the world.
+        functions = {"observe": observe, "reward": reward, "values": values, "start": start, "terminated": terminated}
+        for name, function in functions.items():
+            if not callable(function) and (function is not None or name in ("observe", "reward")):
+                raise TypeError(f"{name} must be a function, but is {type(function).__name__}")
         self.num_envs = num_envs = check_count(num_envs, "num_envs", 1)
         if max_steps is not None:
             max_steps = check_count(max_steps, "max_steps", 1)
@@ -167,7 +173,9 @@ class WorldVectorEnv(VectorEnv[Any, _Array, _Array]):
         resets = self._ended
         before = self.states.replace_where(resets.tolist(), self._starts()) if resets.any() else self.states
         values = actions if self._values is None else self._values(actions)
-        after, errors = self._batch.advance(self._world, before, self._parameters, np.asarray(values, dtype=np.float64))
+        # Lists remain lists, because their errors tell more.
+        values = values if isinstance(values, list | tuple) else np.asarray(values)
+        after, errors = self._batch.advance(self._world, before, self._parameters, values)
         if resets.any():
             after = after.replace_where(resets.tolist(), before)
         failed = np.isin(np.arange(self.num_envs), list(errors)) & ~resets
@@ -188,13 +196,16 @@ class WorldVectorEnv(VectorEnv[Any, _Array, _Array]):
         if self._start is None:
             return self._default
         states = self._start(self.np_random, self._default)
-        if len(states) != self.num_envs:
-            raise HydroelasticError(f"start must return {self.num_envs} states, but returned {len(states)}")
+        check_class(states, States, "the result of start")
+        if states.poses.shape != self._default.poses.shape:
+            raise HydroelasticError(f"start must return {self._default!r}, but returned {states!r}")
         return states
 
     def _of_rows(self, name: str, result: Any) -> _Array:
         """Checks that a function returned a number for each environment."""
         array = np.asarray(result)
+        if array.dtype.kind not in "biuf":
+            raise TypeError(f"{name} must return numbers, but returned {array.dtype}")
         if array.shape != (self.num_envs,):
             raise HydroelasticError(f"{name} must return an array of the shape ({self.num_envs},), but returned {array.shape}")
         return array
