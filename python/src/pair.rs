@@ -564,9 +564,9 @@ impl Pair {
 
     /// Computes the signed distance between the bodies and its derivatives, also before contact.
     ///
-    /// The distance has kinks where the closest features change, for example at parallel faces. At a kink, the derivatives are the
-    /// derivatives for one pair of closest features. Derivatives with respect to a pose are derivatives with respect to a twist in world
-    /// axes, as in moved_pose.
+    /// The distance has kinks where the closest features change, for example at parallel faces. At a kink, the gradient is the gradient for
+    /// one pair of closest features. Derivatives with respect to a pose are derivatives with respect to a twist in world axes, as in
+    /// moved_pose.
     ///
     /// Parameters
     /// ----------
@@ -581,8 +581,8 @@ impl Pair {
     ///     Distance (m) between the surfaces, or minus the depth (m) if the bodies overlap. The depth depends on the pressure fields.
     /// points : (2, 3) or (n, 2, 3) ndarray of float64
     ///     Closest points (m) of A and B in the world. Both are the deepest point if the bodies overlap.
-    /// by_poses : (12,) or (n, 12) ndarray of float64
-    ///     Derivatives of the distance with respect to the pose of A, then of B (m/rad and m/m each).
+    /// gradient : (14,) or (n, 14) ndarray of float64
+    ///     Derivatives of the distance with respect to the pose of A, the pose of B (m/rad and m/m each) and the moduli (m/Pa).
     ///
     /// Raises
     /// ------
@@ -598,24 +598,26 @@ impl Pair {
     ) -> PyResult<(Bound<'py, PyAny>, Floats<'py>, Floats<'py>)> {
         let (poses, twists, law) = ([pose_a, pose_b], [None, None], None);
         let inputs = Inputs::of(self, poses, twists, moduli, law)?;
-        let results = inputs.compute(py, self, 1 + POINTS + BOTH, |at, row| {
+        let results = inputs.compute(py, self, 1 + POINTS + AT_REST, |at, row| {
             let LinearizedClearance {
                 clearance,
                 by_poses,
+                by_moduli,
                 ..
             } = at.pair.linearized_clearance();
             row[0] = clearance.distance;
             let [a, b] = clearance.points;
             row[1..4].copy_from_slice(a.as_slice());
             row[4..=POINTS].copy_from_slice(b.as_slice());
-            row[1 + POINTS..].copy_from_slice(by_poses.as_slice());
+            row[1 + POINTS..][..BOTH].copy_from_slice(by_poses.as_slice());
+            row[1 + POINTS + BOTH..].copy_from_slice(by_moduli.as_slice());
         })?;
+        let distances = number_or_array(results.array(py, 0, &[])?)?;
         let points = results.array(py, 1, &[2, 3])?;
-        let by_poses = results.array(py, 1 + POINTS, &[BOTH])?;
         Ok((
-            number_or_array(results.array(py, 0, &[])?)?,
+            distances,
             points,
-            by_poses,
+            results.array(py, 1 + POINTS, &[AT_REST])?,
         ))
     }
 

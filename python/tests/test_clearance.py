@@ -1,11 +1,15 @@
 """Clearances of pairs and worlds, against closed forms and differences."""
 
+import importlib
+
 import numpy as np
 import pytest
 
 import hydroelastic as he
 
 STEP = 1e-6
+# Round-off of the chain rule, relative to gradients of size 1.
+ROUND_OFF = 1e-12
 
 
 def ball_and_floor(velocity):
@@ -16,22 +20,37 @@ def ball_and_floor(velocity):
     return he.World([ball, floor], gravity=[0.0, 0.0, -9.81])
 
 
-def test_derivatives_of_the_distance_are_differences():
-    pair = he.Pair(he.Shape.cuboid([0.2, 0.3, 0.4]), he.Shape.icosphere(0.1, 2), 1e5, 1e5)
-    pose_a, pose_b = he.pose([0.1, 0.2, 0.3], [0.3, 0.2, 0.1]), he.pose([0.5, 0.1, 0.2])
-    distance, points, by_poses = pair.clearance(pose_a, pose_b)
-    assert abs(np.linalg.norm(points[1] - points[0]) - distance) < 1e-12
-    for column in range(6):
-        twist = STEP * np.eye(6)[column]
-        ahead, behind = (pair.clearance(he.moved_pose(pose_a, side * twist), pose_b)[0] for side in (1.0, -1.0))
-        assert abs((ahead - behind) / (2.0 * STEP) - by_poses[column]) < 1e-7
+# Positions of a ball beside a cuboid: apart, and overlapping.
+BESIDE = [[0.5, 0.1, 0.2], [0.25, 0.18, 0.28]]
+
+
+def cuboid_and_ball(position):
+    pair = he.Pair(he.Shape.cuboid([0.2, 0.3, 0.4]), he.Shape.icosphere(0.1, 2), 1e5, 3e5)
+    return pair, he.pose([0.1, 0.2, 0.3], [0.3, 0.2, 0.1]), he.pose(position, [0.1, 0.0, 0.2])
+
+
+@pytest.mark.parametrize("position", BESIDE)
+def test_derivatives_of_the_distance_are_differences(position):
+    pair, *poses = cuboid_and_ball(position)
+    distance, points, gradient = pair.clearance(*poses)
+    overlap = position == BESIDE[1]
+    assert (distance < 0.0) == overlap and gradient[12:].any() == overlap
+    assert overlap or abs(np.linalg.norm(points[1] - points[0]) - distance) < 1e-12
+
+    def changed(change):
+        moved = [he.moved_pose(pose, change[6 * i : 6 * i + 6]) for i, pose in enumerate(poses)]
+        return pair.clearance(*moved, moduli=np.array([1e5, 3e5]) * (1.0 + change[12:]))[0]
+
+    for column, step in enumerate(STEP * np.eye(14)):
+        unit = [1e5, 3e5][column - 12] if column >= 12 else 1.0
+        assert abs((changed(step) - changed(-step)) / (2.0 * STEP) - unit * gradient[column]) < 1e-7
 
 
 def test_batches_have_the_distances_of_single_pairs():
     pair = he.Pair(he.Shape.icosphere(0.1, 1), he.HalfSpace(), 1e5)
     poses = np.array([he.pose([0.0, 0.0, z]) for z in (0.05, 0.3, 1.0)])
-    distances, points, by_poses = pair.clearance(poses, np.eye(4))
-    assert distances.shape == (3,) and points.shape == (3, 2, 3) and by_poses.shape == (3, 12)
+    distances, points, gradients = pair.clearance(poses, np.eye(4))
+    assert distances.shape == (3,) and points.shape == (3, 2, 3) and gradients.shape == (3, 14)
     assert distances[0] < 0.0
     assert [pair.clearance(pose, np.eye(4))[0] for pose in poses] == list(distances)
 
@@ -74,6 +93,49 @@ def test_the_time_of_first_contact_of_a_turning_box_has_the_slope_of_differences
     _, _, gradient = world.first_contact(plan, parameters, "box", "floor")
     differences = [(time_after(change) - time_after(-change)) / 2e-6 for change in 1e-6 * np.eye(6)]
     assert np.allclose(gradient, differences, atol=1e-7)
+
+
+@pytest.mark.parametrize("position", BESIDE)
+def test_jax_differentiates_distances(position):
+    jax = pytest.importorskip("jax")
+    jax.config.update("jax_enable_x64", True)
+    hj = importlib.import_module("hydroelastic.jax")
+    pair, *poses = cuboid_and_ball(position)
+
+    def distance(change):
+        moved = [hj.moved_pose(pose, change[6 * i : 6 * i + 6]) for i, pose in enumerate(poses)]
+        return hj.clearance(pair, *moved, moduli=np.array([1e5, 3e5]) + change[12:])
+
+    expected, _, gradient = pair.clearance(*poses)
+    assert hj.clearance(pair, *poses) == expected
+    for of in (jax.grad, jax.jacfwd):
+        assert np.abs(jax.jit(of(distance))(np.zeros(14)) - gradient).max() < ROUND_OFF
+    batch = np.stack([he.moved_pose(poses[1], [0.0, 0.0, 0.0, 0.0, x, 0.0]) for x in (0.0, 0.01, 0.02)])
+    distances, _, gradients = pair.clearance(poses[0], batch)
+    assert np.array_equal(jax.vmap(lambda pose: hj.clearance(pair, poses[0], pose))(batch), distances)
+    by_batch = jax.grad(lambda batch: hj.clearance(pair, poses[0], batch).sum())(batch)
+    assert np.abs(by_batch[:, :3, 3] - gradients[:, 9:12]).max() < ROUND_OFF
+    with pytest.raises(TypeError, match="pair must be a Pair, but is World"):
+        hj.clearance(ball_and_floor([0.0, 0.0, 0.0]), *poses)
+
+
+@pytest.mark.torch
+@pytest.mark.parametrize("position", BESIDE)
+def test_torch_differentiates_distances(position):
+    torch = pytest.importorskip("torch")
+    ht = importlib.import_module("hydroelastic.torch")
+    pair, *poses = cuboid_and_ball(position)
+    change = torch.zeros(14, dtype=torch.float64, requires_grad=True)
+    moved = [ht.moved_pose(pose, change[6 * i : 6 * i + 6]) for i, pose in enumerate(poses)]
+    distance = ht.clearance(pair, *moved, moduli=torch.tensor([1e5, 3e5], dtype=torch.float64) + change[12:])
+    distance.backward()
+    expected, _, gradient = pair.clearance(*poses)
+    assert distance.item() == expected and np.abs(change.grad.numpy() - gradient).max() < ROUND_OFF
+    batch = torch.from_numpy(np.stack([he.moved_pose(poses[1], [0.0, 0.0, 0.0, 0.0, x, 0.0]) for x in (0.0, 0.01, 0.02)]))
+    distances, _, gradients = pair.clearance(poses[0], batch.numpy())
+    assert np.array_equal(torch.func.vmap(lambda pose: ht.clearance(pair, poses[0], pose))(batch), distances)
+    by_batch = torch.func.grad(lambda batch: ht.clearance(pair, poses[0], batch).sum())(batch)
+    assert np.abs(by_batch[:, :3, 3].numpy() - gradients[:, 9:12]).max() < ROUND_OFF
 
 
 def test_bodies_without_a_clearance_are_refused():

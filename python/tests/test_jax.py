@@ -344,6 +344,29 @@ def test_wrong_shapes_and_arguments_are_refused(ball_on_block, bounce):
         hj.step(world, plan, hj.initial_state(world), start_step=0.5)
     with pytest.raises(he.HydroelasticError, match="poses must have the shape"):
         hj.step(world, plan, hj.State(np.eye(4)[None], np.zeros((1, 6))))
+    with pytest.raises(he.HydroelasticError, match="leading axes of the arguments must be broadcastable"):
+        hj.wrench(pair, np.stack([pose_a] * 2), np.stack([pose_b] * 3))
+    for bad in ("a", None, [[1.0], [1.0, 2.0]], np.eye(4).astype(str)):
+        with pytest.raises(TypeError, match="pose_a must be an array or a list of numbers"):
+            hj.wrench(pair, bad, pose_b)
+    for call, match in [
+        (lambda: hj.wrench(world, pose_a, pose_b), "pair must be a Pair, but is World"),
+        (lambda: hj.tactile_image(pair, pair, pose_a, pose_b), "grid must be a TaxelGrid"),
+        (lambda: hj.rollout(pair, plan), "world must be a World"),
+        (lambda: hj.initial_state(pair), "world must be a World"),
+        (lambda: hj.final_state(world, 10), "plan must be a Plan"),
+        (lambda: hj.step(world, 10, hj.initial_state(world)), "plan must be a Plan"),
+        (lambda: hj.step(world, plan, world.initial_state), "a state must be a State of hydroelastic.jax or"),
+        (lambda: hj.rollout(world, plan, he.Parameter.gravity()), "one Parameter: put it into a list"),
+    ]:
+        with pytest.raises(TypeError, match=match):
+            call()
+
+
+def test_empty_batches_have_empty_results(ball_on_block):
+    pair, _, pose_b = ball_on_block
+    assert hj.wrench(pair, np.zeros((0, 4, 4)), pose_b).shape == (0, 12)
+    assert hj.clearance(pair, np.zeros((0, 4, 4)), pose_b).shape == (0,)
 
 
 def test_poses_are_those_of_the_library():

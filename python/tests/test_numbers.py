@@ -694,6 +694,10 @@ def test_jax_refuses_what_the_package_refuses():
             {"pose_a": he.pose([0.0, 0.0, 0.19]), "pose_b": EYE, "twist_a": TWIST, "twist_b": TWIST}
             | {"moduli": np.array([1e5, 1e5]), "law": np.array([0.1, 0.2])},
         ),
+        "clearance": (
+            lambda **it: soft.clearance(pair, **it),
+            {"pose_a": he.pose([0.0, 0.0, 0.19]), "pose_b": EYE, "moduli": np.array([1e5, 1e5])},
+        ),
         "tactile_image": (
             lambda **it: soft.tactile_image(pair, he.TaxelGrid.dome([2.0, 2.0], 3, 2), **it),
             {"pose_a": he.pose([0.0, 0.0, 0.19]), "pose_b": EYE, "twist_a": TWIST, "twist_b": TWIST}

@@ -1,4 +1,4 @@
-"""Wrenches and rollouts as functions of rows of numbers, with their Jacobians, for ``jax`` and ``torch``.
+"""Results of pairs and rollouts as functions of rows of numbers, with their Jacobians, for ``jax`` and ``torch``.
 
 A row has the 16 entries of each pose first, then all other numbers. A Jacobian has 6 columns for each pose, which are a
 twist in world axes, and one column for each other number. Poses among the outputs are 16 numbers each.
@@ -14,6 +14,7 @@ from typing import Any, Protocol, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from ._checks import check_class
 from ._core import (
     Batch,
     HydroelasticError,
@@ -170,6 +171,26 @@ class TactileImage(Wrench):
         return values.reshape(flat), jacobians.reshape(*flat, self.columns), errors
 
 
+class Clearance(Wrench):
+    """Signed distance between the bodies of a pair, with the rows of ``Wrench`` at rest."""
+
+    def __init__(self, pair: Pair, in_motion: bool = False) -> None:
+        super().__init__(pair, in_motion)
+        self.name, self.outputs = "clearance", 1
+
+    def values(self, rows: Floats) -> tuple[Floats, Errors]:
+        values, _, errors = self.values_and_jacobians(rows)
+        return values, errors
+
+    def values_and_jacobians(self, rows: Floats) -> tuple[Floats, Floats, Errors]:
+        def call(*poses: Floats, **moduli: Floats) -> tuple[Floats, ...]:
+            distances, _, gradients = self._pair.clearance(*poses, **moduli)
+            return np.asarray(distances), gradients
+
+        (values, jacobians), errors = self._results(rows, call, [(), (self.columns,)])
+        return values[:, None], jacobians[:, None], errors
+
+
 class Rollout(Function):
     """Recorded states of a world: the numbers of each array in ``ARRAYS``, for all states.
 
@@ -180,6 +201,7 @@ class Rollout(Function):
     def __init__(
         self, world: World, plan: Plan, parameters: Sequence[Parameter], *, from_state: bool, only_last: bool = False
     ) -> None:
+        check_class(plan, Plan, "plan")
         if only_last:
             plan = _recording(plan, max(plan.steps, 1))
         self.name = "rollout"
@@ -373,6 +395,7 @@ def wrench(
     The bodies are in motion if a twist is given. A twist that is None is zero, and moduli or a law that are None are
     those of the pair.
     """
+    check_class(pair, Pair, "pair")
     in_motion = any(twist is not None for twist in twists)
     parts = [arrays.floats(pose, name, (4, 4)) for pose, name in zip(poses, ("pose_a", "pose_b"))]
     if in_motion:
@@ -398,11 +421,17 @@ def tactile_image(
     law: Any,
 ) -> Any:
     """Computes the forces on the taxels of a grid on a body of a pair, (H, W, 3) with any leading axes."""
+    check_class(grid, TaxelGrid, "grid")
     if body not in ("a", "b"):
         raise HydroelasticError(f'body must be "a" or "b", but is {body!r}')
     function = functools.partial(TactileImage, grid=grid, body=body)
     forces = wrench(arrays, pair, poses, twists, moduli, law, function)
     return forces.reshape((*forces.shape[:-1], grid.rows, grid.columns, 3))
+
+
+def clearance(arrays: Arrays, pair: Pair, poses: tuple[Any, Any], moduli: Any) -> Any:
+    """Computes the signed distance between the bodies of a pair, a number with any leading axes."""
+    return wrench(arrays, pair, poses, (None, None), moduli, None, Clearance)[..., 0]
 
 
 # Quantities of a body in nested values, with their parameters and numbers of components (0 for a number).
@@ -426,9 +455,9 @@ def parameters_and_changes(
     ``{"gravity": value}`` and ``{force parameter: value}``. The change of a value is the difference from the value of
     the world.
     """
+    check_class(world, World, "world")
     if not isinstance(parameters, Mapping):
-        by = list(parameters)
-        width = len(world.values(by))
+        width, by = len(world.values(parameters)), list(parameters)
         return by, [arrays.floats(np.zeros(width) if changes is None else changes, "changes", (width,))]
     if changes is not None:
         raise HydroelasticError("values of parameters, as a mapping, need no changes")
@@ -494,6 +523,8 @@ def states(
 
 def _start_parts(arrays: Arrays, function: Rollout, start: Sequence[Any]) -> tuple[list[int], list[Any]]:
     """Returns the ranks and the parts of a row that has an initial state."""
+    if not isinstance(start, tuple) or len(start) != len(ARRAYS):
+        raise TypeError(f"a state must be a State of hydroelastic.jax or hydroelastic.torch, but is {type(start).__name__}")
     read = []
     for name, value, shape in zip(ARRAYS, start, function.shapes):
         if value is None and shape[0]:
@@ -508,6 +539,7 @@ def _start_parts(arrays: Arrays, function: Rollout, start: Sequence[Any]) -> tup
 
 def initial_arrays(world: World) -> list[Floats | None]:
     """Returns the arrays of the initial state of a world. An array of joints is None if it is empty."""
+    check_class(world, World, "world")
     start = world.initial_state
     found = [getattr(start, name) for name in ARRAYS]
     return [array if which < 2 or len(array) else None for which, array in enumerate(found)]
@@ -542,6 +574,7 @@ def recorded_count(plan: Plan) -> int:
 
 def one_step(plan: Plan) -> Plan:
     """Returns the plan of a single step."""
+    check_class(plan, Plan, "plan")
     return _recording(plan, 1, steps=1)
 
 

@@ -117,6 +117,32 @@ HydroelasticError
 TypeError
     If an argument is not of float64 or integers.
 """,
+    "clearance": """Computes the signed distance between the bodies of a pair.
+
+The distance also has derivatives before contact. It has kinks where the closest features change, as in
+``Pair.clearance``.
+
+Parameters
+----------
+pair : Pair
+    Shapes and default numbers. It has no derivative.
+pose_a, pose_b : (4, 4) array_like
+    Poses of A and B in the world.
+moduli : (2,) array_like, optional
+    Moduli (Pa) of A and B, in place of those of the pair. They matter only if the bodies overlap.
+
+Returns
+-------
+() ARRAY of float64
+    Distance (m) between the surfaces, or minus the depth (m) if the bodies overlap.
+
+Raises
+------
+HydroelasticError
+    If an argument is not valid, as in ``Pair.clearance``.
+TypeError
+    If an argument is not of float64 or integers.
+""",
     "wrench": """Computes the wrenches on both bodies of a contact.
 
 Without twists, the bodies are at rest. With a twist, the wrenches include dissipation and friction.

@@ -1,4 +1,4 @@
-"""Wrenches, steps and rollouts as differentiable functions of JAX, for ``jit``, ``vmap``, ``grad``, ``jvp``.
+"""Wrenches, clearances, steps and rollouts as differentiable functions of JAX, for ``jit``, ``vmap``, ``grad``, ``jvp``.
 
     import jax, hydroelastic as he, hydroelastic.jax as hj
     jax.config.update("jax_enable_x64", True)
@@ -62,7 +62,18 @@ from . import _autodiff
 from ._autodiff_docs import documented
 from ._core import HydroelasticError, Pair, Parameter, Plan, TaxelGrid, World
 
-__all__ = ["State", "final_state", "initial_state", "moved_pose", "pose", "rollout", "step", "tactile_image", "wrench"]
+__all__ = [
+    "State",
+    "clearance",
+    "final_state",
+    "initial_state",
+    "moved_pose",
+    "pose",
+    "rollout",
+    "step",
+    "tactile_image",
+    "wrench",
+]
 
 Array: TypeAlias = jax.Array
 # Type of an argument: an array of JAX or NumPy, or a list of numbers.
@@ -127,6 +138,12 @@ def tactile_image(
     poses, twists = (pose_a, pose_b), (twist_a, twist_b)
     forces: Array = _autodiff.tactile_image(_Arrays(), pair, grid, body, poses, twists, moduli, law)
     return forces
+
+
+@_documented
+def clearance(pair: Pair, pose_a: _Array, pose_b: _Array, *, moduli: _Array | None = None) -> Array:
+    distance: Array = _autodiff.clearance(_Arrays(), pair, (pose_a, pose_b), moduli)
+    return distance
 
 
 @_documented
@@ -255,6 +272,8 @@ def _array(value: _Array | int, name: str) -> Array:
         return jnp.asarray(value)
     except OverflowError as error:
         raise HydroelasticError(f"{name} has a number that is too large: {error}") from None
+    except (TypeError, ValueError) as error:
+        raise TypeError(f"{name} must be an array or a list of numbers: {error}") from None
 
 
 def _finite(array: Array, name: str) -> Array:
@@ -275,7 +294,10 @@ def _count(start_step: _Array | int) -> Array:
 def _evaluated(function: _autodiff.Function, ranks: Sequence[int], parts: Sequence[Array]) -> Array:
     """Evaluates a function of the concatenated numbers of arrays, poses first. The rank is the number of axes of an
     array without additional leading axes."""
-    numbers = _joined(tuple(ranks), parts)
+    try:
+        numbers = _joined(tuple(ranks), parts)
+    except ValueError as error:
+        raise HydroelasticError(f"the leading axes of the arguments must be broadcastable: {error}") from None
     if isinstance(numbers, jax.core.Tracer):
         return _values(function, numbers)
     # Outside transformations, an exception may be raised.
@@ -478,7 +500,8 @@ def _on_host(
 def _joined(ranks: tuple[int, ...], parts: Sequence[Array]) -> Array:
     """Concatenates arrays to numbers with the common leading axes. The rank is the number of axes of an array without
     leading axes."""
-    flat = [part.reshape(*part.shape[: part.ndim - rank], -1) for part, rank in zip(parts, ranks)]
+    leads = [part.shape[: part.ndim - rank] for part, rank in zip(parts, ranks)]
+    flat = [part.reshape(*lead, math.prod(part.shape[len(lead) :])) for part, lead in zip(parts, leads)]
     lead = jnp.broadcast_shapes(*(part.shape[:-1] for part in flat))
     return jnp.concatenate([jnp.broadcast_to(part, lead + part.shape[-1:]) for part in flat], -1)
 

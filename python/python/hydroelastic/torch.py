@@ -1,4 +1,4 @@
-"""Wrenches, steps and rollouts as differentiable functions of PyTorch, for ``backward``, forward mode and
+"""Wrenches, clearances, steps and rollouts as differentiable functions of PyTorch, for ``backward``, forward mode and
 ``torch.func``.
 
     import torch, hydroelastic as he, hydroelastic.torch as ht
@@ -15,8 +15,8 @@ the same for any number of numbers. See ``rollout``.
 
 Tensors are of float64 and on the CPU. Tensors of integers are converted. Other types and devices raise TypeError,
 because contact in float32 has no accurate digits. Arguments may have additional leading axes, which are broadcast
-against each other and which the result then has too. ``torch.func.vmap`` creates such a batch too. All cores compute a
-batch.
+against each other and which the result then has too. ``torch.func.vmap`` creates such a batch too, of functions that
+return tensors: select them from a ``State``, whose attributes may be None. All cores compute a batch.
 
 Derivatives with respect to poses. Poses are (4, 4). A tangent dT of a pose counts as the twist (ω, v) in world axes
 that moves the pose: [ω]× is the skew part of dR Rᵀ, and v is the last column of dT. The symmetric part of dR Rᵀ would
@@ -52,7 +52,18 @@ from . import _autodiff
 from ._autodiff_docs import documented
 from ._core import HydroelasticError, Pair, Parameter, Plan, TaxelGrid, World
 
-__all__ = ["State", "final_state", "initial_state", "moved_pose", "pose", "rollout", "step", "tactile_image", "wrench"]
+__all__ = [
+    "State",
+    "clearance",
+    "final_state",
+    "initial_state",
+    "moved_pose",
+    "pose",
+    "rollout",
+    "step",
+    "tactile_image",
+    "wrench",
+]
 
 Tensor: TypeAlias = torch.Tensor
 # Type of an argument: a tensor, a NumPy array, or a list of numbers.
@@ -116,6 +127,12 @@ def tactile_image(
     poses, twists = (pose_a, pose_b), (twist_a, twist_b)
     forces: Tensor = _autodiff.tactile_image(_Arrays(), pair, grid, body, poses, twists, moduli, law)
     return forces
+
+
+@_documented
+def clearance(pair: Pair, pose_a: _Tensor, pose_b: _Tensor, *, moduli: _Tensor | None = None) -> Tensor:
+    distance: Tensor = _autodiff.clearance(_Arrays(), pair, (pose_a, pose_b), moduli)
+    return distance
 
 
 @_documented
@@ -206,6 +223,8 @@ def _floats(value: _Tensor, name: str, shape: tuple[int, ...]) -> Tensor:
             value = torch.from_numpy(np.array(value))
     except OverflowError as error:
         raise HydroelasticError(f"{name} has a number that is too large: {error}") from None
+    except (RuntimeError, TypeError, ValueError) as error:
+        raise TypeError(f"{name} must be a tensor or a list of numbers: {error}") from None
     if not (value.dtype.is_floating_point or value.dtype.is_complex or value.dtype == torch.bool):
         value = value.to(torch.float64)
     if value.dtype != torch.float64:
@@ -244,7 +263,10 @@ def _count(start_step: Tensor | int) -> Tensor:
 def _evaluated(function: _autodiff.Function, ranks: Sequence[int], parts: Sequence[Tensor]) -> Tensor:
     """Evaluates a function of the concatenated numbers of tensors, poses first. The rank is the number of axes of a
     tensor without additional leading axes."""
-    lead = _broadcast(*(part.shape[: part.ndim - rank] for part, rank in zip(parts, ranks)))
+    try:
+        lead = _broadcast(*(part.shape[: part.ndim - rank] for part, rank in zip(parts, ranks)))
+    except RuntimeError as error:
+        raise HydroelasticError(f"the leading axes of the arguments must be broadcastable: {error}") from None
     flat = [part.expand(*lead, *part.shape[part.ndim - rank :]).flatten(len(lead)) for part, rank in zip(parts, ranks)]
     outputs: Tensor = _called(function, torch.cat(flat, -1))
     return outputs
