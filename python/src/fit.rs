@@ -3,6 +3,7 @@
 use crate::arrays::{
     Floats, Numbers, Whole, array, check_finite, copied, count, list, numbers, whole, wrong_shape,
 };
+use crate::pickle::{Reduced, loaded, reduced};
 use crate::trajectory::Trajectory;
 use crate::world_gradients::by_rows;
 use hydroelastic::identification::{self, Termination};
@@ -86,7 +87,7 @@ impl Checkpoint {
     }
 }
 
-/// Simulated motion of a measurement and its errors, for k states and b observed bodies.
+/// Simulated motion of a measurement and its errors, for k states and b observed bodies. A prediction can be pickled.
 #[pyclass(frozen, module = "hydroelastic")]
 pub struct Prediction(pub identification::Prediction);
 
@@ -132,6 +133,16 @@ impl Prediction {
         ];
         format!("Prediction({states} states, {bodies} bodies)")
     }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        reduced(py, "_load_prediction", &self.0)
+    }
+}
+
+/// Restores a prediction from a pickle.
+#[pyfunction]
+pub fn _load_prediction(saved: &[u8]) -> PyResult<Prediction> {
+    loaded(saved).map(Prediction)
 }
 
 /// Array of numbers for each state and each observed body.
@@ -140,7 +151,7 @@ fn by_state<'py>(py: Python<'py>, errors: &[Vec<f64>]) -> PyResult<Floats<'py>> 
     array(py, errors.concat(), &shape)
 }
 
-/// Result of Identification.fit, with u unknowns and m measurements.
+/// Result of Identification.fit, with u unknowns and m measurements. A fit can be pickled.
 #[pyclass(frozen, module = "hydroelastic")]
 pub struct Fit(pub identification::Fit);
 
@@ -268,4 +279,14 @@ impl Fit {
         let estimates: Vec<String> = self.0.estimates.iter().map(ToString::to_string).collect();
         format!("Fit({})", estimates.join(", "))
     }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        reduced(py, "_load_fit", &self.0)
+    }
+}
+
+/// Restores a fit from a pickle.
+#[pyfunction]
+pub fn _load_fit(saved: &[u8]) -> PyResult<Fit> {
+    loaded(saved).map(Fit)
 }

@@ -7,7 +7,7 @@ use crate::fit::{Checkpoint, Fit, Prediction};
 use crate::interrupt::{Shared, run};
 use crate::lists::{list_of, names};
 use crate::parameter::Parameter;
-use crate::pickle::{Reduced, loaded, reduced};
+use crate::pickle::{Reduced, loaded, reduced, saved};
 use crate::plan::Plan;
 use crate::trajectory::Trajectory;
 use crate::world::World;
@@ -18,7 +18,7 @@ use hydroelastic::identification::{
 };
 use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
-use pyo3::types::{PyBytes, PyDict};
+use pyo3::types::PyDict;
 use std::ops::ControlFlow;
 use std::sync::{Arc, Mutex};
 
@@ -366,10 +366,7 @@ impl Identification {
             inner.equations(measurements, &checkpoint.0)
         };
         self.evaluated(py, &trajectories, equations, |equations| match equations {
-            Ok(equations) => {
-                let saved = serde_json::to_vec(&equations).map_err(value_error)?;
-                Ok(PyBytes::new(py, &saved).into_any())
-            }
+            Ok(equations) => Ok(saved(py, &equations)?.into_any()),
             Err(why) => why.to_string().into_bound_py_any(py),
         })
     }

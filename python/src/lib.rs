@@ -132,6 +132,8 @@ fn add_loaders(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(path::_load_path, module)?)?;
     module.add_function(wrap_pyfunction!(parameter::_load_parameter, module)?)?;
     module.add_function(wrap_pyfunction!(identification::_load_unknown, module)?)?;
+    module.add_function(wrap_pyfunction!(fit::_load_fit, module)?)?;
+    module.add_function(wrap_pyfunction!(fit::_load_prediction, module)?)?;
     module.add_function(wrap_pyfunction!(diagnostics::_load_step_report, module)?)?;
     module.add_function(wrap_pyfunction!(world_pickle::_load_world, module)?)?;
     module.add_function(wrap_pyfunction!(world_pickle::_load_body, module)?)?;

@@ -1,4 +1,4 @@
-//! Pickling of values as JSON that keeps every bit.
+//! Pickling of values as MessagePack, which keeps every bit, also of infinity and NaN.
 
 use crate::errors::value_error;
 use pyo3::prelude::*;
@@ -12,11 +12,16 @@ pub type Reduced<'py> = (Bound<'py, PyAny>, (Bound<'py, PyBytes>,));
 /// Serializes a value. `load` is the name of the function that restores it.
 pub fn reduced<'py>(py: Python<'py>, load: &str, value: &impl Serialize) -> PyResult<Reduced<'py>> {
     let function = py.import("hydroelastic._core")?.getattr(load)?;
-    let saved = serde_json::to_vec(value).map_err(value_error)?;
-    Ok((function, (PyBytes::new(py, &saved),)))
+    Ok((function, (saved(py, value)?,)))
 }
 
-/// Restores a value from the bytes of a pickle.
+/// Serializes a value to bytes.
+pub fn saved<'py>(py: Python<'py>, value: &impl Serialize) -> PyResult<Bound<'py, PyBytes>> {
+    let saved = rmp_serde::to_vec_named(value).map_err(value_error)?;
+    Ok(PyBytes::new(py, &saved))
+}
+
+/// Restores a value from bytes.
 pub fn loaded<V: DeserializeOwned>(saved: &[u8]) -> PyResult<V> {
-    serde_json::from_slice(saved).map_err(value_error)
+    rmp_serde::from_slice(saved).map_err(value_error)
 }

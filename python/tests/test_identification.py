@@ -130,6 +130,30 @@ def test_pickled_identifications_give_the_same_fit():
         assert getattr(fits[0], name).tobytes() == getattr(fits[1], name).tobytes()
 
 
+def test_pickled_fits_and_predictions_have_the_same_bits():
+    identification = he.Identification(tossed(*TRUTH), PLAN, unknowns())
+    trajectories = measurements()
+    states = list(trajectories[0])
+    states[0] = he.State(0.0, np.stack([he.pose([0.0, 0.0, -1.0]), np.eye(4)]), states[0].twists)
+    fit = identification.fit([he.Trajectory(states), trajectories[1]])
+    # Without a contact, the friction is not determined.
+    flight = tossed(*TRUTH, velocity=(0.0, 0.0, 5.0))
+    unknown = he.Identification(flight, PLAN, unknowns()[2:]).fit([flight.rollout(PLAN).run()])
+    prediction = identification.predict(TRUTH, trajectories[1])
+    assert fit.errors[0] and np.isinf(unknown.covariance).all() and np.isnan(unknown.sandwich_covariance).all()
+    for value in (fit, unknown, prediction):
+        again = pickle.loads(pickle.dumps(value))
+        for name in (name for name in dir(value) if not name.startswith("_")):
+            found, expected = getattr(again, name), getattr(value, name)
+            if isinstance(expected, np.ndarray):
+                assert found.shape == expected.shape and found.tobytes() == expected.tobytes(), name
+            elif isinstance(expected, he.Checkpoint | he.Trajectory):
+                assert pickle.dumps(found) == pickle.dumps(expected), name
+            else:
+                assert found == expected, name
+        assert repr(again) == repr(value) and pickle.dumps(again) == pickle.dumps(value)
+
+
 def test_a_single_item_in_place_of_a_list_is_refused():
     world, trajectory = tossed(*TRUTH), measurements()[0]
     identification = he.Identification(world, PLAN, unknowns())

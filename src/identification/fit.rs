@@ -9,8 +9,9 @@ const NORMAL_QUANTILE: f64 = 1.959_963_984_540_054;
 /// Smallest weight of an unknown that the text of a direction lists.
 const SMALLEST_LISTED_WEIGHT: f64 = 0.1;
 
-/// Result of an identification.
+/// Result of an identification. With the feature `serde`, save it in a format that has infinity, unlike JSON.
 #[derive(Debug, Clone)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct Fit {
     /// Estimates of the unknowns, in their order.
@@ -38,6 +39,7 @@ pub struct Fit {
 
 /// Estimate of an unknown.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct Estimate {
     /// Name of the unknown.
@@ -52,6 +54,7 @@ pub struct Estimate {
 
 /// Principal direction of the information about the coordinates of the unknowns.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct Direction {
     /// Standard deviation along the direction (unit of the coordinates). Infinity if the data do not determine the direction.

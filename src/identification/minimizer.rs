@@ -18,6 +18,7 @@ const CONVERGED: [f64; 2] = [1e-3, 1e-6];
 
 /// Result for one measurement.
 #[derive(Debug, Clone)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct FittedMeasurement {
     /// Name of the measurement.
@@ -30,6 +31,7 @@ pub struct FittedMeasurement {
 
 /// Reason why a fit ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum Termination {
     /// The predicted decrease of the cost was below 1e-3 plus a millionth of the cost in the last step. A decrease of 1e-3 is 0.045

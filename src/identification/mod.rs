@@ -58,6 +58,8 @@ mod noise;
 mod prediction;
 mod problem;
 mod robust_loss;
+#[cfg(feature = "serde")]
+mod serial;
 #[cfg(test)]
 mod tests;
 mod trial;

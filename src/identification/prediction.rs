@@ -19,6 +19,7 @@ pub enum StartingState {
 /// Simulated motion of a measurement, and its errors. The observed bodies have the order of
 /// [`Identification::with_observed_bodies`], or of the world.
 #[derive(Debug, Clone)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct Prediction {
     /// Simulated states at the measured times.

@@ -1,5 +1,6 @@
-//! Poses, states, materials, trajectories, plans and whole worlds, saved and loaded with serde.
+//! Poses, states, materials, trajectories, plans, fits and whole worlds, saved and loaded with serde.
 
+mod fits;
 mod random_worlds;
 mod refusals;
 mod round_trips;
