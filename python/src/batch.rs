@@ -104,6 +104,17 @@ fn common_state(worlds: &[Inner]) -> PyResult<Option<dynamics::State>> {
     }
 }
 
+/// Returns parameters of the library, or an error if a parameter does not belong to a world.
+fn parameters_of(
+    world: &World,
+    parameters: &[Bound<'_, Parameter>],
+) -> PyResult<Vec<gradient::Parameter>> {
+    let by = inner(parameters);
+    let values = world.inner.values(&by);
+    values.map_err(|why| gradient_error(&why))?;
+    Ok(by)
+}
+
 /// Reads n rows of changes of parameters.
 fn samples_of(argument: &Bound<'_, PyAny>, by: &[gradient::Parameter]) -> PyResult<Vec<Vec<f64>>> {
     let width: usize = by.iter().map(gradient::Parameter::dimension).sum();
@@ -223,7 +234,7 @@ impl Batch {
     /// Raises
     /// ------
     /// HydroelasticError
-    ///     If values has an unexpected shape.
+    ///     If values has an unexpected shape, or a parameter does not belong to the world.
     #[pyo3(signature = (world, states, parameters=vec![], values=None))]
     fn advance(
         &self,
@@ -233,7 +244,7 @@ impl Batch {
         #[pyo3(from_py_with = list_of)] parameters: Vec<Bound<'_, Parameter>>,
         values: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<(States, BTreeMap<usize, PyErr>)> {
-        let by = inner(&parameters);
+        let by = parameters_of(world, &parameters)?;
         let width = by.iter().map(gradient::Parameter::dimension).sum();
         let values = match values {
             Some(values) => numbers_of_shape(values, "values", &[states.0.len(), width])?,
@@ -304,7 +315,7 @@ impl Batch {
     /// Raises
     /// ------
     /// HydroelasticError
-    ///     If samples has an unexpected shape.
+    ///     If samples has an unexpected shape, or a parameter does not belong to the world.
     /// TypeError
     ///     If samples is not an array of numbers.
     fn rollouts_perturbed<'py>(
@@ -314,7 +325,7 @@ impl Batch {
         #[pyo3(from_py_with = list_of)] parameters: Vec<Bound<'py, Parameter>>,
         samples: &Bound<'py, PyAny>,
     ) -> PyResult<Vec<Bound<'py, PyAny>>> {
-        let by = inner(&parameters);
+        let by = parameters_of(world, &parameters)?;
         let samples = samples_of(samples, &by)?;
         let changed = samples
             .iter()
@@ -361,7 +372,7 @@ impl Batch {
     /// Raises
     /// ------
     /// HydroelasticError
-    ///     If samples has an unexpected shape.
+    ///     If samples has an unexpected shape, or a parameter does not belong to the world.
     /// TypeError
     ///     If samples is not an array of numbers.
     fn jacobians_perturbed<'py>(
@@ -371,7 +382,7 @@ impl Batch {
         #[pyo3(from_py_with = list_of)] parameters: Vec<Bound<'py, Parameter>>,
         samples: &Bound<'py, PyAny>,
     ) -> PyResult<Vec<Bound<'py, PyAny>>> {
-        let by = inner(&parameters);
+        let by = parameters_of(world, &parameters)?;
         let samples = samples_of(samples, &by)?;
         let job = |batch: &dynamics::Batch| {
             batch.map(&samples, |job, sample| {

@@ -1,6 +1,6 @@
 //! Identification of a world from measured motions.
 
-use crate::arrays::{Whole, array, count, list, named_real, optional_real, row, whole};
+use crate::arrays::{Whole, array, count, list, named_real, optional_real, parts, row, whole};
 use crate::errors::{gradient_error, value_error};
 use crate::evaluator::{PythonEvaluator, Raised, store};
 use crate::fit::{Checkpoint, Fit, Prediction};
@@ -221,7 +221,7 @@ impl Identification {
         world: &Bound<'_, World>,
         plan: &Bound<'_, Plan>,
         #[pyo3(from_py_with = list_of)] unknowns: Vec<Bound<'_, Unknown>>,
-        nuisances: Vec<(Bound<'_, Parameter>, Bound<'_, PyAny>)>,
+        nuisances: Vec<Bound<'_, PyAny>>,
         noise: Option<Bound<'_, PyAny>>,
         #[pyo3(from_py_with = optional_real)] huber: Option<f64>,
         #[pyo3(from_py_with = optional_real)] cauchy: Option<f64>,
@@ -232,12 +232,8 @@ impl Identification {
         if huber.is_some() && cauchy.is_some() {
             return Err(value_error("huber and cauchy exclude each other"));
         }
-        let nuisances = nuisances.into_iter().map(|(parameter, deviation)| {
-            let deviation = named_real(&deviation, "the deviation of a nuisance")?;
-            Ok((parameter.unbind(), deviation))
-        });
         let settings = Settings {
-            nuisances: nuisances.collect::<PyResult<_>>()?,
+            nuisances: nuisances.iter().map(nuisance).collect::<PyResult<_>>()?,
             noise: noise.map(|noise| row(&noise, "noise")).transpose()?,
             huber,
             cauchy,
@@ -468,6 +464,14 @@ impl Identification {
         );
         Ok((positional, self.settings.keywords(py)?))
     }
+}
+
+/// Reads a parameter and the deviation of its error.
+fn nuisance(argument: &Bound<'_, PyAny>) -> PyResult<(Py<Parameter>, f64)> {
+    let expected = "a Parameter and its deviation, as in [(parameter, 0.1)]";
+    let [parameter, deviation] = parts(argument, "a nuisance", expected)?;
+    let deviation = named_real(&deviation, "the deviation of a nuisance")?;
+    Ok((parameter.cast_into::<Parameter>()?.unbind(), deviation))
 }
 
 /// Inputs of a fit, and the exception of a Python function that the fit calls.

@@ -677,10 +677,12 @@ def test_numbers_out_of_range_are_refused(name, tmp_path):
         check(call, arguments)
 
 
-def test_jax_refuses_what_the_package_refuses():
-    jax = pytest.importorskip("jax")
-    jax.config.update("jax_enable_x64", True)
-    soft = importlib.import_module("hydroelastic.jax")
+@pytest.mark.parametrize("framework", ["jax", pytest.param("torch", marks=pytest.mark.torch)])
+def test_jax_and_torch_refuse_what_the_package_refuses(framework):
+    arrays = pytest.importorskip(framework)
+    if framework == "jax":
+        arrays.config.update("jax_enable_x64", True)
+    soft = importlib.import_module(f"hydroelastic.{framework}")
     world, plan, gravity = scene(), he.Plan(1e-3, 2), [he.Parameter.gravity()]
     pair = he.Pair(he.Shape.icosphere(0.1, 1), he.Shape.icosphere(0.1, 1), 1e5, 1e5)
     state = world.initial_state
@@ -717,8 +719,9 @@ def test_jax_refuses_what_the_package_refuses():
     assert_complete(callables_of(soft), table, {})
     for call, arguments in table.values():
         check(call, arguments, takes_batches=True)
-    # Inside transformations, the results for invalid rows are NaN.
-    assert np.isnan(jax.jit(soft.pose)(np.full(3, np.nan))[:3, 3]).all()
+    if framework == "jax":
+        # Inside transformations, the results for invalid rows are NaN.
+        assert np.isnan(arrays.jit(soft.pose)(np.full(3, np.nan))[:3, 3]).all()
 
 
 def test_pinocchio_refuses_what_the_package_refuses():

@@ -110,5 +110,8 @@ def test_invalid_states_are_refused():
     for perturbed in (he.Batch(PLAN).rollouts_perturbed, he.Batch(PLAN).jacobians_perturbed):
         with pytest.raises(he.HydroelasticError, match=r"samples must have the shape \(n, 6\), but has \(2, 5\)"):
             perturbed(template, PUSH, np.zeros((2, 5)))
+    for call in (he.Batch(PLAN).rollouts_perturbed, he.Batch(PLAN).jacobians_perturbed, he.Batch(PLAN).advance):
+        with pytest.raises(he.HydroelasticError, match='no body is named "brick"'):
+            call(template, *[states] * (call.__name__ == "advance"), [he.Parameter.mass("brick")], np.ones((2, 1)))
     _, errors = he.Batch(PLAN).advance(arm(), states)
     assert sorted(errors) == [0, 1]
