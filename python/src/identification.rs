@@ -7,7 +7,7 @@ use crate::fit::{Checkpoint, Fit, Prediction};
 use crate::interrupt::{Shared, run};
 use crate::lists::{list_of, names};
 use crate::parameter::Parameter;
-use crate::pickle::{Reduced, loaded, reduced, saved};
+use crate::pickle::{Reduced, loaded, reduced, to_bytes};
 use crate::plan::Plan;
 use crate::trajectory::Trajectory;
 use crate::world::World;
@@ -239,7 +239,7 @@ impl Identification {
             cauchy,
             horizons: horizons.map_or(Ok(vec![]), |horizons| list(&horizons, "horizons"))?,
             max_iterations: count(max_iterations, "max_iterations")?,
-            bodies: bodies.map(|bodies| names(&bodies)).transpose()?,
+            bodies: bodies.map(|bodies| names(&bodies, "bodies")).transpose()?,
         };
         let inner: Vec<_> = unknowns
             .iter()
@@ -362,7 +362,7 @@ impl Identification {
             inner.equations(measurements, &checkpoint.0)
         };
         self.evaluated(py, &trajectories, equations, |equations| match equations {
-            Ok(equations) => Ok(saved(py, &equations)?.into_any()),
+            Ok(equations) => Ok(to_bytes(py, &equations)?.into_any()),
             Err(why) => why.to_string().into_bound_py_any(py),
         })
     }
@@ -466,9 +466,9 @@ impl Identification {
     }
 }
 
-/// Reads a parameter and the deviation of its error.
+/// Reads a parameter and the standard deviation of its error.
 fn nuisance(argument: &Bound<'_, PyAny>) -> PyResult<(Py<Parameter>, f64)> {
-    let expected = "a Parameter and its deviation, as in [(parameter, 0.1)]";
+    let expected = "a Parameter and a standard deviation, as in (parameter, 0.1)";
     let [parameter, deviation] = parts(argument, "a nuisance", expected)?;
     let deviation = named_real(&deviation, "the deviation of a nuisance")?;
     Ok((parameter.cast_into::<Parameter>()?.unbind(), deviation))

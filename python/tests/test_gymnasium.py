@@ -90,7 +90,7 @@ def test_results_of_other_shapes_are_refused():
         with pytest.raises(he.HydroelasticError, match=rf"{name} must return an array of the shape \(4,\)"):
             vector.step(actions)
     vector = environment(start=lambda generator, states: he.States([states[0]] * 3))
-    with pytest.raises(he.HydroelasticError, match=r"start must return States\(4 of 2 bodies\), but returned States\(3 of 2 bodies\)"):
+    with pytest.raises(he.HydroelasticError, match="start must return 4 states of 2 bodies, but returned 3 of 2 bodies"):
         vector.reset()
 
 

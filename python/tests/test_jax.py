@@ -356,8 +356,8 @@ def test_wrong_shapes_and_arguments_are_refused(ball_on_block, bounce):
         (lambda: hj.initial_state(pair), "world must be a World"),
         (lambda: hj.final_state(world, 10), "plan must be a Plan"),
         (lambda: hj.step(world, 10, hj.initial_state(world)), "plan must be a Plan"),
-        (lambda: hj.step(world, plan, world.initial_state), "a state must be a State of hydroelastic.jax or"),
-        (lambda: hj.rollout(world, plan, he.Parameter.gravity()), "one Parameter: put it into a list"),
+        (lambda: hj.step(world, plan, world.initial_state), "the initial state must be a State of hydroelastic.jax or"),
+        (lambda: hj.rollout(world, plan, he.Parameter.gravity()), "a single Parameter: put it into a list"),
     ]:
         with pytest.raises(TypeError, match=match):
             call()

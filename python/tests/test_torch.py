@@ -314,8 +314,8 @@ def test_arguments_of_other_types_and_batches_are_refused(ball_on_block, bounce)
         (lambda: ht.initial_state(pair), "world must be a World"),
         (lambda: ht.final_state(world, 10), "plan must be a Plan"),
         (lambda: ht.step(world, 10, ht.initial_state(world)), "plan must be a Plan"),
-        (lambda: ht.step(world, plan, world.initial_state), "a state must be a State of hydroelastic.jax or"),
-        (lambda: ht.rollout(world, plan, he.Parameter.gravity()), "one Parameter: put it into a list"),
+        (lambda: ht.step(world, plan, world.initial_state), "the initial state must be a State of hydroelastic.jax or"),
+        (lambda: ht.rollout(world, plan, he.Parameter.gravity()), "a single Parameter: put it into a list"),
     ]:
         with pytest.raises(TypeError, match=match):
             call()

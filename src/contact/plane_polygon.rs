@@ -121,7 +121,7 @@ impl<T: Scalar> PlanePolygon<T> {
         Vector3::from(self.plane.origin) + e1 * y1 + e2 * y2
     }
 
-    /// Returns the polygon at an index of an octet, without derivatives.
+    /// Returns the polygon at an index of an octet. All derivatives are zero.
     pub fn at(octet: &Octet, index: usize) -> Self {
         let mut outline = Outline::empty();
         let mut edge = 0;

@@ -45,7 +45,7 @@ impl PolygonFields<f64> {
 }
 
 impl<T: Scalar> PolygonFields<T> {
-    /// Returns the plane of the polygon at an index of an octet, without derivatives.
+    /// Returns the plane of the polygon at an index of an octet. All derivatives are zero.
     pub fn at(octet: &Octet, index: usize) -> Self {
         Self::from(|row| lift(row(octet)[index]))
     }

@@ -6,8 +6,8 @@ use std::ops::RangeInclusive;
 /// Allowed scales. Their squares and inverse squares are normal floating-point numbers.
 const SCALES: RangeInclusive<f64> = 1e-150..=1e150;
 
-/// Reason why an identification is invalid or has no result. With the feature `serde`, the text is saved, and loaded as
-/// [`IdentificationError::Evaluation`].
+/// Reason why an identification is invalid or has no result. With the feature `serde`, only the message is
+/// serialized, and each deserialized error is an [`IdentificationError::Evaluation`] with this message.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum IdentificationError {
@@ -122,7 +122,7 @@ pub enum IdentificationError {
         /// Reason why its rollout ends early.
         source: Box<IdentificationError>,
     },
-    /// Text of an error that an [`Evaluator`](super::Evaluator) reports, maybe from another machine, or of a saved error.
+    /// Message of an error that an [`Evaluator`](super::Evaluator) reported, or of a deserialized error.
     #[error("{0}")]
     Evaluation(String),
     /// The horizon index of a checkpoint is larger than the number of horizons.

@@ -9,7 +9,7 @@ const NORMAL_QUANTILE: f64 = 1.959_963_984_540_054;
 /// Smallest weight of an unknown that the text of a direction lists.
 const SMALLEST_LISTED_WEIGHT: f64 = 0.1;
 
-/// Result of an identification. With the feature `serde`, save it in a format that has infinity, unlike JSON.
+/// Result of an identification. With the feature `serde`, it can be serialized, but not as JSON, because numbers may be infinite.
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]

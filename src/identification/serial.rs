@@ -1,4 +1,4 @@
-//! Serde format of errors: their text.
+//! Serialization of errors as their messages.
 
 use super::IdentificationError;
 use serde::de::{Deserialize, Deserializer};

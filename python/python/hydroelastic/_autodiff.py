@@ -1,4 +1,4 @@
-"""Results of pairs and rollouts as functions of rows of numbers, with their Jacobians, for ``jax`` and ``torch``.
+"""Wrenches, images, clearances and rollouts as functions of rows of numbers, with Jacobians, for ``jax`` and ``torch``.
 
 A row has the 16 entries of each pose first, then all other numbers. A Jacobian has 6 columns for each pose, which are a
 twist in world axes, and one column for each other number. Poses among the outputs are 16 numbers each.
@@ -172,7 +172,7 @@ class TactileImage(Wrench):
 
 
 class Clearance(Wrench):
-    """Signed distance between the bodies of a pair, with the rows of ``Wrench`` at rest."""
+    """Signed distance between the bodies of a pair. Rows are those of ``Wrench`` without motion."""
 
     def __init__(self, pair: Pair, in_motion: bool = False) -> None:
         super().__init__(pair, in_motion)
@@ -430,7 +430,7 @@ def tactile_image(
 
 
 def clearance(arrays: Arrays, pair: Pair, poses: tuple[Any, Any], moduli: Any) -> Any:
-    """Computes the signed distance between the bodies of a pair, a number with any leading axes."""
+    """Computes the signed distance between the bodies of a pair, with the leading axes of the arguments."""
     return wrench(arrays, pair, poses, (None, None), moduli, None, Clearance)[..., 0]
 
 
@@ -524,7 +524,7 @@ def states(
 def _start_parts(arrays: Arrays, function: Rollout, start: Sequence[Any]) -> tuple[list[int], list[Any]]:
     """Returns the ranks and the parts of a row that has an initial state."""
     if not isinstance(start, tuple) or len(start) != len(ARRAYS):
-        raise TypeError(f"a state must be a State of hydroelastic.jax or hydroelastic.torch, but is {type(start).__name__}")
+        raise TypeError(f"the initial state must be a State of hydroelastic.jax or hydroelastic.torch, but is {type(start).__name__}")
     read = []
     for name, value, shape in zip(ARRAYS, start, function.shapes):
         if value is None and shape[0]:

@@ -125,11 +125,11 @@ The distance also has derivatives before contact. It has kinks where the closest
 Parameters
 ----------
 pair : Pair
-    Shapes and default numbers. It has no derivative.
+    Shapes and default moduli. The result is not differentiated with respect to the pair.
 pose_a, pose_b : (4, 4) array_like
     Poses of A and B in the world.
 moduli : (2,) array_like, optional
-    Moduli (Pa) of A and B, in place of those of the pair. They matter only if the bodies overlap.
+    Moduli (Pa) of A and B, if they differ from those of the pair. They matter only if the bodies overlap.
 
 Returns
 -------
@@ -141,7 +141,7 @@ Raises
 HydroelasticError
     If an argument is not valid, as in ``Pair.clearance``.
 TypeError
-    If an argument is not of float64 or integers.
+    If an argument has another class, or its elements are neither float64 nor integers.
 """,
     "wrench": """Computes the wrenches on both bodies of a contact.
 

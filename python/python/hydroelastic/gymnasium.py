@@ -173,7 +173,7 @@ class WorldVectorEnv(VectorEnv[Any, _Array, _Array]):
         resets = self._ended
         before = self.states.replace_where(resets.tolist(), self._starts()) if resets.any() else self.states
         values = actions if self._values is None else self._values(actions)
-        # Lists remain lists, because their errors tell more.
+        # Lists are not converted here, because errors of Batch.advance describe them better.
         values = values if isinstance(values, list | tuple) else np.asarray(values)
         after, errors = self._batch.advance(self._world, before, self._parameters, values)
         if resets.any():
@@ -198,7 +198,10 @@ class WorldVectorEnv(VectorEnv[Any, _Array, _Array]):
         states = self._start(self.np_random, self._default)
         check_class(states, States, "the result of start")
         if states.poses.shape != self._default.poses.shape:
-            raise HydroelasticError(f"start must return {self._default!r}, but returned {states!r}")
+            (count, bodies), (found, found_bodies) = self._default.poses.shape[:2], states.poses.shape[:2]
+            raise HydroelasticError(
+                f"start must return {count} states of {bodies} bodies, but returned {found} of {found_bodies} bodies"
+            )
         return states
 
     def _of_rows(self, name: str, result: Any) -> _Array:

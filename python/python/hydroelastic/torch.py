@@ -15,8 +15,8 @@ the same for any number of numbers. See ``rollout``.
 
 Tensors are of float64 and on the CPU. Tensors of integers are converted. Other types and devices raise TypeError,
 because contact in float32 has no accurate digits. Arguments may have additional leading axes, which are broadcast
-against each other and which the result then has too. ``torch.func.vmap`` creates such a batch too, of functions that
-return tensors: select them from a ``State``, whose attributes may be None. All cores compute a batch.
+against each other and which the result then has too. ``torch.func.vmap`` also creates a batch. Its
+function must return tensors, so it must return single attributes of a ``State``. All cores compute a batch.
 
 Derivatives with respect to poses. Poses are (4, 4). A tangent dT of a pose counts as the twist (ω, v) in world axes
 that moves the pose: [ω]× is the skew part of dR Rᵀ, and v is the last column of dT. The symmetric part of dR Rᵀ would

@@ -37,10 +37,10 @@ pub(super) struct Load<T> {
 /// A family of ordered lines, and their crossings with the outline. Line l is between the cells l and l + 1.
 struct Family<T> {
     functions: Vec<Affine<T>>,
-    /// The strip of the grid that has the cells 0.
+    /// The index in the grid of the first strip. Cell c is in strip `first_strip + c`.
     first_strip: usize,
     /// Strip of each corner of the outline.
-    strips_of_corners: Vec<usize>,
+    corner_strips: Vec<usize>,
     /// For each line l, the crossing of the outline from cell l to cell l + 1, and the crossing back.
     crossings: Vec<[Option<Crossing<T>>; 2]>,
 }
@@ -61,7 +61,7 @@ impl<T: Scalar> Family<T> {
         Self {
             functions: Vec::new(),
             first_strip: 0,
-            strips_of_corners: Vec::new(),
+            corner_strips: Vec::new(),
             crossings: Vec::new(),
         }
     }
@@ -92,14 +92,16 @@ impl<T: Scalar> Cells<T> {
         }
     }
 
-    /// Returns an empty list for the column (family 0) or the row (family 1) of each corner of the outline.
-    pub fn strips_of_corners(&mut self, family: usize) -> &mut Vec<usize> {
-        let strips = &mut self.families[family].strips_of_corners;
+    /// Clears the list of the columns (family 0) or rows (family 1) of the corners of the outline, and returns it. The caller appends an index
+    /// for each corner.
+    pub fn cleared_corner_strips(&mut self, family: usize) -> &mut Vec<usize> {
+        let strips = &mut self.families[family].corner_strips;
         strips.clear();
         strips
     }
 
-    /// Sets the first column (family 0) or row (family 1), and the lines after this strip and the next ones, on which the functions are zero.
+    /// Sets the first column (family 0) or row (family 1) that contains a part of the outline, and the lines between this strip and the
+    /// following ones. Each function is zero on its line.
     pub fn set_lines(
         &mut self,
         family: usize,
@@ -132,9 +134,10 @@ impl<T: Scalar> Cells<T> {
         Some(())
     }
 
-    /// Returns the columns, the rows and the loads, multiplied by a weight, of the parts whose area is not zero.
+    /// Returns the column, the row and the load of each part whose area is not zero. The loads are multiplied by a weight.
     pub fn loads(&self, weight: f64) -> impl Iterator<Item = ([usize; 2], Load<T>)> {
-        let [per_area, per_total, per_moment] = [weight / 2.0, weight / 6.0, weight / 24.0];
+        let [area_factor, total_factor, moment_factor] =
+            [weight / 2.0, weight / 6.0, weight / 24.0];
         let columns = self.columns();
         let [first_column, first_row] = self.families.each_ref().map(|family| family.first_strip);
         let rows = (first_row..).zip(self.sums.chunks_exact(columns));
@@ -146,9 +149,9 @@ impl<T: Scalar> Cells<T> {
         let parts = parts.filter(|(_, [area, ..])| real_part(*area).abs() > 0.0);
         parts.map(move |(cell, [area, total, by_y1, by_y2])| {
             let load = Load {
-                area: *area * per_area,
-                total: *total * per_total,
-                by_y: [*by_y1 * per_moment, *by_y2 * per_moment],
+                area: *area * area_factor,
+                total: *total * total_factor,
+                by_y: [*by_y1 * moment_factor, *by_y2 * moment_factor],
             };
             (cell, load)
         })
@@ -199,7 +202,7 @@ impl<T: Scalar> Cells<T> {
             let families = cells.families.each_ref();
             let y = corners[number];
             let point = [y[0], y[1], at(pressure, &y)];
-            let cell = |family: &Family<T>| family.strips_of_corners[number] - family.first_strip;
+            let cell = |family: &Family<T>| family.corner_strips[number] - family.first_strip;
             (point, families.map(cell))
         };
         let mut before = corner(self, corners.len().checked_sub(1)?);

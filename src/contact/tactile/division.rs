@@ -1,9 +1,10 @@
 //! Division of contact polygons by the planes of a grid.
 //!
-//! In the plane of a polygon, the field of a taxel plane is an affine function of y. A convex polygon is first cut by the first and the
-//! last plane of the columns and of the rows. A walk from corner to corner finds the strips that contain the corners of the part in the patch.
-//! For a pair at rest, only the loads of the pieces are needed. `cells` adds them up along the edges. For a pair in motion, the planes of the
-//! columns cut the outline into strips, and the planes of the rows cut the strips. All decisions depend only on real parts.
+//! In the plane of a polygon, the field of a taxel plane is an affine function of y. Only a polygon that is not wholly in the patch is cut by
+//! the first and the last plane of the columns and of the rows. The columns and the rows are strips between planes. A linear search, which
+//! begins at the strip of the previous corner, finds the strip of each corner. For a pair at rest, only the loads of the pieces are needed,
+//! and `cells` adds them up along the edges. For a pair in motion, the planes of the columns cut the outline into strips, and the planes of
+//! the rows cut the strips. All decisions depend only on real parts.
 //!
 //! Every cut divides a convex outline into two convex outlines with bitwise equal crossings. Therefore the integrals over the pieces add
 //! up to the integrals over the polygon, regardless of round-off in the corners:
@@ -37,7 +38,7 @@ const ROUNDING: f64 = 1e-14;
 /// Number of octets in the work item of a thread.
 const OCTETS: usize = 16;
 
-/// The forces of some polygons, and memory for the division.
+/// Forces of contact polygons on taxels and outside of the patch, and memory for the division.
 pub(super) struct DividedForces<T> {
     pub in_taxels: TaxelSums<TaxelContact<T>>,
     /// The wrench outside of the patch, on A, in A's axes about A's origin.
@@ -83,7 +84,7 @@ impl<T: Scalar> Division<T> {
         }
     }
 
-    /// Returns the numbers of rows and columns.
+    /// Returns the number of rows and the number of columns.
     pub fn shape(&self) -> [usize; 2] {
         let [columns, rows] = &self.planes;
         [rows.len() - 1, columns.len() - 1]
@@ -159,9 +160,9 @@ impl<T: Scalar> Division<T> {
         (!inside.corners().is_empty()).then_some(inside)
     }
 
-    /// Adds the forces of an outline from the loads of cells, which is faster than cutting outlines. Returns `None` if the outline is not in
-    /// the patch, if round-off makes a line cross the outline more than twice, or if the pair is in motion, because the quadrature of
-    /// friction needs outlines.
+    /// Adds the forces on an outline from the loads of cells. This is faster than cutting the outline. Returns `None` if the outline is not in
+    /// the patch, or if round-off makes a line cross it more than twice. Returns `None` for pairs in motion, too, because friction is
+    /// integrated over the outlines of pieces.
     fn add_cells(
         &self,
         polygon: &PlanePolygon<T>,
@@ -173,10 +174,10 @@ impl<T: Scalar> Division<T> {
         }
         let cells = &mut forces.cells;
         for (family, planes) in self.planes.iter().enumerate() {
-            let strips = cells.strips_of_corners(family);
+            let strips = cells.cleared_corner_strips(family);
             let range = strips_of(planes, points(polygon, outline), |strip| strips.push(strip));
             let is_at_border = *range.start() == 0 || *range.end() + 2 == planes.len();
-            if is_at_border && !are_between_outer(planes, points(polygon, outline)) {
+            if is_at_border && !are_between_outer_planes(planes, points(polygon, outline)) {
                 return None;
             }
             let lines = planes[range.clone()].iter().skip(1);
@@ -218,7 +219,7 @@ impl<T: Scalar> Division<T> {
         visit(*range.end(), &rest);
     }
 
-    /// Returns the integral of the traction over an outline in the plane of a polygon, as a wrench on A, and the area (m²), both multiplied by
+    /// Returns the wrench on A, in A's axes about A's origin, and the area (m²) of an outline in the plane of a polygon. Both are multiplied by
     /// the weight of the polygon. Returns `None` if the outline has no corners.
     fn integrated(
         &self,
@@ -265,9 +266,8 @@ impl<T: Scalar> Integrand<T> for Division<T> {
     }
 }
 
-/// Visits the strip between ordered planes that contains each point, and returns the range of these strips, or 0..=0 without points. The
-/// search for a strip begins at the strip of the previous point. For the first point, it begins where the strip is if all strips have the
-/// same width.
+/// Calls `visit` with the index of the strip of each point. Returns the range of these indices, or 0..=0 if there are no points. The search
+/// begins at the strip of the previous point, or at the estimated strip of the first point.
 fn strips_of<T: Scalar>(
     planes: &[AffineField<T>],
     points: impl Iterator<Item = Vector3<f64>>,
@@ -279,7 +279,7 @@ fn strips_of<T: Scalar>(
     for point in points {
         let rounding = ROUNDING * point.amax();
         let is_behind = |plane: &AffineField<T>| real_value(plane, &point) >= -rounding;
-        let mut strip = previous.unwrap_or_else(|| uniform_strip(planes, &point));
+        let mut strip = previous.unwrap_or_else(|| estimated_strip(planes, &point));
         while strip > 0 && !is_behind(&inner[strip - 1]) {
             strip -= 1;
         }
@@ -294,7 +294,7 @@ fn strips_of<T: Scalar>(
 }
 
 /// Returns whether points are between the first and the last plane, up to round-off.
-fn are_between_outer<T: Scalar>(
+fn are_between_outer_planes<T: Scalar>(
     planes: &[AffineField<T>],
     mut points: impl Iterator<Item = Vector3<f64>>,
 ) -> bool {
@@ -305,15 +305,15 @@ fn are_between_outer<T: Scalar>(
     })
 }
 
-/// Returns the strip that contains a point if all strips have the same width.
-fn uniform_strip<T: Scalar>(planes: &[AffineField<T>], point: &Vector3<f64>) -> usize {
+/// Estimates the strip of a point. The estimate is exact, up to round-off, if all strips have the same width.
+fn estimated_strip<T: Scalar>(planes: &[AffineField<T>], point: &Vector3<f64>) -> usize {
     let count = planes.len() - 1;
     let [before, after] = [0, count].map(|plane| real_value(&planes[plane], point));
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_precision_loss,
         clippy::cast_sign_loss,
-        reason = "the nearest strip is good enough, and the result is limited"
+        reason = "the result is only the start of a search, and is clamped to the strips"
     )]
     let strip = (before / (before - after) * count as f64) as usize;
     strip.min(count - 1)

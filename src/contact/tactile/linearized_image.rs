@@ -1,7 +1,7 @@
 use super::division::Division;
 use super::motion::{CutsIntegrand, MovingGrid};
 use super::rates::{PolygonIntegrand, Term};
-use super::taxel_sums::{OfTaxel, TaxelSums};
+use super::taxel_sums::{TaxelQuantity, TaxelSums};
 use super::{GridBody, TactileImage, TaxelGrid};
 use crate::contact::motion::RelativeMotion;
 use crate::contact::plane_polygon::PlanePolygon;
@@ -65,9 +65,11 @@ impl ContactPair<'_> {
         };
         let force_from_a = body.force_from_a(&self.source().pose_ab);
         match self.relative_motion() {
-            None => linearized.set(&self.elastic_derivatives(body, grid), &force_from_a),
+            None => {
+                linearized.set_derivatives(&self.elastic_derivatives(body, grid), &force_from_a);
+            }
             Some((law, motion)) => {
-                linearized.set(
+                linearized.set_derivatives(
                     &self.derivatives_in_motion(body, grid, (&law, &motion)),
                     &force_from_a,
                 );
@@ -147,7 +149,7 @@ impl ContactPair<'_> {
     }
 }
 
-impl<const N: usize> OfTaxel for TaxelDerivatives<N> {
+impl<const N: usize> TaxelQuantity for TaxelDerivatives<N> {
     fn zero(taxel: [usize; 2]) -> Self {
         Self {
             taxel,
@@ -195,9 +197,13 @@ fn by_relative(
 }
 
 impl<'g> LinearizedTactileImage<'g> {
-    /// Sets the derivatives of forces on A, in A's axes. `force_from_a` maps these forces to forces on the body of the grid, in the axes of that
-    /// body.
-    fn set<const N: usize>(&mut self, rates: &Derivatives<N>, force_from_a: &Matrix3<f64>) {
+    /// Sets the derivatives of the image from those of forces on A, in A's axes. `force_from_a` maps these forces to forces on the body of the
+    /// grid, in the axes of that body.
+    fn set_derivatives<const N: usize>(
+        &mut self,
+        rates: &Derivatives<N>,
+        force_from_a: &Matrix3<f64>,
+    ) {
         let grid = self.image.grid();
         let rates = rates.as_slice();
         let indices = rates

@@ -35,12 +35,14 @@ mod motion;
 mod rates;
 mod shape_gradients;
 mod tactile_image;
+mod taxel_contact;
 mod taxel_grid;
 mod taxel_grid_error;
 mod taxel_sums;
 
 pub use grid_body::GridBody;
 pub use linearized_image::LinearizedTactileImage;
-pub use tactile_image::{TactileImage, TaxelContact};
+pub use tactile_image::TactileImage;
+pub use taxel_contact::TaxelContact;
 pub use taxel_grid::TaxelGrid;
 pub use taxel_grid_error::TaxelGridError;

@@ -1,27 +1,13 @@
 use super::division::Division;
-use super::taxel_sums::{OfTaxel, TaxelSums};
-use super::{GridBody, TaxelGrid};
+use super::taxel_sums::TaxelSums;
+use super::{GridBody, TaxelContact, TaxelGrid};
 use crate::contact::integrate::CutSurface;
 use crate::contact::motion::RelativeMotion;
 use crate::contact::sums::PartialSum;
 use crate::contact::{ContactPair, SurfaceLaw};
-use crate::scalar::{Scalar, constant_times, lift, real_part};
+use crate::scalar::{Scalar, lift, real_part};
 use crate::spatial::{Pose, Wrench};
 use nalgebra::Vector3;
-
-/// The contact in one taxel.
-#[derive(Debug, Clone, Copy)]
-#[non_exhaustive]
-pub struct TaxelContact<T = f64> {
-    /// Row of the taxel.
-    pub row: usize,
-    /// Column of the taxel.
-    pub column: usize,
-    /// Wrench on the body of the grid, about the body's origin, in the body's axes.
-    pub wrench: Wrench<T>,
-    /// Area of the contact surface in the taxel (m²).
-    pub area: T,
-}
 
 /// The contact of a pair of bodies on the taxels of a grid, integrated exactly.
 ///
@@ -185,33 +171,5 @@ impl<'g, T: Scalar> TactileImage<'g, T> {
     pub fn total(&self) -> Wrench<T> {
         let taxels = self.taxels().iter();
         taxels.fold(self.outside, |sum, taxel| sum + taxel.wrench)
-    }
-}
-
-impl<T: Scalar> OfTaxel for TaxelContact<T> {
-    fn zero([row, column]: [usize; 2]) -> Self {
-        Self {
-            row,
-            column,
-            wrench: Wrench::zero(),
-            area: lift(0.0),
-        }
-    }
-
-    fn taxel(&self) -> [usize; 2] {
-        [self.row, self.column]
-    }
-
-    fn add(&mut self, other: &Self) {
-        self.wrench += other.wrench;
-        self.area += other.area;
-    }
-}
-
-impl<T: Scalar> TaxelContact<T> {
-    /// Returns the force (N) along the axes of the taxel.
-    pub(super) fn force(&self, grid: &TaxelGrid) -> Vector3<T> {
-        let axes = grid.axes(self.row, self.column);
-        constant_times(&axes.transpose(), &self.wrench.force)
     }
 }

@@ -164,7 +164,7 @@ impl TaxelGrid {
         self.planes[1].len() - 1
     }
 
-    /// Returns the numbers of rows and columns.
+    /// Returns the number of rows and the number of columns.
     pub(super) fn shape(&self) -> [usize; 2] {
         [self.row_count(), self.column_count()]
     }

@@ -1,8 +1,8 @@
 use crate::contact::sums::PartialSum;
 
-/// A quantity of a taxel that can be added up.
-pub(super) trait OfTaxel: Send {
-    /// Creates a quantity that is zero, for the row and the column of a taxel.
+/// A quantity that is added up for each taxel.
+pub(super) trait TaxelQuantity: Send {
+    /// Creates a quantity that is zero, for a taxel at a row and a column.
     fn zero(taxel: [usize; 2]) -> Self;
 
     /// Returns the row and the column of the taxel.
@@ -12,7 +12,7 @@ pub(super) trait OfTaxel: Send {
     fn add(&mut self, other: &Self);
 }
 
-/// Number of sums for which there is memory from the first one on.
+/// Number of sums for which memory is reserved with the first sum.
 const CAPACITY: usize = 128;
 
 /// Sums for the taxels of a grid. Only taxels to which something was added have a sum.
@@ -24,7 +24,7 @@ pub(super) struct TaxelSums<S> {
     column_count: usize,
 }
 
-impl<S: OfTaxel> TaxelSums<S> {
+impl<S: TaxelQuantity> TaxelSums<S> {
     /// Returns the sums, in no particular order.
     pub fn as_slice(&self) -> &[S] {
         &self.sums
@@ -61,6 +61,7 @@ impl<S: OfTaxel> TaxelSums<S> {
         self.existing_or_zero(taxel)
     }
 
+    /// Returns the sum of a taxel. A new sum is zero. There must be an entry for the taxel.
     #[inline(always)]
     fn existing_or_zero(&mut self, taxel: [usize; 2]) -> &mut S {
         let [row, column] = taxel;
@@ -73,7 +74,7 @@ impl<S: OfTaxel> TaxelSums<S> {
     }
 }
 
-impl<S: OfTaxel> PartialSum for TaxelSums<S> {
+impl<S: TaxelQuantity> PartialSum for TaxelSums<S> {
     fn empty() -> Self {
         Self {
             sums: Vec::new(),
