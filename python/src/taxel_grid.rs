@@ -35,7 +35,8 @@ use pyo3::types::PyTuple;
 /// Raises
 /// ------
 /// HydroelasticError
-///     If planes cross in the box or are out of order, a column is parallel to a row, a plane has no normal, or a number is not finite.
+///     If planes cross in the box or are out of order, a column is parallel to a row, a plane has no normal, lower is above
+///     upper, or a number is not finite.
 #[pyclass(frozen, module = "hydroelastic")]
 pub struct TaxelGrid {
     pub inner: contact::TaxelGrid,

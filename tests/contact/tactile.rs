@@ -733,6 +733,8 @@ fn planes_that_cross_in_the_patch_are_refused() {
         TaxelGrid::new(&swapped, &rows, &patch(0.9)),
         Err(TaxelGridError::Crossing { .. })
     ));
+    let inverted = TaxelGrid::new(&columns, &rows, &patch(-0.9));
+    assert!(matches!(inverted, Err(TaxelGridError::Patch { .. })));
     let lost = [columns[0], field(f64::NAN, 0.0, 0.0, 1.0)];
     assert!(matches!(
         TaxelGrid::new(&lost, &rows, &patch(0.9)),

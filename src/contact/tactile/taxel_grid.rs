@@ -103,7 +103,8 @@ impl TaxelGrid {
     /// # Errors
     /// Returns an error in these cases:
     /// - a family has less than 2 or more than 4097 planes;
-    /// - a plane is not finite or has no gradient, or the box is not finite;
+    /// - a plane is not finite or has no gradient;
+    /// - the box is not finite, or its lower corner is above its upper corner;
     /// - planes of a family cross in the box or are out of order;
     /// - a column is parallel to a row.
     pub fn new(
@@ -118,8 +119,8 @@ impl TaxelGrid {
                 check_plane(family, plane, field)?;
             }
         }
-        let bounds = [patch.lower, patch.upper];
-        if !bounds.iter().flatten().all(|bound| bound.is_finite()) {
+        let size = patch.upper - patch.lower;
+        if !size.iter().all(|size| size.is_finite() && *size >= 0.0) {
             return Err(TaxelGridError::Patch {
                 lower: patch.lower.into(),
                 upper: patch.upper.into(),

@@ -49,8 +49,10 @@ pub enum TaxelGridError {
         /// Value of the plane's field at the origin.
         offset: f64,
     },
-    /// The box around a patch is not finite.
-    #[error("the box around a patch must be finite, but reaches from {lower:?} m to {upper:?} m")]
+    /// The box around a patch is not finite, or its lower corner is above its upper corner.
+    #[error(
+        "the box around a patch must be finite, and its lower corner must not be above its upper corner, but it reaches from {lower:?} m to {upper:?} m"
+    )]
     Patch {
         /// Lower corner (m).
         lower: [f64; 3],
