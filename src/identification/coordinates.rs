@@ -55,7 +55,8 @@ impl Coordinates {
     /// Coordinates of nuisances: changes with the mean zero.
     ///
     /// # Errors
-    /// If the world does not have a parameter or a component, or a deviation is not between 1e-150 and 1e150.
+    /// - If the world does not have a parameter or a component, or a deviation is not between 1e-150 and 1e150.
+    /// - If two nuisances change the same number.
     pub fn of_nuisances(
         nuisances: &[Nuisance],
         template: &Experiment,
@@ -71,17 +72,37 @@ impl Coordinates {
                 None => 0..parameter.dimension(),
             };
             for component in components {
-                let number = all.number(parameter, component)?;
-                all.entries.push(Coordinate {
-                    name: format!("{parameter} {component}"),
-                    scale: Scale::Linear,
-                    start: 0.0,
-                    prior: Some([0.0, nuisance.deviation]),
-                    numbers: vec![number],
-                });
+                all.add_nuisance(nuisance, component)?;
             }
         }
         Ok(all)
+    }
+
+    fn add_nuisance(
+        &mut self,
+        Nuisance {
+            parameter,
+            deviation,
+            ..
+        }: &Nuisance,
+        component: usize,
+    ) -> Result<(), IdentificationError> {
+        let number = self.number(parameter, component)?;
+        if self.entries.iter().any(|entry| entry.numbers == [number]) {
+            let parameter = parameter.to_string();
+            return Err(IdentificationError::DuplicateNuisance {
+                parameter,
+                component,
+            });
+        }
+        self.entries.push(Coordinate {
+            name: format!("{parameter} {component}"),
+            scale: Scale::Linear,
+            start: 0.0,
+            prior: Some([0.0, *deviation]),
+            numbers: vec![number],
+        });
+        Ok(())
     }
 
     /// Distinct parameters, with references of zero and without coordinates.

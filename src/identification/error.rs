@@ -38,6 +38,11 @@ pub enum IdentificationError {
     /// No body is observed.
     #[error("no body is observed: name at least one dynamic body of the world")]
     NoObservedBody,
+    /// The world has no dynamic body.
+    #[error(
+        "the world has no dynamic body among its {0} bodies: add the body whose motion is measured"
+    )]
+    NoDynamicBody(usize),
     /// An observed body is not dynamic.
     #[error(
         "the observed body {0:?} is fixed or follows a path, but must be dynamic: remove it from the observed bodies"
@@ -77,6 +82,16 @@ pub enum IdentificationError {
     DuplicateUnknown {
         /// Names of the unknowns.
         unknowns: [String; 2],
+    },
+    /// Two nuisances change the same component of a parameter.
+    #[error(
+        "two nuisances change component {component} of {parameter} (counted from 0), but each component can have only one: remove one of them"
+    )]
+    DuplicateNuisance {
+        /// The parameter.
+        parameter: String,
+        /// Index of the component.
+        component: usize,
     },
     /// A measurement has fewer than two states.
     #[error("measurement {0:?} has fewer than two states")]

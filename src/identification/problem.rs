@@ -37,6 +37,7 @@ impl Identification {
     /// the plan, and end at the last state of each measurement. All dynamic bodies are observed.
     ///
     /// # Errors
+    /// - If the world has no dynamic body.
     /// - If the world does not have a parameter or a component of an unknown, or the parameter has no effect.
     /// - If the initial guess or the mean of a prior is out of range, or the deviation of a prior is not between 1e-150 and 1e150.
     /// - If two unknowns set the same number.
@@ -48,10 +49,14 @@ impl Identification {
         let template = Experiment::new(world, plan);
         let bodies = world.bodies().iter().enumerate();
         let dynamic = bodies.filter(|(_, body)| body.inertia().is_some());
+        let observed: Vec<_> = dynamic.map(|(index, _)| index).collect();
+        if observed.is_empty() {
+            return Err(IdentificationError::NoDynamicBody(world.bodies().len()));
+        }
         Ok(Self {
             unknowns: Coordinates::of_unknowns(unknowns, &template)?,
             nuisances: Coordinates::default(),
-            observed: dynamic.map(|(index, _)| index).collect(),
+            observed,
             noise: Noise::default(),
             loss: RobustLoss::default(),
             horizons: Vec::new(),
@@ -64,7 +69,8 @@ impl Identification {
     /// Sets the nuisances of each measurement, such as the errors of its initial state. Replaces earlier nuisances.
     ///
     /// # Errors
-    /// If the world does not have a parameter or a component of a nuisance, or a deviation is not between 1e-150 and 1e150.
+    /// - If the world does not have a parameter or a component of a nuisance, or a deviation is not between 1e-150 and 1e150.
+    /// - If two nuisances change the same component of a parameter.
     pub fn with_nuisances(self, nuisances: &[Nuisance]) -> Result<Self, IdentificationError> {
         let nuisances = Coordinates::of_nuisances(nuisances, &self.template)?;
         Ok(Self { nuisances, ..self })

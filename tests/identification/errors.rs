@@ -1,5 +1,6 @@
 use crate::tosses::{TRUTH, clean, plan, unknowns, world};
-use hydroelastic::dynamics::{Plan, Trajectory};
+use hydroelastic::contact::HalfSpace;
+use hydroelastic::dynamics::{Body, Material, Plan, Trajectory, World};
 use hydroelastic::gradient::Parameter;
 use hydroelastic::identification::{
     Identification, IdentificationError, Measurement, Noise, Nuisance, RobustLoss, StartingState,
@@ -58,6 +59,36 @@ fn invalid_settings_are_refused() {
     assert!(
         matches!(error, IdentificationError::OutOfRange { .. }),
         "{error}"
+    );
+}
+
+#[test]
+fn worlds_without_a_dynamic_body_are_refused() {
+    let table = Body::fixed("table", HalfSpace::rigid(), Material::rigid()).unwrap();
+    let world = World::new(vec![table]).unwrap();
+    let error = Identification::new(&world, &plan(), &[]).unwrap_err();
+    assert_eq!(error, IdentificationError::NoDynamicBody(1));
+}
+
+#[test]
+fn nuisances_that_change_the_same_component_are_refused() {
+    let with = |nuisances: &[Nuisance]| {
+        let identification = Identification::new(&world(TRUTH), &plan(), &unknowns()).unwrap();
+        identification.with_nuisances(nuisances).map(|_| ())
+    };
+    let velocity = || Nuisance::new(Parameter::initial_velocity("ball"), 1.0);
+    let duplicate = |component| {
+        let parameter = Parameter::initial_velocity("ball").to_string();
+        Err(IdentificationError::DuplicateNuisance {
+            parameter,
+            component,
+        })
+    };
+    assert_eq!(with(&[velocity(), velocity()]), duplicate(0));
+    assert_eq!(with(&[velocity(), velocity().component(2)]), duplicate(2));
+    assert_eq!(
+        with(&[velocity().component(1), velocity().component(2)]),
+        Ok(())
     );
 }
 
