@@ -29,20 +29,13 @@ impl Triangle {
     /// If the triangles do not cross, one of the closest points is a corner, or both are inside edges. Parallel edges need no special case,
     /// because an end of one edge is also a closest point.
     pub fn gap_to(&self, other: &Self) -> TriangleGap {
-        let corners = (0..3).map(|corner| self.gap_at_corner(corner, other));
-        let corners_of_other = (0..3).map(|corner| {
-            let (between, [part_of_other, part]) = other.gap_at_corner(corner, self);
-            (-between, [part, part_of_other])
-        });
-        let edges = (0..9).filter_map(|pair| self.gap_of_edges([pair / 3, pair % 3], other));
-        let candidates = corners.chain(corners_of_other).chain(edges);
         let first = (
             f64::INFINITY,
             Vector3::zeros(),
             [TrianglePart::Corner(0); 2],
         );
         let (squared_distance, between, parts) =
-            candidates.fold(first, |best, (between, parts)| {
+            self.gaps_to(other).fold(first, |best, (between, parts)| {
                 let squared_distance = between.norm_squared();
                 if squared_distance < best.0 {
                     (squared_distance, between, parts)
@@ -57,6 +50,18 @@ impl Triangle {
             parts,
             are_crossing,
         }
+    }
+
+    /// Returns the vectors (m) to the other triangle between corners and the other triangle, and between edges, with the parts that contain
+    /// the ends of the vectors. The shortest vector connects the closest points of triangles that do not cross.
+    pub fn gaps_to(&self, other: &Self) -> impl Iterator<Item = (Vector3<f64>, [TrianglePart; 2])> {
+        let corners = (0..3).map(|corner| self.gap_at_corner(corner, other));
+        let corners_of_other = (0..3).map(|corner| {
+            let (between, [part_of_other, part]) = other.gap_at_corner(corner, self);
+            (-between, [part, part_of_other])
+        });
+        let edges = (0..9).filter_map(|pair| self.gap_of_edges([pair / 3, pair % 3], other));
+        corners.chain(corners_of_other).chain(edges)
     }
 
     /// Returns the vector (m) from a corner to the closest point of the other triangle, and the closest parts.

@@ -10,7 +10,7 @@ use hydroelastic::spatial::{Pose, Twist};
 use nalgebra::{SVector, Vector3, vector};
 use num_dual::hessian;
 use std::collections::BTreeSet;
-use std::f64::consts::{FRAC_PI_4, SQRT_2};
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, SQRT_2};
 use std::time::Instant;
 
 /// Rounding error of a distance between bodies of about 1 m, from coordinates of up to 10 m.
@@ -27,6 +27,10 @@ const STEP: f64 = 1e-6;
 
 /// Difference of the slopes on both sides that counts as a kink. The curvature causes a smaller difference.
 const KINK: f64 = 1e-3;
+
+/// Largest number of pairs of aligned cubes, of 300, whose derivative is not between the slopes of both sides. Their edges are parallel to a
+/// face or an edge, and the depth begins with a smaller slope than the distance.
+const PARALLEL_EDGES: usize = 15;
 
 const MODULUS: f64 = 1e5;
 
@@ -234,6 +238,91 @@ fn derivatives_of_the_distance_are_differences_except_at_kinks() {
     });
     println!("{smooth} smooth derivatives, {overlapping} of them overlapping, {kinks} kinks");
     assert!(kinks * 20 < smooth && overlapping > 500);
+}
+
+/// Returns two cubes that touch, to the last bit. Their rotations are random, or some of their faces, edges or corners are aligned.
+fn touching_cubes([a, b]: [&Shape; 2], number: u64, are_aligned: bool) -> ContactPair<'_> {
+    let mut random = Random::numbered(number);
+    let rotations = [0, 1].map(|_| {
+        let mut turn = Vector3::zeros();
+        turn[random.below(3)] = [0.0, FRAC_PI_4, FRAC_PI_2, 0.3][random.below(4)];
+        if are_aligned {
+            turn
+        } else {
+            random.rotation_vector()
+        }
+    });
+    let mut direction = Vector3::from_fn(|_, _| [0.0, 0.0, 1.0, 0.9, 0.2, -0.3][random.below(6)]);
+    direction[random.below(3)] += 0.5;
+    let at = |distance: f64| {
+        let [pose_a, pose_b] = [Vector3::zeros(), direction * distance];
+        let pose_b = Pose::from_rotation_vector(&rotations[1], pose_b);
+        let pose_a = Pose::from_rotation_vector(&rotations[0], pose_a);
+        pair((a, pose_a), body(b, pose_b))
+    };
+    let ends = bisected([0.0, 8.0], |distance| {
+        at(distance).clearance().distance > 0.0
+    });
+    at(ends[usize::from(number.is_multiple_of(2))])
+}
+
+/// Returns neighboring numbers, of which the second is apart.
+fn bisected([mut low, mut high]: [f64; 2], is_apart: impl Fn(f64) -> bool) -> [f64; 2] {
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if is_apart(middle) {
+            high = middle;
+        } else {
+            low = middle;
+        }
+    }
+    [low, high]
+}
+
+/// Returns whether a derivative of the clearance is not between the slopes of both sides.
+fn has_derivative_outside_of_the_slopes(pair: &ContactPair) -> bool {
+    let contact = pair.linearized_clearance();
+    (0..12).any(|column| {
+        let mut motion = SVector::zeros();
+        motion[column] = STEP;
+        let change =
+            |motion| moved(pair, &motion).clearance().distance - contact.clearance.distance;
+        let slopes = [change(motion) / STEP, -change(-motion) / STEP];
+        let [least, most] = [slopes[0].min(slopes[1]), slopes[0].max(slopes[1])];
+        !(least - KINK..=most + KINK).contains(&contact.by_poses[column])
+    })
+}
+
+#[test]
+fn derivatives_at_exact_touch_are_between_the_slopes_of_both_sides() {
+    let [a, b] = [cuboid([1.0; 3]), cuboid([0.8; 3])];
+    for (are_aligned, most) in [(false, 0), (true, PARALLEL_EDGES)] {
+        let pairs = (0..300).map(|number| touching_cubes([&a, &b], number, are_aligned));
+        let outside = pairs.filter(has_derivative_outside_of_the_slopes).count();
+        println!("aligned: {are_aligned}, {outside} of 300 pairs have a derivative outside");
+        assert!(outside <= most);
+    }
+}
+
+#[test]
+fn the_derivative_of_a_cube_that_touches_a_plane_with_an_edge_is_the_derivative_at_the_middle_of_the_edge()
+ {
+    let cube = cuboid([1.0; 3]);
+    for sunk in [0.0, 1e-13, 5e-11, -1e-13] {
+        let pose = turned([FRAC_PI_4, 0.0, 0.0], [0.3, 0.2, SQRT_2 / 2.0 - sunk]);
+        let on_edge = pair(
+            (&cube, pose),
+            Partner::rigid_half_space(Pose::identity()).unwrap(),
+        );
+        let contact = on_edge.linearized_clearance();
+        assert_near(contact.clearance.distance, -sunk, ROUND_OFF);
+        let slopes = contact.by_poses.fixed_rows::<6>(0).into_owned();
+        assert_near(
+            (slopes - vector![0.0, 0.0, 0.0, 0.0, 0.0, 1.0]).amax(),
+            0.0,
+            EXACT,
+        );
+    }
 }
 
 #[test]

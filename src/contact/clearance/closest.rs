@@ -1,9 +1,9 @@
 use super::Feature;
-use super::nearest::Nearest;
+use super::nearest::{Nearest, TOUCHING};
 use super::separation::Separation;
 use crate::contact::ContactPair;
 use crate::contact_shape::PartnerShape;
-use crate::scalar::{Scalar, change, lift_vector};
+use crate::scalar::{Scalar, change, lift, lift_vector};
 use nalgebra::Vector3;
 
 /// Signed distance between two bodies: the smallest distance between their surfaces, or minus the depth if they overlap.
@@ -16,6 +16,10 @@ use nalgebra::Vector3;
 ///
 /// The clearance is continuous in the poses. Its derivative changes where the features change: at ties, such as parallel faces, and where
 /// the bodies begin to overlap. At a tie, the derivative is the derivative for one pair of closest features.
+///
+/// At exact touch, the derivative is the derivative of bodies apart, and its mean over the features that tie. Overlaps below 1.2e-10 of the
+/// size are round-off and count as touch. The depth may begin with a smaller slope than the distance. At parallel edges, the mean may thus be
+/// outside of the slopes of both sides.
 ///
 /// ```
 /// use hydroelastic::contact::{ContactBody, ContactPair, Feature, Partner, Shape};
@@ -54,17 +58,36 @@ impl<T: Scalar> ContactPair<'_, T> {
     #[must_use]
     pub fn clearance(&self) -> Clearance<T> {
         let real = self.real();
-        if let Some((pair, place)) = real.deepest() {
-            let (depth, point) = self.depth_at(pair, &place);
-            return self.in_world(-depth, [point; 2], place.features(pair.shape_b));
+        let nearest = || Nearest::of(&real.source().pair);
+        let Some((pair, place, depth)) = real.deepest() else {
+            return self.mean_separation(&nearest());
+        };
+        if depth <= TOUCHING * real.source().pair.margin() {
+            let nearest = nearest();
+            if !nearest.are_crossing {
+                return self.mean_separation(&nearest);
+            }
         }
-        self.separation(&Nearest::of(&real.source().pair))
+        let (depth, point) = self.depth_at(pair, &place);
+        self.in_world(-depth, [point; 2], place.features(pair.shape_b))
     }
 
-    /// Returns the clearance of bodies that do not overlap, from their closest features.
-    fn separation(&self, nearest: &Nearest) -> Clearance<T> {
+    /// Returns the clearance of bodies that do not overlap by more than round-off, from their closest features. The derivatives of the
+    /// distance are the mean over the features that tie.
+    fn mean_separation(&self, nearest: &Nearest) -> Clearance<T> {
+        let (mut clearance, mut count) = (self.separation(nearest, nearest.features[0]), 1.0);
+        for features in &nearest.features[1..] {
+            clearance.distance += self.separation(nearest, *features).distance;
+            count += 1.0;
+        }
+        clearance.distance /= lift::<T>(count);
+        clearance
+    }
+
+    /// Returns the clearance from one pair of features.
+    fn separation(&self, nearest: &Nearest, features: [Feature; 2]) -> Clearance<T> {
         let pose_ab = self.source().pose_ab;
-        let [feature_a, feature_b] = nearest.features;
+        let [feature_a, feature_b] = features;
         let shape_b = self.b().partner_shape();
         let a = feature_a.points(PartnerShape::Compliant(self.a().shape()));
         let a: Vec<_> = a.iter().map(lift_vector).collect();
@@ -84,7 +107,7 @@ impl<T: Scalar> ContactPair<'_, T> {
         } else {
             separation.distance
         };
-        self.in_world(distance, separation.points, nearest.features)
+        self.in_world(distance, separation.points, features)
     }
 
     /// Creates a clearance from points in A's frame.

@@ -120,8 +120,8 @@ fn depth_below<T: Scalar>(shape: PartnerShape, point: &Vector3<T>, margin: f64) 
 }
 
 impl<'a> ContactPair<'a> {
-    /// Returns the pair in A's frame and the deepest place, or `None` if the bodies do not overlap.
-    pub(super) fn deepest(&self) -> Option<(RelativePair<'a>, Place)> {
+    /// Returns the pair in A's frame, the deepest place and its depth (m), or `None` if the bodies do not overlap.
+    pub(super) fn deepest(&self) -> Option<(RelativePair<'a>, Place, f64)> {
         let source = self.source();
         if !may_overlap(&source.pair) {
             return None;
@@ -133,7 +133,7 @@ impl<'a> ContactPair<'a> {
         depths.add_vertices_of_a(&mut deepest);
         depths.add_vertices_of_b(&mut deepest);
         let place = deepest.place.filter(|_| deepest.depth > pair.margin());
-        place.map(|place| (pair, place))
+        place.map(|place| (pair, place, deepest.depth))
     }
 }
 

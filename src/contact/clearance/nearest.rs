@@ -1,8 +1,9 @@
 use super::Feature;
+use super::separation::unit;
 use super::side::{Part, Side};
 use crate::broad_phase::SurfaceFace;
 use crate::bvh::WIDTH;
-use crate::contact_shape::{PartnerShape, Shape};
+use crate::contact_shape::PartnerShape;
 use crate::geometry::{Aabb, TriangleGap, TrianglePart};
 use crate::narrow_phase::RelativePair;
 use crate::spatial::Pose;
@@ -14,13 +15,19 @@ const ROUNDS: usize = 16;
 const STALL_RATIO: f64 = 0.999;
 /// Largest number of triangles of each body for a comparison of all pairs.
 const MOST_COMPARED: usize = 32;
+/// Depth (margins) of overlaps that count as round-off: 1.2e-10 of the size.
+pub(super) const TOUCHING: f64 = 4096.0;
+/// Distance (margins) by which bodies that touch are moved apart, so that their closest features are well-conditioned.
+const SHIFT: f64 = 2.0 * TOUCHING;
 
 /// Closest features of the boundary surfaces of A and B.
 pub(super) struct Nearest {
-    pub features: [Feature; 2],
-    /// Direction from A to B in A's frame, if the features touch within the tolerance of the contact.
+    /// The closest features. If the bodies touch, features that tie with them are included. The distances of ties differ by less than the
+    /// margin.
+    pub features: Vec<[Feature; 2]>,
+    /// Direction from A to B in A's frame, if the bodies touch or overlap.
     pub touching: Option<Vector3<f64>>,
-    /// Whether the surfaces cross.
+    /// Whether the surfaces cross by more than round-off.
     pub are_crossing: bool,
 }
 
@@ -33,7 +40,7 @@ impl Nearest {
                 nearest(&a, &Side::of_compliant(b, pair.pose_ab), pair.margin())
             }
             PartnerShape::Rigid(b) => nearest(&a, &Side::of_rigid(b, pair.pose_ab), pair.margin()),
-            PartnerShape::HalfSpace(_) => nearest_to_plane(pair.shape_a, &pair.pose_ab),
+            PartnerShape::HalfSpace(_) => nearest_to_plane(pair),
         }
     }
 }
@@ -45,17 +52,30 @@ struct Search<'s, 'a> {
     faces: [SurfaceFace; 2],
 }
 
+/// Finds the closest features of two surfaces.
+///
+/// If the surfaces touch, round-off would decide which features are closest, and in which direction. The result is then the closest features
+/// after a shift that separates the bodies. If no shift does, the surfaces cross by more than round-off, or touch on several sides.
 fn nearest(a: &Side, b: &Side, margin: f64) -> Nearest {
     let search = Search::over([a, b]);
-    let Search { gap, faces, .. } = search;
-    let feature = |k: usize| Feature::of_face(search.sides[k].shape, faces[k], gap.parts[k]);
-    let features = [feature(0), feature(1)];
-    let is_touching = gap.squared_distance <= margin * margin;
-    Nearest {
-        features,
-        touching: is_touching.then(|| a.normal_at(features[0]) - b.normal_at(features[1])),
-        are_crossing: gap.are_crossing,
+    if search.is_apart(margin) {
+        return search.nearest();
     }
+    let separated = |direction: Vector3<f64>| {
+        let b = b.shifted(&(direction * (SHIFT * margin)));
+        let search = Search::over([a, &b]);
+        search.is_apart(margin).then(|| Nearest {
+            features: search.ties(margin),
+            touching: Some(direction),
+            are_crossing: false,
+        })
+    };
+    let directions = search.outward_directions();
+    let touching = directions.into_iter().find_map(separated);
+    touching.unwrap_or_else(|| Nearest {
+        touching: Some(directions[0]),
+        ..search.nearest()
+    })
 }
 
 impl<'s, 'a> Search<'s, 'a> {
@@ -71,6 +91,45 @@ impl<'s, 'a> Search<'s, 'a> {
             search.descend(&sides.map(Side::root));
         }
         search
+    }
+
+    fn is_apart(&self, margin: f64) -> bool {
+        self.gap.squared_distance > margin * margin
+    }
+
+    fn nearest(&self) -> Nearest {
+        Nearest {
+            features: vec![self.features_of(self.faces, self.gap.parts)],
+            touching: None,
+            are_crossing: self.gap.are_crossing,
+        }
+    }
+
+    /// Returns the closest features, and the features near the support planes whose distance is larger by at most the margin (m).
+    fn ties(&self, margin: f64) -> Vec<[Feature; 2]> {
+        let most = self.gap.squared_distance.sqrt() + margin;
+        let ([a, b], mut features) = (self.sides, self.nearest().features);
+        for faces in self.pairs_near_supports(most).unwrap_or_default() {
+            for (between, parts) in a.triangle(faces[0]).gaps_to(&b.triangle(faces[1])) {
+                let tie = self.features_of(faces, parts);
+                if between.norm_squared() <= most * most && !features.contains(&tie) {
+                    features.push(tie);
+                }
+            }
+        }
+        features
+    }
+
+    fn features_of(&self, faces: [SurfaceFace; 2], parts: [TrianglePart; 2]) -> [Feature; 2] {
+        [0, 1].map(|k| Feature::of_face(self.sides[k].shape, faces[k], parts[k]))
+    }
+
+    /// Returns unit vectors from A to B that may separate the bodies, from the normals of the closest features.
+    fn outward_directions(&self) -> [Vector3<f64>; 3] {
+        let features = self.features_of(self.faces, self.gap.parts);
+        let normal = |k: usize| unit(&self.sides[k].normal_at(features[k]));
+        let [a, b] = [normal(0), normal(1)];
+        [unit(&(a - b)), a, -b]
     }
 
     /// Finds a close pair by alternating projection onto both surfaces, beginning at the center of A's box.
@@ -89,25 +148,29 @@ impl<'s, 'a> Search<'s, 'a> {
         }
     }
 
-    /// Compares only the triangles near the support planes of both bodies, along the direction between the closest points so far. A triangle
-    /// of A that is behind the support plane of B by at least the present distance is not part of a closer pair, and vice versa. Returns
-    /// `None` without comparison if there are too many triangles, as for bodies that are not convex.
+    /// Compares only the triangles near the support planes. Returns `None` without comparison if there are too many triangles.
     fn compare_near_supports(&mut self) -> Option<()> {
-        if self.gap.are_crossing {
-            return Some(());
+        if !self.gap.are_crossing {
+            for faces in self.pairs_near_supports(self.gap.squared_distance.sqrt())? {
+                self.compare(faces);
+            }
         }
-        let distance = self.gap.squared_distance.sqrt();
-        let along = self.gap.between / distance;
+        Some(())
+    }
+
+    /// Returns the pairs of triangles that are nearer than a distance (m) along the direction between the closest points so far. They are
+    /// near the support planes of both bodies. Returns `None` if there are too many triangles, as for bodies that are not convex.
+    fn pairs_near_supports(&self, distance: f64) -> Option<Vec<[SurfaceFace; 2]>> {
+        let along = self.gap.between / self.gap.squared_distance.sqrt();
         let [a, b] = self.sides;
         let (support_a, support_b) = (a.support(&along), b.support(&-along));
         let faces_a = a.faces_beyond(-support_b - distance, &along, MOST_COMPARED)?;
         let faces_b = b.faces_beyond(-support_a - distance, &-along, MOST_COMPARED)?;
-        for &face_a in &faces_a {
-            for &face_b in &faces_b {
-                self.compare([face_a, face_b]);
-            }
-        }
-        Some(())
+        let pairs = faces_a
+            .iter()
+            .flat_map(|a| faces_b.iter().map(move |b| [a, b]));
+        let near = pairs.filter(|[a, b]| a.1 + b.1 > -distance);
+        Some(near.map(|[a, b]| [a.0, b.0]).collect())
     }
 
     /// Searches two parts: splits the larger part, and continues with its children in ascending order of distance.
@@ -156,9 +219,9 @@ impl<'s, 'a> Search<'s, 'a> {
     }
 }
 
-/// Finds the vertex of A with the smallest height above the plane of a half-space.
-fn nearest_to_plane(a: &Shape, pose_ab: &Pose) -> Nearest {
-    let pose_ba = pose_ab.inverse();
+/// Finds the vertex of A with the smallest height above the plane of a half-space B, or the lowest vertices if the bodies touch.
+fn nearest_to_plane(pair: &RelativePair) -> Nearest {
+    let (a, pose_ba, margin) = (pair.shape_a, pair.pose_ab.inverse(), pair.margin());
     let up = pose_ba.rotation().row(2).transpose();
     let height = |point: &Vector3<f64>| up.dot(point) + pose_ba.translation().z;
     let lowest_of = |aabb: &Aabb| height(&aabb.center()) - up.abs().dot(&aabb.half_extents());
@@ -173,9 +236,16 @@ fn nearest_to_plane(a: &Shape, pose_ab: &Pose) -> Nearest {
         }
         lowest.0
     });
+    let mut vertices = vec![lowest.1];
+    if lowest.0.abs() <= TOUCHING * margin {
+        let points = a.field().mesh().vertices().iter().enumerate();
+        let ties = points.filter(|(_, point)| height(point) <= lowest.0 + margin);
+        vertices = ties.map(|(vertex, _)| Feature::Vertex(vertex)).collect();
+    }
+    let features = vertices.into_iter().map(|vertex| [vertex, Feature::Plane]);
     Nearest {
-        features: [lowest.1, Feature::Plane],
+        features: features.collect(),
         touching: None,
-        are_crossing: lowest.0 < 0.0,
+        are_crossing: lowest.0 < -TOUCHING * margin,
     }
 }

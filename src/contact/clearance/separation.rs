@@ -16,7 +16,8 @@ pub(super) struct Separation<T> {
 
 impl<T: Scalar> Separation<T> {
     /// Computes the distance between two features from their vertices (m). One feature is a vertex, or both are edges. If the features
-    /// touch, `touching` is the direction from the first feature to the second. It need not be perpendicular to an edge.
+    /// touch, `touching` is the direction from the first feature to the second. It need not be perpendicular to an edge. The distance is
+    /// negative if the features have passed each other.
     pub fn between(a: &[Vector3<T>], b: &[Vector3<T>], touching: Option<&Vector3<f64>>) -> Self {
         match (a, b) {
             ([vertex], [_, _, _]) => Self::above_face(vertex, b).unsigned(touching),
@@ -124,6 +125,6 @@ fn beside<T: Scalar>(normal: &Vector3<f64>, edge: &Vector3<T>) -> Vector3<f64> {
 }
 
 /// Returns the unit vector along a vector, or zero if the vector has the size of round-off.
-fn unit(vector: &Vector3<f64>) -> Vector3<f64> {
+pub(super) fn unit(vector: &Vector3<f64>) -> Vector3<f64> {
     vector.try_normalize(f64::EPSILON).unwrap_or_default()
 }

@@ -58,6 +58,13 @@ impl<'a> Side<'a> {
         }
     }
 
+    /// Returns the surface after a displacement (m) in A's frame.
+    pub fn shifted(&self, displacement: &Vector3<f64>) -> Self {
+        let position = self.pose.translation() + displacement;
+        let pose = self.pose.with_translation(position);
+        Self { pose, ..*self }
+    }
+
     pub fn root(&self) -> Part {
         Part {
             node: Node::ROOT,
@@ -117,17 +124,18 @@ impl<'a> Side<'a> {
         end
     }
 
-    /// Returns the triangles that reach beyond a coordinate (m) along a unit vector in A's frame. Returns `None` if there are more than `most`.
+    /// Returns the triangles that reach beyond a coordinate (m) along a unit vector in A's frame, with their largest coordinates. Returns
+    /// `None` if there are more than `most`.
     pub fn faces_beyond(
         &self,
         limit: f64,
         direction: &Vector3<f64>,
         most: usize,
-    ) -> Option<Vec<SurfaceFace>> {
+    ) -> Option<Vec<(SurfaceFace, f64)>> {
         let mut faces = Vec::new();
         self.visit_from_support(direction, |face, support_of_face| {
             if support_of_face > limit {
-                faces.push(face);
+                faces.push((face, support_of_face));
             }
             if faces.len() > most {
                 f64::INFINITY
