@@ -15,7 +15,7 @@ use crate::trajectory::Trajectory;
 use crate::vjp::VectorJacobianProduct;
 use crate::world::World;
 use hydroelastic::gradient::{
-    self, Experiment, FinalClearance, FirstContact, GradientError, LeastClearance, Mode,
+    self, Experiment, FirstContact, GradientError, Mode, RolloutClearance,
 };
 use hydroelastic::nalgebra::{DMatrix, DVector};
 use pyo3::prelude::*;
@@ -198,13 +198,9 @@ impl World {
     ) -> PyResult<(f64, Floats<'py>)> {
         let by = inner(&parameters);
         let (clearance, gradient) = self.experiment(py, plan, (0, None), |experiment| {
-            if least {
-                let loss = LeastClearance::between(&self.inner, first, second)?;
-                experiment.gradient(&by, &loss)
-            } else {
-                let loss = FinalClearance::between(&self.inner, first, second)?;
-                experiment.gradient(&by, &loss)
-            }
+            let loss = RolloutClearance::between(&self.inner, first, second)?;
+            let loss = if least { loss.least() } else { loss };
+            experiment.gradient(&by, &loss)
         })?;
         Ok((clearance, column(py, &gradient)?))
     }

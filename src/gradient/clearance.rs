@@ -5,18 +5,16 @@ use crate::dynamics::{Approach, Force, PairClearance, State, Trajectory, World, 
 use crate::scalar::{Scalar, lift};
 use nalgebra::DVector;
 
-/// Clearance (m) of two bodies at the last state: 1 number. It has derivatives also if the bodies never touch.
+/// Clearance (m) of two bodies at the last state, or the least at the recorded states: 1 number. It has derivatives also if the bodies never
+/// touch.
 ///
 /// [`ContactPair::clearance`](crate::contact::ContactPair::clearance) defines the clearance. The shapes and moduli of the bodies are
 /// constants of the outcome. Derivatives with respect to them contain only their effect on the motion.
 #[derive(Debug, Clone)]
-pub struct FinalClearance(PairClearance);
-
-/// Least clearance (m) of two bodies at the recorded states: 1 number, with the properties of [`FinalClearance`].
-///
-/// It is continuous. It has a kink where another recorded state becomes the state with the least clearance.
-#[derive(Debug, Clone)]
-pub struct LeastClearance(PairClearance);
+pub struct RolloutClearance {
+    pair: PairClearance,
+    is_least: bool,
+}
 
 /// First contact of two bodies in a rollout, with derivatives: see [`Experiment::first_contact`].
 #[derive(Debug, Clone, PartialEq)]
@@ -42,8 +40,8 @@ pub enum FirstContact {
 /// Time (s) of the first contact, or the least clearance (m) if the bodies are apart: 1 number.
 struct TimeOrClearance<'p>(&'p PairClearance);
 
-impl FinalClearance {
-    /// Creates the outcome for two named bodies, of which at least one is compliant with a mesh.
+impl RolloutClearance {
+    /// Creates the clearance at the last state for two named bodies, of which at least one is compliant with a mesh.
     ///
     /// # Errors
     /// - If one of the names is unknown, or both are the same.
@@ -53,39 +51,39 @@ impl FinalClearance {
         first: &str,
         second: &str,
     ) -> Result<Self, WorldError> {
-        PairClearance::between(&world.model, [first, second]).map(Self)
+        let pair = PairClearance::between(&world.model, [first, second])?;
+        let is_least = false;
+        Ok(Self { pair, is_least })
+    }
+
+    /// Selects the least clearance at the recorded states. It is continuous. It has a kink where another recorded state becomes the state
+    /// with the least clearance.
+    #[must_use]
+    pub fn least(self) -> Self {
+        let is_least = true;
+        Self { is_least, ..self }
     }
 }
 
-impl Outcome for FinalClearance {
+impl Outcome for RolloutClearance {
     fn of<T: Scalar>(&self, trajectory: &Trajectory<T>) -> Vec<T> {
-        vec![self.0.at(trajectory.last()).distance]
+        vec![if self.is_least {
+            self.pair.least(trajectory).0
+        } else {
+            self.pair.at(trajectory.last()).distance
+        }]
     }
 
     fn share<T: Scalar>(&self, times: &[f64], record: usize, state: &State<T>) -> Option<Vec<T>> {
         let is_last = record + 1 == times.len();
-        let number = is_last.then(|| self.0.at(state).distance);
-        Some(vec![number.unwrap_or(lift(0.0))])
-    }
-}
-
-impl LeastClearance {
-    /// Creates the outcome for two named bodies, of which at least one is compliant with a mesh.
-    ///
-    /// # Errors
-    /// Returns the same errors as [`FinalClearance::between`].
-    pub fn between<F: Force>(
-        world: &World<f64, F>,
-        first: &str,
-        second: &str,
-    ) -> Result<Self, WorldError> {
-        PairClearance::between(&world.model, [first, second]).map(Self)
-    }
-}
-
-impl Outcome for LeastClearance {
-    fn of<T: Scalar>(&self, trajectory: &Trajectory<T>) -> Vec<T> {
-        vec![self.0.least(trajectory).0]
+        let number = || {
+            if is_last {
+                self.pair.at(state).distance
+            } else {
+                lift(0.0)
+            }
+        };
+        (!self.is_least).then(|| vec![number()])
     }
 }
 
@@ -103,7 +101,7 @@ impl Experiment {
     /// The clearance at the recorded states gives the interval of the first contact. In this interval, poses are cubic polynomials of time
     /// that interpolate the poses and twists at both ends. The time is the root of the clearance. Its derivative follows from the implicit
     /// function theorem: minus the derivative of the clearance, divided by the rate of the clearance. Shapes, moduli and centers of mass
-    /// are constants, as in [`FinalClearance`].
+    /// are constants, as in [`RolloutClearance`].
     ///
     /// The time is smooth as long as the touching features stay the same. It has a kink where the features change. It jumps, and its
     /// derivative becomes infinite, where a contact is grazing. If the bodies overlap at the start, the time is the start time, and its

@@ -75,7 +75,7 @@ mod values;
 mod verdict;
 mod vjp;
 
-pub use clearance::{FinalClearance, FirstContact, LeastClearance};
+pub use clearance::{FirstContact, RolloutClearance};
 pub use difference_check::DifferenceCheck;
 pub use dual_jacobian::dual_wrench_jacobian;
 pub use error::GradientError;

@@ -3,8 +3,7 @@
 use super::support::worlds::{GRAVITY, cuboid, dynamic, falling, fixed, icosphere, rigid_floor};
 use hydroelastic::dynamics::{Body, Material, Plan, World, WorldError};
 use hydroelastic::gradient::{
-    Experiment, FinalClearance, FirstContact, GradientError, LeastClearance, Mode, Outcome,
-    Parameter,
+    Experiment, FirstContact, GradientError, Mode, Outcome, Parameter, RolloutClearance,
 };
 use hydroelastic::spatial::Pose;
 use nalgebra::{DVector, Vector3, vector};
@@ -78,7 +77,7 @@ fn gradients_of_the_final_clearance_agree_with_differences_before_and_after_cont
     for (steps, is_touching) in [(60, false), (215, true)] {
         let world = thrown(vector![2.0, 0.1, 1.0]);
         let experiment = Experiment::new(&world, &Plan::new(1e-3, steps).unwrap());
-        let clearance = FinalClearance::between(&world, "wall", "cube").unwrap();
+        let clearance = RolloutClearance::between(&world, "wall", "cube").unwrap();
         let value = experiment.value(&clearance).unwrap()[0];
         assert_eq!(value < 0.0, is_touching, "{value}");
         assert_gradient(&experiment, &clearance);
@@ -90,8 +89,8 @@ fn gradients_of_the_least_clearance_agree_with_differences_if_the_bodies_pass_ea
     // The cube falls before it reaches the wall.
     let world = thrown(vector![0.5, 0.1, 2.0]);
     let experiment = Experiment::new(&world, &Plan::new(1e-3, 400).unwrap());
-    let least = LeastClearance::between(&world, "cube", "wall").unwrap();
-    let last = FinalClearance::between(&world, "cube", "wall").unwrap();
+    let last = RolloutClearance::between(&world, "cube", "wall").unwrap();
+    let least = last.clone().least();
     let [least_value, last_value] = [
         experiment.value(&least).unwrap()[0],
         experiment.value(&last).unwrap()[0],
@@ -166,7 +165,9 @@ fn derivatives_of_the_time_of_first_contact_agree_with_differences() {
 fn a_rollout_without_contact_reports_the_least_clearance() {
     let world = thrown(vector![0.5, 0.1, 2.0]);
     let experiment = Experiment::new(&world, &Plan::new(1e-3, 100).unwrap());
-    let least = LeastClearance::between(&world, "cube", "wall").unwrap();
+    let least = RolloutClearance::between(&world, "cube", "wall")
+        .unwrap()
+        .least();
     let expected = experiment.gradient(&parameters(), &least).unwrap();
     match experiment
         .first_contact(&parameters(), ["cube", "wall"])
@@ -195,7 +196,7 @@ fn bodies_without_a_clearance_are_refused() {
     let cube = dynamic("cube", cuboid([0.1; 3]), skin(), 1.0);
     let world = falling(vec![cube, rigid_floor(0.0), ghost.unwrap()]);
     let refused =
-        |names: [&str; 2]| FinalClearance::between(&world, names[0], names[1]).unwrap_err();
+        |names: [&str; 2]| RolloutClearance::between(&world, names[0], names[1]).unwrap_err();
     assert!(matches!(refused(["cube", "cube"]), WorldError::SameBody(_)));
     assert!(matches!(
         refused(["cube", "cub"]),
