@@ -26,10 +26,25 @@ pub(super) enum Place {
 pub(super) struct Deepest {
     depth: f64,
     place: Option<Place>,
+    /// The last point (m) at which the depth was evaluated, and its depth (m).
+    last: (Vector3<f64>, f64),
 }
 
 impl Deepest {
-    fn add(&mut self, depth: f64, place: impl FnOnce() -> Place) {
+    /// Adds a point (m), unless the last depth implies that it is not the deepest point. A depth is the sum of two distances, so the
+    /// depths of two points differ by at most twice the distance of the points.
+    fn add(
+        &mut self,
+        point: &Vector3<f64>,
+        depth: impl FnOnce() -> f64,
+        place: impl FnOnce() -> Place,
+    ) {
+        let (last, last_depth) = self.last;
+        if last_depth + 2.0 * (point - last).norm() <= self.depth {
+            return;
+        }
+        let depth = depth();
+        self.last = (*point, depth);
         if depth > self.depth {
             (self.depth, self.place) = (depth, Some(place()));
         }
@@ -38,8 +53,11 @@ impl Deepest {
 
 impl PartialSum for Deepest {
     fn empty() -> Self {
-        let (depth, place) = (0.0, None);
-        Self { depth, place }
+        Self {
+            depth: 0.0,
+            place: None,
+            last: (Vector3::zeros(), f64::INFINITY),
+        }
     }
 
     fn merge(&mut self, next: Self) {
@@ -150,8 +168,8 @@ impl Depths<'_, f64> {
     fn deepest_corner(&self, surface: &CutSurface<f64>) -> Deepest {
         surface.sum_of_cuts(|deepest: &mut Deepest, cut| {
             for point in cut.polygon.corners() {
-                let depth = self.at(point, true);
-                deepest.add(depth, || Place::Corner(Box::new(*cut), *point));
+                let place = || Place::Corner(Box::new(*cut), *point);
+                deepest.add(point, || self.at(point, true), place);
             }
         })
     }
@@ -165,7 +183,8 @@ impl Depths<'_, f64> {
                 continue;
             };
             if pair.modulus_a * extent <= pressure {
-                deepest.add(self.at(point, false), || Place::VertexOfA(vertex, cell));
+                let place = || Place::VertexOfA(vertex, cell);
+                deepest.add(point, || self.at(point, false), place);
             }
         }
     }
@@ -182,8 +201,8 @@ impl Depths<'_, f64> {
                 continue;
             };
             if pair.scales[1] * extent <= pair.modulus_a * pair.tet_a(tet).extent.at(&point_in_a) {
-                let depth = self.at(&point_in_a, false);
-                deepest.add(depth, || Place::VertexOfB(*point, vertex, tet));
+                let place = || Place::VertexOfB(*point, vertex, tet);
+                deepest.add(&point_in_a, || self.at(&point_in_a, false), place);
             }
         }
     }
