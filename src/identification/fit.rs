@@ -17,8 +17,8 @@ pub struct Fit {
     /// Estimates of the unknowns, in their order.
     pub estimates: Vec<Estimate>,
     /// Covariance of the coordinates of the unknowns, for noise with the stated deviations and a correct model. It is the inverse of the
-    /// Gauss–Newton matrix, with the nuisances eliminated. All entries are infinite if the matrix is
-    /// singular.
+    /// Gauss–Newton matrix, with the nuisances eliminated. An unknown without effect has an infinite variance, and covariances of 0. If the
+    /// matrix of the other unknowns is singular, all of their entries are infinite.
     pub covariance: DMatrix<f64>,
     /// Covariance of the coordinates from the spread between measurements (sandwich estimator). It remains valid if the model is only
     /// approximate or the deviations of the noise are not known, and needs many more measurements than unknowns.
@@ -46,7 +46,7 @@ pub struct Estimate {
     pub name: String,
     /// Value.
     pub value: f64,
-    /// 95 % interval of the value, from [`Fit::covariance`]. Its ends are infinite or NaN if the matrix is singular.
+    /// 95 % interval of the value, from [`Fit::covariance`]. Its ends are infinite, or bounds of the unknown, if the variance is infinite.
     pub interval: [f64; 2],
     /// 95 % interval of the value, from [`Fit::sandwich_covariance`].
     pub sandwich_interval: [f64; 2],
@@ -74,10 +74,7 @@ impl Fit {
             information += reduced.matrix;
             spread += &reduced.gradient * reduced.gradient.transpose();
         }
-        let covariance = information.clone().try_inverse();
-        let unknown = || DMatrix::from_element(names.len(), names.len(), f64::INFINITY);
-        let covariance = covariance.unwrap_or_else(unknown);
-        let sandwich_covariance = &covariance * spread * &covariance;
+        let [covariance, sandwich_covariance] = covariances(&information, &spread);
         let at = &end.point.unknowns;
         let intervals = [&covariance, &sandwich_covariance].map(|covariance| {
             let half = covariance
@@ -120,6 +117,33 @@ impl Fit {
             .map(|estimate| estimate.value)
             .collect()
     }
+}
+
+/// Returns [`Fit::covariance`] and [`Fit::sandwich_covariance`].
+fn covariances(information: &DMatrix<f64>, spread: &DMatrix<f64>) -> [DMatrix<f64>; 2] {
+    let count = information.nrows();
+    let with_effect: Vec<_> = (0..count)
+        .filter(|&unknown| information[(unknown, unknown)] > 0.0)
+        .collect();
+    let among = |matrix: &DMatrix<f64>| {
+        matrix
+            .select_rows(&with_effect)
+            .select_columns(&with_effect)
+    };
+    let inverse = among(information).try_inverse();
+    let sandwich = inverse
+        .as_ref()
+        .map(|inverse| inverse * among(spread) * inverse);
+    [inverse, sandwich].map(|of_effective| {
+        let mut covariance = DMatrix::from_diagonal_element(count, count, f64::INFINITY);
+        for (i, &row) in with_effect.iter().enumerate() {
+            for (j, &column) in with_effect.iter().enumerate() {
+                let entry = of_effective.as_ref().map(|matrix| matrix[(i, j)]);
+                covariance[(row, column)] = entry.unwrap_or(f64::INFINITY);
+            }
+        }
+        covariance
+    })
 }
 
 /// Principal directions of an information matrix, the least known first.

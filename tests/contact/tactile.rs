@@ -167,6 +167,55 @@ fn a_block_presses_equally_on_the_taxels_under_it_and_not_on_others() {
     }
 }
 
+/// The planes of the columns cross at y = −0.208 m, outside of the box of the patch, but in the contact.
+#[test]
+fn taxels_in_the_box_are_correct_if_planes_cross_in_the_contact_outside_of_the_box() {
+    let cube = cuboid([1.0; 3]);
+    let line = |x: f64, y: f64, offset: f64| AffineField {
+        gradient: vector![x, y, 0.0],
+        offset,
+    };
+    let columns = [(0.0, 0.6), (1.0, -0.04), (-0.2, -0.29), (0.0, -0.6)];
+    let columns = columns.map(|(y, offset)| line(1.0, y, offset));
+    let rows = [0.6, 0.1, -0.1, -0.6].map(|offset| line(0.0, 1.0, offset));
+    let patch = Aabb {
+        lower: vector![-0.7, -0.1, -1.0],
+        upper: vector![0.7, 0.1, 1.0],
+    };
+    let grid = TaxelGrid::new(&columns, &rows, &patch).unwrap();
+    let a = ContactBody::new(&cube, at(0.0, 0.0, 0.45), 1e5).unwrap();
+    let floor = Partner::rigid_half_space(Pose::identity()).unwrap();
+    let at_rest = ContactPair::new(a, floor);
+    let law = SurfaceLaw::new(0.0, 0.0, 1e-2).unwrap();
+    let in_motion = ContactPair::new(a, floor).moving(law, [Twist::zero(); 2]);
+    for pair in [at_rest, in_motion] {
+        let image = pair.tactile_image(GridBody::A, &grid);
+        // The taxel is 0.2 m long and 0.25 m wide on average. The pressure is 1e5 · 0.05/0.5 Pa.
+        let force = image.taxel(1, 1).unwrap().wrench.force.z;
+        assert!((force - 500.0).abs() < 1e-9, "{force}");
+    }
+}
+
+/// The plane between the rows contains the whole contact of a ball with a plane through its center, up to round-off.
+#[test]
+fn a_contact_in_a_taxel_plane_is_in_the_higher_row() {
+    let ball = icosphere(0.1, 1);
+    let pose = turned([0.3, -0.5, 0.9], [0.0; 3]);
+    let frame = Pose::from_rotation_vector(&vector![PI / 2.0, 0.0, 0.0], Vector3::zeros());
+    let grid = TaxelGrid::flat(&(pose.inverse() * frame), [0.3, 0.2], [1, 2]).unwrap();
+    let a = ContactBody::new(&ball, pose, 1e5).unwrap();
+    let floor = Partner::rigid_half_space(Pose::identity()).unwrap();
+    let at_rest = ContactPair::new(a, floor);
+    let law = SurfaceLaw::new(0.0, 0.0, 1e-2).unwrap();
+    let in_motion = ContactPair::new(a, floor).moving(law, [Twist::zero(); 2]);
+    for pair in [at_rest, in_motion] {
+        let image = pair.tactile_image(GridBody::A, &grid);
+        assert_eq!(image.taxels().len(), 1);
+        let difference = image.force(1, 0) - grid.axes(1, 0).tr_mul(&image.total().force);
+        assert!(difference.norm() < 1e-9, "{difference}");
+    }
+}
+
 #[test]
 fn taxels_are_the_integral_of_traction_over_a_sampled_contact_surface() {
     let (pad, ball) = (cuboid([0.4, 0.4, 0.1]), icosphere(0.1, 2));

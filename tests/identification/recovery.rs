@@ -110,6 +110,22 @@ fn an_unknown_without_effect_has_an_infinite_interval() {
 }
 
 #[test]
+fn an_unknown_without_effect_does_not_change_the_intervals_of_other_unknowns() {
+    let fit_of = |unknowns: &[Unknown]| {
+        let identification = Identification::new(&world(GUESS), &plan(), unknowns).unwrap();
+        let fit = identification.with_noise(noise()).fit(&clean(3));
+        fit.unwrap().estimates
+    };
+    let without = fit_of(&unknowns());
+    let mut unknowns = unknowns().to_vec();
+    unknowns.insert(1, Unknown::new(Parameter::dissipation("table")));
+    let mut with = fit_of(&unknowns);
+    let no_effect = with.remove(1);
+    assert!(no_effect.interval[1].is_infinite() && no_effect.sandwich_interval[1].is_infinite());
+    assert_eq!(with, without);
+}
+
+#[test]
 fn a_fit_continues_from_its_checkpoint() {
     let identification = Identification::new(&world(GUESS), &plan(), &unknowns()).unwrap();
     let identification = identification

@@ -65,6 +65,8 @@ impl<T: Scalar> PartialSum for DividedForces<T> {
 pub(super) struct Division<T> {
     /// Planes of the columns and of the rows.
     pub planes: [Vec<AffineField<T>>; 2],
+    /// For the columns and the rows, the largest difference of the gradients of adjacent planes. 0 for parallel planes.
+    turns: [f64; 2],
     motion: Option<(SurfaceLaw<T>, RelativeMotion<T>)>,
 }
 
@@ -76,10 +78,13 @@ impl<T: Scalar> Division<T> {
         motion: Option<(SurfaceLaw<T>, RelativeMotion<T>)>,
     ) -> Self {
         let pose = body.pose_in_a(pose_ab);
+        let posed = |field: AffineField| field.posed(&pose);
+        let planes = grid
+            .fields()
+            .map(|fields| fields.map(posed).collect::<Vec<_>>());
         Self {
-            planes: grid
-                .fields()
-                .map(|fields| fields.map(|field| field.posed(&pose)).collect()),
+            turns: planes.each_ref().map(|planes| largest_turn(planes)),
+            planes,
             motion,
         }
     }
@@ -161,8 +166,8 @@ impl<T: Scalar> Division<T> {
     }
 
     /// Adds the forces on an outline from the loads of cells. This is faster than cutting the outline. Returns `None` if the outline is not in
-    /// the patch, or if round-off makes a line cross it more than twice. Returns `None` for pairs in motion, too, because friction is
-    /// integrated over the outlines of pieces.
+    /// the patch, if planes of a family may cross in it, or if round-off makes a line cross it more than twice. Returns `None` for pairs in
+    /// motion, too, because friction is integrated over the outlines of pieces.
     fn add_cells(
         &self,
         polygon: &PlanePolygon<T>,
@@ -173,11 +178,14 @@ impl<T: Scalar> Division<T> {
             return None;
         }
         let cells = &mut forces.cells;
+        let (points, rounding) = (|| points(polygon, outline), rounding(polygon, outline));
         for (family, planes) in self.planes.iter().enumerate() {
             let strips = cells.cleared_corner_strips(family);
-            let range = strips_of(planes, points(polygon, outline), |strip| strips.push(strip));
+            let range = strips_of((planes, rounding), points(), |strip| strips.push(strip));
             let is_at_border = *range.start() == 0 || *range.end() + 2 == planes.len();
-            if is_at_border && !are_between_outer_planes(planes, points(polygon, outline)) {
+            if is_at_border && !are_between_outer_planes((planes, rounding), points())
+                || !self.are_in_order(polygon, family, (&range, outline))
+            {
                 return None;
             }
             let lines = planes[range.clone()].iter().skip(1);
@@ -195,6 +203,24 @@ impl<T: Scalar> Division<T> {
         Some(())
     }
 
+    /// Returns whether the planes beside a range of strips have the same order everywhere in an outline. `false` may be wrong.
+    fn are_in_order(
+        &self,
+        polygon: &PlanePolygon<T>,
+        family: usize,
+        (range, outline): (&RangeInclusive<usize>, &Outline<T>),
+    ) -> bool {
+        let change = self.turns[family] * reach(outline);
+        let origin = real_vector(&Vector3::from(polygon.plane.origin));
+        let planes = &self.planes[family][*range.start()..=range.end() + 1];
+        let values = |pair: &[AffineField<T>]| [0, 1].map(|i| real_value(&pair[i], &origin));
+        change <= 0.0
+            || planes.windows(2).all(|pair| {
+                let [before, after] = values(pair);
+                before - after > change
+            })
+    }
+
     /// Visits the parts of an outline in the columns (family 0) or in the rows (family 1), with their indices.
     fn visit_strips(
         &self,
@@ -204,7 +230,11 @@ impl<T: Scalar> Division<T> {
         mut visit: impl FnMut(usize, &Outline<T>),
     ) {
         let planes = &self.planes[family];
-        let range = strips_of(planes, points(polygon, outline), |_| {});
+        let rounding = rounding(polygon, outline);
+        let mut range = strips_of((planes, rounding), points(polygon, outline), |_| {});
+        if !self.are_in_order(polygon, family, (&range, outline)) {
+            range = 0..=planes.len() - 2;
+        }
         let mut rest = *outline;
         for strip in range.clone().skip(1) {
             let (function, zero) = in_plane(polygon, &planes[strip]);
@@ -269,7 +299,7 @@ impl<T: Scalar> Integrand<T> for Division<T> {
 /// Calls `visit` with the index of the strip of each point. Returns the range of these indices, or 0..=0 if there are no points. The search
 /// begins at the strip of the previous point, or at the estimated strip of the first point.
 fn strips_of<T: Scalar>(
-    planes: &[AffineField<T>],
+    (planes, rounding): (&[AffineField<T>], f64),
     points: impl Iterator<Item = Vector3<f64>>,
     mut visit: impl FnMut(usize),
 ) -> RangeInclusive<usize> {
@@ -277,7 +307,6 @@ fn strips_of<T: Scalar>(
     let mut previous = None;
     let (mut first, mut last) = (usize::MAX, 0);
     for point in points {
-        let rounding = ROUNDING * point.amax();
         let is_behind = |plane: &AffineField<T>| real_value(plane, &point) >= -rounding;
         let mut strip = previous.unwrap_or_else(|| estimated_strip(planes, &point));
         while strip > 0 && !is_behind(&inner[strip - 1]) {
@@ -295,11 +324,10 @@ fn strips_of<T: Scalar>(
 
 /// Returns whether points are between the first and the last plane, up to round-off.
 fn are_between_outer_planes<T: Scalar>(
-    planes: &[AffineField<T>],
+    (planes, rounding): (&[AffineField<T>], f64),
     mut points: impl Iterator<Item = Vector3<f64>>,
 ) -> bool {
     points.all(|point| {
-        let rounding = ROUNDING * point.amax();
         let [first, last] = [0, planes.len() - 1].map(|plane| real_value(&planes[plane], &point));
         first >= -rounding && last <= rounding
     })
@@ -317,6 +345,24 @@ fn estimated_strip<T: Scalar>(planes: &[AffineField<T>], point: &Vector3<f64>) -
     )]
     let strip = (before / (before - after) * count as f64) as usize;
     strip.min(count - 1)
+}
+
+/// Returns the largest difference of the gradients of adjacent planes.
+fn largest_turn<T: Scalar>(planes: &[AffineField<T>]) -> f64 {
+    let turn = |pair: &[AffineField<T>]| real_vector(&(pair[1].gradient - pair[0].gradient)).norm();
+    planes.windows(2).map(turn).fold(0.0, f64::max)
+}
+
+/// Returns a bound of the distances (m) from the origin of the plane to the points of an outline.
+fn reach<T: Scalar>(outline: &Outline<T>) -> f64 {
+    let distance = |y: &[T; 2]| real_part(y[0]).abs() + real_part(y[1]).abs();
+    outline.corners().iter().map(distance).fold(0.0, f64::max)
+}
+
+/// Returns the rounding-error bound of the values of planes at the points of an outline.
+fn rounding<T: Scalar>(polygon: &PlanePolygon<T>, outline: &Outline<T>) -> f64 {
+    let origin = Vector3::from(polygon.plane.origin);
+    ROUNDING * (real_vector(&origin).amax() + reach(outline))
 }
 
 /// Returns the corners of an outline in the plane of a polygon, in A's frame.
