@@ -325,6 +325,19 @@ fn the_derivative_of_a_cube_that_touches_a_plane_with_an_edge_is_the_derivative_
     }
 }
 
+/// The corner of a soft cube is 0.05 m below the top of a plate. The pressure of the cube is 0 there.
+#[test]
+fn the_depth_of_a_corner_does_not_depend_on_the_moduli() {
+    let (plate, cube) = (cuboid([2.0, 2.0, 1.0]), cuboid([0.2; 3]));
+    let down = Vector3::new(1.0, -1.0, 0.0).normalize() * (-1.0 / 3.0_f64.sqrt()).acos();
+    let pose = turned(down.into(), [0.0, 0.0, 0.5 + 0.1 * 3.0_f64.sqrt() - 0.05]);
+    for modulus in [1e3, 1e5, 1e7] {
+        let cube = ContactBody::new(&cube, pose, modulus).unwrap();
+        let pair = pair((&plate, Pose::identity()), cube);
+        assert_near(pair.clearance().distance, -0.05, ROUND_OFF);
+    }
+}
+
 #[test]
 fn second_derivatives_are_differences_of_first_derivatives() {
     let [a, b] = [cuboid([1.0; 3]), cuboid([1.0; 3])];

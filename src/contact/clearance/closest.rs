@@ -11,8 +11,8 @@ use nalgebra::Vector3;
 /// The pressure fields select points of the overlap: the corners of the contact polygons, where both pressures are equal, and the vertices
 /// inside the other body at which the pressure of their own body is smaller. The depth of a point is its distance to the surface of A plus
 /// its distance to the surface of B. The depth of the bodies is the largest depth of these points. For a ball in a half-space, it is the
-/// geometric depth. For a slender body that stands on its end, it is smaller, because these points may be near the sides of the body.
-/// Tetrahedra without pressure have no contact surface, so the clearance is 0 there.
+/// geometric depth. It never exceeds the shortest displacement that separates the bodies. Tetrahedra without pressure have no contact
+/// surface, so the clearance is 0 there.
 ///
 /// The clearance is continuous in the poses. Its derivative changes where the features change: at ties, such as parallel faces, and where
 /// the bodies begin to overlap. At a tie, the derivative is the derivative for one pair of closest features.

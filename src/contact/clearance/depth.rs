@@ -177,7 +177,7 @@ impl Depths<'_, f64> {
     /// Adds the vertices of A inside B at which the pressure of A is not above the pressure of B.
     fn add_vertices_of_a(&self, deepest: &mut Deepest) {
         let pair = &self.source.pair;
-        for (vertex, point, extent) in vertices_inside(pair.shape_a) {
+        for (vertex, point, extent) in vertices(pair.shape_a) {
             let in_b = self.pressure_in_b(&self.pose_ba.transformed_point(point));
             let Some((cell, pressure)) = in_b else {
                 continue;
@@ -195,7 +195,7 @@ impl Depths<'_, f64> {
         let PartnerShape::Compliant(shape_b) = pair.shape_b else {
             return;
         };
-        for (vertex, point, extent) in vertices_inside(shape_b) {
+        for (vertex, point, extent) in vertices(shape_b) {
             let point_in_a = pair.pose_ab.transformed_point(point);
             let Some(tet) = pair.shape_a.tet_at(&point_in_a) else {
                 continue;
@@ -243,12 +243,11 @@ impl Place {
     }
 }
 
-/// Returns the vertices with a positive extent: index, position (m) in the body frame, and extent.
-fn vertices_inside(shape: &Shape) -> impl Iterator<Item = (usize, &Vector3<f64>, f64)> {
+/// Returns the vertices: index, position (m) in the body frame, and extent.
+fn vertices(shape: &Shape) -> impl Iterator<Item = (usize, &Vector3<f64>, f64)> {
     let (vertices, extents) = (shape.field().mesh().vertices(), shape.field().extents());
     let vertices = vertices.iter().zip(extents).enumerate();
-    let inside = vertices.filter(|(_, (_, extent))| **extent > 0.0);
-    inside.map(|(vertex, (point, extent))| (vertex, point, *extent))
+    vertices.map(|(vertex, (point, extent))| (vertex, point, *extent))
 }
 
 /// Returns whether the bounding boxes of the bodies may overlap.
