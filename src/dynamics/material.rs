@@ -1,5 +1,5 @@
 use super::{BodyShape, WorldError};
-use crate::contact::{PartnerShape, STEEPEST, SurfaceLaw};
+use crate::contact::{PartnerShape, SLOPES, SurfaceLaw};
 use crate::scalar::{Scalar, lift, real_part};
 
 /// Contact properties of a body: stiffness, damping and friction.
@@ -120,9 +120,9 @@ impl<T: Scalar> Material<T> {
         }
         let steepest = partner.map_or(0.0, PartnerShape::steepest);
         let slope = self.modulus.map_or(0.0, real_part) * steepest;
-        if slope > STEEPEST {
+        if steepest > 0.0 && !SLOPES.contains(&slope) {
             let body = body();
-            return Err(WorldError::Steep { body, slope });
+            return Err(WorldError::Slope { body, slope });
         }
         Ok(())
     }

@@ -30,7 +30,7 @@ const KINK: f64 = 1e-3;
 
 /// Largest number of pairs of aligned cubes, of 300, whose derivative is not between the slopes of both sides. Their edges are parallel to a
 /// face or an edge, and the depth begins with a smaller slope than the distance.
-const PARALLEL_EDGES: usize = 15;
+const PARALLEL_EDGES: usize = 11;
 
 const MODULUS: f64 = 1e5;
 
