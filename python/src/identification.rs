@@ -239,7 +239,7 @@ impl Identification {
             cauchy,
             horizons: horizons.map_or(Ok(vec![]), |horizons| list(&horizons, "horizons"))?,
             max_iterations: count(max_iterations, "max_iterations")?,
-            bodies: bodies.map(|bodies| names(&bodies, "bodies")).transpose()?,
+            bodies: bodies.map(|bodies| names(&bodies)).transpose()?,
         };
         let inner: Vec<_> = unknowns
             .iter()

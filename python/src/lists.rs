@@ -36,11 +36,11 @@ pub fn optional_list_of<'py, T: PyClass>(
     list_of(argument).map(Some)
 }
 
-/// Converts an argument to a list of names of `what`.
-pub fn names(argument: &Bound<'_, PyAny>, what: &str) -> PyResult<Vec<String>> {
+/// Converts an argument to a list of names.
+pub fn names(argument: &Bound<'_, PyAny>) -> PyResult<Vec<String>> {
     if let Ok(name) = argument.extract::<String>() {
         return Err(PyTypeError::new_err(format!(
-            "{what} must be a list of names, but is the name {name:?}: put it into a list"
+            "a list of names is expected, but the argument is the name {name:?}: put it into a list"
         )));
     }
     argument.extract()

@@ -35,7 +35,7 @@ use pyo3::types::PyTuple;
 /// Raises
 /// ------
 /// HydroelasticError
-///     If planes cross in the box or are out of order, a column is parallel to a row, a plane has no normal, lower is above
+///     If planes cross in the box or are out of order, a column is parallel to a row, a plane has no normal, lower exceeds
 ///     upper, or a number is not finite.
 #[pyclass(frozen, module = "hydroelastic")]
 pub struct TaxelGrid {

@@ -162,7 +162,7 @@ def test_a_single_item_in_place_of_a_list_is_refused():
         (lambda: he.Identification(world, PLAN, unknowns()[0]), "a list of Unknown is expected, but the argument is one Unknown"),
         (lambda: he.Identification(world, PLAN, [friction]), "but the item at index 0 is <class 'hydroelastic.Parameter'>"),
         (lambda: he.Identification(world, PLAN, 1.0), "a list of Unknown is expected, but the argument is <class 'float'>"),
-        (lambda: he.Identification(world, PLAN, unknowns(), bodies="ball"), 'bodies must be a list of names, but is the name "ball": put it into a list'),
+        (lambda: he.Identification(world, PLAN, unknowns(), bodies="ball"), 'a list of names .* is the name "ball": put it into a list'),
         (lambda: he.Unknown(friction, tied_to=friction), "put it into a list"),
         (lambda: he.Identification(world, PLAN, [], nuisances=(friction, 0.1)), "a nuisance must be a Parameter and its deviation"),
         (lambda: identification.fit(trajectory), "a list of Trajectory is expected, but the argument is one Trajectory"),

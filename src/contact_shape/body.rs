@@ -73,7 +73,7 @@ impl<'a, T: Scalar> ContactBody<'a, T> {
     ///
     /// # Errors
     /// Returns an error if the pose is not finite, its rotation is not orthonormal, or the modulus is not positive and
-    /// finite. Also returns an error if the steepest gradient of the pressure is not from 1e-150 to 1e153 Pa/m.
+    /// finite. Also returns an error if the steepest gradient of the pressure is outside of 1e-150 to 1e153 Pa/m.
     pub fn new(shape: &'a Shape, pose: Pose<T>, modulus: T) -> Result<Self, BodyError> {
         let pose = pose.checked()?;
         check_modulus(real_part(modulus), shape.field().steepest())?;

@@ -119,8 +119,8 @@ impl<T: Scalar> Material<T> {
             });
         }
         let steepest = partner.map_or(0.0, PartnerShape::steepest);
-        let slope = self.modulus.map_or(0.0, real_part) * steepest;
-        if steepest > 0.0 && !SLOPES.contains(&slope) {
+        let slope = self.modulus.map(|modulus| real_part(modulus) * steepest);
+        if let Some(slope) = slope.filter(|slope| steepest > 0.0 && !SLOPES.contains(slope)) {
             let body = body();
             return Err(WorldError::Slope { body, slope });
         }

@@ -52,8 +52,9 @@ impl Triangle {
         }
     }
 
-    /// Returns the vectors (m) to the other triangle between corners and the other triangle, and between edges, with the parts that contain
-    /// the ends of the vectors. The shortest vector connects the closest points of triangles that do not cross.
+    /// Returns vectors (m) from this triangle to the other: from the corners of each triangle to the closest points of the other triangle, and
+    /// between pairs of edges. Each has the parts that contain its ends. The shortest vector connects the closest points of triangles that
+    /// do not cross.
     pub fn gaps_to(&self, other: &Self) -> impl Iterator<Item = (Vector3<f64>, [TrianglePart; 2])> {
         let corners = (0..3).map(|corner| self.gap_at_corner(corner, other));
         let corners_of_other = (0..3).map(|corner| {

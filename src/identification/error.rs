@@ -40,7 +40,7 @@ pub enum IdentificationError {
     NoObservedBody,
     /// The world has no dynamic body.
     #[error(
-        "the world has no dynamic body among its {0} bodies: add the body whose motion is measured"
+        "no body of the world is dynamic (number of bodies: {0}): add the body whose motion is measured"
     )]
     NoDynamicBody(usize),
     /// An observed body is not dynamic.

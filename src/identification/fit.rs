@@ -17,8 +17,8 @@ pub struct Fit {
     /// Estimates of the unknowns, in their order.
     pub estimates: Vec<Estimate>,
     /// Covariance of the coordinates of the unknowns, for noise with the stated deviations and a correct model. It is the inverse of the
-    /// Gauss–Newton matrix, with the nuisances eliminated. An unknown without effect has an infinite variance, and covariances of 0. If the
-    /// matrix of the other unknowns is singular, all of their entries are infinite.
+    /// Gauss–Newton matrix, with the nuisances eliminated. An unknown that does not change the residuals has an infinite variance, and
+    /// covariances of 0. If the matrix of the other unknowns is singular, all their variances and covariances are infinite.
     pub covariance: DMatrix<f64>,
     /// Covariance of the coordinates from the spread between measurements (sandwich estimator). It remains valid if the model is only
     /// approximate or the deviations of the noise are not known, and needs many more measurements than unknowns.

@@ -28,9 +28,9 @@ const STEP: f64 = 1e-6;
 /// Difference of the slopes on both sides that counts as a kink. The curvature causes a smaller difference.
 const KINK: f64 = 1e-3;
 
-/// Largest number of pairs of aligned cubes, of 300, whose derivative is not between the slopes of both sides. Their edges are parallel to a
-/// face or an edge, and the depth begins with a smaller slope than the distance.
-const PARALLEL_EDGES: usize = 11;
+/// Allowed number of aligned pairs, out of 300, whose derivative is not between the one-sided derivatives. In these pairs, an edge of one cube
+/// is parallel to a face or an edge of the other, and the depth begins with a smaller slope than the distance.
+const MOST_OUTSIDE: usize = 11;
 
 const MODULUS: f64 = 1e5;
 
@@ -240,7 +240,7 @@ fn derivatives_of_the_distance_are_differences_except_at_kinks() {
     assert!(kinks * 20 < smooth && overlapping > 500);
 }
 
-/// Returns two cubes that touch, to the last bit. Their rotations are random, or some of their faces, edges or corners are aligned.
+/// Returns two cubes whose distance is within one floating-point step of contact. Their rotations are random, or some of their faces, edges or corners are aligned.
 fn touching_cubes([a, b]: [&Shape; 2], number: u64, are_aligned: bool) -> ContactPair<'_> {
     let mut random = Random::numbered(number);
     let rotations = [0, 1].map(|_| {
@@ -266,7 +266,7 @@ fn touching_cubes([a, b]: [&Shape; 2], number: u64, are_aligned: bool) -> Contac
     at(ends[usize::from(number.is_multiple_of(2))])
 }
 
-/// Returns neighboring numbers, of which the second is apart.
+/// Returns neighboring distances, of which the bodies are apart at the second only.
 fn bisected([mut low, mut high]: [f64; 2], is_apart: impl Fn(f64) -> bool) -> [f64; 2] {
     for _ in 0..60 {
         let middle = 0.5 * (low + high);
@@ -279,8 +279,8 @@ fn bisected([mut low, mut high]: [f64; 2], is_apart: impl Fn(f64) -> bool) -> [f
     [low, high]
 }
 
-/// Returns whether a derivative of the clearance is not between the slopes of both sides.
-fn has_derivative_outside_of_the_slopes(pair: &ContactPair) -> bool {
+/// Returns whether a derivative of the clearance is not between the one-sided derivatives.
+fn is_outside_of_one_sided_derivatives(pair: &ContactPair) -> bool {
     let contact = pair.linearized_clearance();
     (0..12).any(|column| {
         let mut motion = SVector::zeros();
@@ -294,19 +294,18 @@ fn has_derivative_outside_of_the_slopes(pair: &ContactPair) -> bool {
 }
 
 #[test]
-fn derivatives_at_exact_touch_are_between_the_slopes_of_both_sides() {
+fn derivatives_at_exact_touch_are_between_the_one_sided_derivatives() {
     let [a, b] = [cuboid([1.0; 3]), cuboid([0.8; 3])];
-    for (are_aligned, most) in [(false, 0), (true, PARALLEL_EDGES)] {
+    for (are_aligned, most) in [(false, 0), (true, MOST_OUTSIDE)] {
         let pairs = (0..300).map(|number| touching_cubes([&a, &b], number, are_aligned));
-        let outside = pairs.filter(has_derivative_outside_of_the_slopes).count();
+        let outside = pairs.filter(is_outside_of_one_sided_derivatives).count();
         println!("aligned: {are_aligned}, {outside} of 300 pairs have a derivative outside");
         assert!(outside <= most);
     }
 }
 
 #[test]
-fn the_derivative_of_a_cube_that_touches_a_plane_with_an_edge_is_the_derivative_at_the_middle_of_the_edge()
- {
+fn the_derivative_of_an_edge_on_a_plane_is_the_derivative_at_the_middle_of_the_edge() {
     let cube = cuboid([1.0; 3]);
     for sunk in [0.0, 1e-13, 5e-11, -1e-13] {
         let pose = turned([FRAC_PI_4, 0.0, 0.0], [0.3, 0.2, SQRT_2 / 2.0 - sunk]);

@@ -196,7 +196,7 @@ fn taxels_in_the_box_are_correct_if_planes_cross_in_the_contact_outside_of_the_b
     }
 }
 
-/// The plane between the rows contains the whole contact of a ball with a plane through its center, up to round-off.
+/// A half-space cuts a ball through its center. The whole contact lies in the plane between two rows, up to round-off.
 #[test]
 fn a_contact_in_a_taxel_plane_is_in_the_higher_row() {
     let ball = icosphere(0.1, 1);

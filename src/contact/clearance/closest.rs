@@ -9,17 +9,17 @@ use nalgebra::Vector3;
 /// Signed distance between two bodies: the smallest distance between their surfaces, or minus the depth if they overlap.
 ///
 /// The pressure fields select points of the overlap: the corners of the contact polygons, where both pressures are equal, and the vertices
-/// inside the other body at which the pressure of their own body is smaller. The depth of a point is its distance to the surface of A plus
+/// inside the other body at which the pressure of their own body is not larger. The depth of a point is its distance to the surface of A plus
 /// its distance to the surface of B. The depth of the bodies is the largest depth of these points. For a ball in a half-space, it is the
-/// geometric depth. It never exceeds the shortest displacement that separates the bodies. Tetrahedra without pressure have no contact
-/// surface, so the clearance is 0 there.
+/// geometric depth. The depth never exceeds the shortest displacement that separates the bodies. Overlaps without contact polygons
+/// and without such vertices have the clearance 0.
 ///
 /// The clearance is continuous in the poses. Its derivative changes where the features change: at ties, such as parallel faces, and where
 /// the bodies begin to overlap. At a tie, the derivative is the derivative for one pair of closest features.
 ///
-/// At exact touch, the derivative is the derivative of bodies apart, and its mean over the features that tie. Overlaps below 1.2e-10 of the
-/// size are round-off and count as touch. The depth may begin with a smaller slope than the distance. At parallel edges, the mean may thus be
-/// outside of the slopes of both sides.
+/// If the bodies touch exactly, the derivative is the mean of the derivatives of the distances of all closest features that tie. Overlaps
+/// below 1.2e-10 of the size of the bodies are round-off and count as touch. The depth may begin with a smaller slope than the distance. If
+/// edges are parallel, the mean may therefore be outside of the interval between the one-sided derivatives.
 ///
 /// ```
 /// use hydroelastic::contact::{ContactBody, ContactPair, Feature, Partner, Shape};
@@ -72,8 +72,8 @@ impl<T: Scalar> ContactPair<'_, T> {
         self.in_world(-depth, [point; 2], place.features(pair.shape_b))
     }
 
-    /// Returns the clearance of bodies that do not overlap by more than round-off, from their closest features. The derivatives of the
-    /// distance are the mean over the features that tie.
+    /// Returns the clearance of bodies that do not overlap by more than round-off, from their closest features. The distance
+    /// and its derivatives are averaged over the features that tie.
     fn mean_separation(&self, nearest: &Nearest) -> Clearance<T> {
         let (mut clearance, mut count) = (self.separation(nearest, nearest.features[0]), 1.0);
         for features in &nearest.features[1..] {

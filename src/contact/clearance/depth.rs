@@ -26,13 +26,13 @@ pub(super) enum Place {
 pub(super) struct Deepest {
     depth: f64,
     place: Option<Place>,
-    /// The last point (m) at which the depth was evaluated, and its depth (m).
+    /// The last point (m) at which the depth was evaluated, and its depth (m), which is infinite before the first point.
     last: (Vector3<f64>, f64),
 }
 
 impl Deepest {
-    /// Adds a point (m), unless the last depth implies that it is not the deepest point. A depth is the sum of two distances, so the
-    /// depths of two points differ by at most twice the distance of the points.
+    /// Adds a point (m), unless its depth cannot exceed the largest depth so far. A depth is the sum of two distances, so the depths of two
+    /// points differ by at most twice the distance between the points.
     fn add(
         &mut self,
         point: &Vector3<f64>,

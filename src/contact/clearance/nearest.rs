@@ -15,9 +15,9 @@ const ROUNDS: usize = 16;
 const STALL_RATIO: f64 = 0.999;
 /// Largest number of triangles of each body for a comparison of all pairs.
 const MOST_COMPARED: usize = 32;
-/// Depth (margins) of overlaps that count as round-off: 1.2e-10 of the size.
+/// Largest depth of an overlap that counts as round-off, in multiples of the margin: 1.2e-10 of the size of the bodies.
 pub(super) const TOUCHING: f64 = 4096.0;
-/// Distance (margins) by which bodies that touch are moved apart, so that their closest features are well-conditioned.
+/// Distance by which bodies that touch are moved apart, in multiples of the margin, so that their closest features are well-conditioned.
 const SHIFT: f64 = 2.0 * TOUCHING;
 
 /// Closest features of the boundary surfaces of A and B.
@@ -25,7 +25,7 @@ pub(super) struct Nearest {
     /// The closest features. If the bodies touch, features that tie with them are included. The distances of ties differ by less than the
     /// margin.
     pub features: Vec<[Feature; 2]>,
-    /// Direction from A to B in A's frame, if the bodies touch or overlap.
+    /// Direction from A to B in A's frame, if the bodies touch or overlap. `None` for half-spaces, because their normal is known.
     pub touching: Option<Vector3<f64>>,
     /// Whether the surfaces cross by more than round-off.
     pub are_crossing: bool,
@@ -55,7 +55,8 @@ struct Search<'s, 'a> {
 /// Finds the closest features of two surfaces.
 ///
 /// If the surfaces touch, round-off would decide which features are closest, and in which direction. The result is then the closest features
-/// after a shift that separates the bodies. If no shift does, the surfaces cross by more than round-off, or touch on several sides.
+/// after a shift that separates the bodies. If none of three shifts separates them, the surfaces cross by more than round-off or touch on
+/// several sides, and the result is the closest features without a shift.
 fn nearest(a: &Side, b: &Side, margin: f64) -> Nearest {
     let search = Search::over([a, b]);
     if search.is_apart(margin) {
@@ -158,8 +159,8 @@ impl<'s, 'a> Search<'s, 'a> {
         Some(())
     }
 
-    /// Returns the pairs of triangles that are nearer than a distance (m) along the direction between the closest points so far. They are
-    /// near the support planes of both bodies. Returns `None` if there are too many triangles, as for bodies that are not convex.
+    /// Returns the pairs of triangles that are nearer than a distance (m) along the direction between the closest points so far. Other pairs are
+    /// not closer than this distance. Returns `None` if there are too many triangles, as for bodies that are not convex.
     fn pairs_near_supports(&self, distance: f64) -> Option<Vec<[SurfaceFace; 2]>> {
         let along = self.gap.between / self.gap.squared_distance.sqrt();
         let [a, b] = self.sides;

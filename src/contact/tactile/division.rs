@@ -65,8 +65,8 @@ impl<T: Scalar> PartialSum for DividedForces<T> {
 pub(super) struct Division<T> {
     /// Planes of the columns and of the rows.
     pub planes: [Vec<AffineField<T>>; 2],
-    /// For the columns and the rows, the largest difference of the gradients of adjacent planes. 0 for parallel planes.
-    turns: [f64; 2],
+    /// Largest norms of the difference between the gradients of adjacent planes, for columns and rows. They are 0 for a flat grid.
+    gradient_changes: [f64; 2],
     motion: Option<(SurfaceLaw<T>, RelativeMotion<T>)>,
 }
 
@@ -83,7 +83,9 @@ impl<T: Scalar> Division<T> {
             .fields()
             .map(|fields| fields.map(posed).collect::<Vec<_>>());
         Self {
-            turns: planes.each_ref().map(|planes| largest_turn(planes)),
+            gradient_changes: planes
+                .each_ref()
+                .map(|planes| largest_gradient_change(planes)),
             planes,
             motion,
         }
@@ -203,14 +205,15 @@ impl<T: Scalar> Division<T> {
         Some(())
     }
 
-    /// Returns whether the planes beside a range of strips have the same order everywhere in an outline. `false` may be wrong.
+    /// Returns `true` if the planes beside a range of strips certainly do not cross in an outline. May return `false` for planes that do not
+    /// cross.
     fn are_in_order(
         &self,
         polygon: &PlanePolygon<T>,
         family: usize,
         (range, outline): (&RangeInclusive<usize>, &Outline<T>),
     ) -> bool {
-        let change = self.turns[family] * reach(outline);
+        let change = self.gradient_changes[family] * reach(outline);
         let origin = real_vector(&Vector3::from(polygon.plane.origin));
         let planes = &self.planes[family][*range.start()..=range.end() + 1];
         let values = |pair: &[AffineField<T>]| [0, 1].map(|i| real_value(&pair[i], &origin));
@@ -347,10 +350,11 @@ fn estimated_strip<T: Scalar>(planes: &[AffineField<T>], point: &Vector3<f64>) -
     strip.min(count - 1)
 }
 
-/// Returns the largest difference of the gradients of adjacent planes.
-fn largest_turn<T: Scalar>(planes: &[AffineField<T>]) -> f64 {
-    let turn = |pair: &[AffineField<T>]| real_vector(&(pair[1].gradient - pair[0].gradient)).norm();
-    planes.windows(2).map(turn).fold(0.0, f64::max)
+/// Returns the largest norm of the difference between the gradients of adjacent planes.
+fn largest_gradient_change<T: Scalar>(planes: &[AffineField<T>]) -> f64 {
+    let change =
+        |pair: &[AffineField<T>]| real_vector(&(pair[1].gradient - pair[0].gradient)).norm();
+    planes.windows(2).map(change).fold(0.0, f64::max)
 }
 
 /// Returns a bound of the distances (m) from the origin of the plane to the points of an outline.

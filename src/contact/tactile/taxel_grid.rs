@@ -104,7 +104,7 @@ impl TaxelGrid {
     /// Returns an error in these cases:
     /// - a family has less than 2 or more than 4097 planes;
     /// - a plane is not finite or has no gradient;
-    /// - the box is not finite, or its lower corner is above its upper corner;
+    /// - the box is not finite, or a lower coordinate exceeds the upper coordinate;
     /// - planes of a family cross in the box or are out of order;
     /// - a column is parallel to a row.
     pub fn new(

@@ -49,9 +49,9 @@ pub enum TaxelGridError {
         /// Value of the plane's field at the origin.
         offset: f64,
     },
-    /// The box around a patch is not finite, or its lower corner is above its upper corner.
+    /// The box around a patch is not finite, or a lower coordinate exceeds the upper coordinate.
     #[error(
-        "the box around a patch must be finite, and its lower corner must not be above its upper corner, but it reaches from {lower:?} m to {upper:?} m"
+        "the box around a patch must be finite, with lower ≤ upper in each coordinate, but lower is {lower:?} m and upper is {upper:?} m"
     )]
     Patch {
         /// Lower corner (m).

@@ -32,9 +32,9 @@ fn a_rigid_partner_ignores_the_modulus() {
     }
 }
 
-/// Otherwise the force would be zero, because the squares of gradients overflow or underflow.
+/// The force would be zero, because the squares of the gradients overflow or underflow.
 #[test]
-fn pressures_must_rise_within_double_precision() {
+fn pressure_gradients_that_overflow_or_underflow_are_refused() {
     let [thin, bare] = [HalfSpace::layer(1e-6).unwrap(), HalfSpace::rigid()];
     let cube = cuboid([0.2; 3]);
     let here = Pose::identity();
