@@ -565,8 +565,8 @@ impl Pair {
     /// Computes the signed distance between the bodies and its derivatives, also before contact.
     ///
     /// The distance has kinks where the closest features change, for example at parallel faces. At a kink of bodies apart, the gradient
-    /// is computed for one of the pairs of closest features. If the bodies touch, it is the mean over these pairs. Derivatives with respect to a pose are
-    /// derivatives with respect to a twist in world axes, as in moved_pose.
+    /// is computed for one of the pairs of closest features. If the bodies touch, it is the mean over these pairs. Derivatives with
+    /// respect to a pose are derivatives with respect to a twist in world axes, as in moved_pose.
     ///
     /// Parameters
     /// ----------

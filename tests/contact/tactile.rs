@@ -167,6 +167,14 @@ fn a_block_presses_equally_on_the_taxels_under_it_and_not_on_others() {
     }
 }
 
+/// Returns a body on the half-space below z = 0 as a pair at rest, and as a pair in motion with velocities of zero.
+fn at_rest_and_in_motion(a: ContactBody) -> [ContactPair; 2] {
+    let floor = Partner::rigid_half_space(Pose::identity()).unwrap();
+    let law = SurfaceLaw::new(0.0, 0.0, 1e-2).unwrap();
+    let in_motion = ContactPair::new(a, floor).moving(law, [Twist::zero(); 2]);
+    [ContactPair::new(a, floor), in_motion]
+}
+
 /// The planes of the columns cross at y = −0.208 m, outside of the box of the patch, but in the contact.
 #[test]
 fn taxels_in_the_box_are_correct_if_planes_cross_in_the_contact_outside_of_the_box() {
@@ -184,11 +192,7 @@ fn taxels_in_the_box_are_correct_if_planes_cross_in_the_contact_outside_of_the_b
     };
     let grid = TaxelGrid::new(&columns, &rows, &patch).unwrap();
     let a = ContactBody::new(&cube, at(0.0, 0.0, 0.45), 1e5).unwrap();
-    let floor = Partner::rigid_half_space(Pose::identity()).unwrap();
-    let at_rest = ContactPair::new(a, floor);
-    let law = SurfaceLaw::new(0.0, 0.0, 1e-2).unwrap();
-    let in_motion = ContactPair::new(a, floor).moving(law, [Twist::zero(); 2]);
-    for pair in [at_rest, in_motion] {
+    for pair in at_rest_and_in_motion(a) {
         let image = pair.tactile_image(GridBody::A, &grid);
         // The taxel is 0.2 m long and 0.25 m wide on average. The pressure is 1e5 · 0.05/0.5 Pa.
         let force = image.taxel(1, 1).unwrap().wrench.force.z;
@@ -204,11 +208,7 @@ fn a_contact_in_a_taxel_plane_is_in_the_higher_row() {
     let frame = Pose::from_rotation_vector(&vector![PI / 2.0, 0.0, 0.0], Vector3::zeros());
     let grid = TaxelGrid::flat(&(pose.inverse() * frame), [0.3, 0.2], [1, 2]).unwrap();
     let a = ContactBody::new(&ball, pose, 1e5).unwrap();
-    let floor = Partner::rigid_half_space(Pose::identity()).unwrap();
-    let at_rest = ContactPair::new(a, floor);
-    let law = SurfaceLaw::new(0.0, 0.0, 1e-2).unwrap();
-    let in_motion = ContactPair::new(a, floor).moving(law, [Twist::zero(); 2]);
-    for pair in [at_rest, in_motion] {
+    for pair in at_rest_and_in_motion(a) {
         let image = pair.tactile_image(GridBody::A, &grid);
         assert_eq!(image.taxels().len(), 1);
         let difference = image.force(1, 0) - grid.axes(1, 0).tr_mul(&image.total().force);
