@@ -20,20 +20,22 @@ def ball_and_floor(velocity):
     return he.World([ball, floor], gravity=[0.0, 0.0, -9.81])
 
 
-# Positions of a ball beside a cuboid: apart, and overlapping.
-BESIDE = [[0.5, 0.1, 0.2], [0.25, 0.18, 0.28]]
+# Heights of a cuboid whose lowest edge crosses the highest edge of another cuboid: apart, and overlapping.
+HEIGHTS = [0.6, 0.55]
 
 
-def cuboid_and_ball(position):
-    pair = he.Pair(he.Shape.cuboid([0.2, 0.3, 0.4]), he.Shape.icosphere(0.1, 2), 1e5, 3e5)
-    return pair, he.pose([0.1, 0.2, 0.3], [0.3, 0.2, 0.1]), he.pose(position, [0.1, 0.0, 0.2])
+def crossed_cuboids(height):
+    """A pair with poses. If it overlaps, a corner of the contact surface is deepest, so the depth depends on the moduli."""
+    pair = he.Pair(he.Shape.cuboid([0.4, 0.2, 0.2]), he.Shape.cuboid([0.2, 0.4, 0.2]), 1e5, 3e5)
+    pose_b = he.pose([0.11, 0.21, height], [0.02, np.pi / 4 - 0.04, 0.03])
+    return pair, he.pose([0.1, 0.2, 0.3], [np.pi / 4 + 0.03, 0.02, 0.01]), pose_b
 
 
-@pytest.mark.parametrize("position", BESIDE)
-def test_derivatives_of_the_distance_are_differences(position):
-    pair, *poses = cuboid_and_ball(position)
+@pytest.mark.parametrize("height", HEIGHTS)
+def test_derivatives_of_the_distance_are_differences(height):
+    pair, *poses = crossed_cuboids(height)
     distance, points, gradient = pair.clearance(*poses)
-    overlap = position == BESIDE[1]
+    overlap = height == HEIGHTS[1]
     assert (distance < 0.0) == overlap and gradient[12:].any() == overlap
     assert overlap or abs(np.linalg.norm(points[1] - points[0]) - distance) < 1e-12
 
@@ -95,12 +97,12 @@ def test_the_time_of_first_contact_of_a_turning_box_has_the_slope_of_differences
     assert np.allclose(gradient, differences, atol=1e-7)
 
 
-@pytest.mark.parametrize("position", BESIDE)
-def test_jax_differentiates_distances(position):
+@pytest.mark.parametrize("height", HEIGHTS)
+def test_jax_differentiates_distances(height):
     jax = pytest.importorskip("jax")
     jax.config.update("jax_enable_x64", True)
     hj = importlib.import_module("hydroelastic.jax")
-    pair, *poses = cuboid_and_ball(position)
+    pair, *poses = crossed_cuboids(height)
 
     def distance(change):
         moved = [hj.moved_pose(pose, change[6 * i : 6 * i + 6]) for i, pose in enumerate(poses)]
@@ -120,11 +122,11 @@ def test_jax_differentiates_distances(position):
 
 
 @pytest.mark.torch
-@pytest.mark.parametrize("position", BESIDE)
-def test_torch_differentiates_distances(position):
+@pytest.mark.parametrize("height", HEIGHTS)
+def test_torch_differentiates_distances(height):
     torch = pytest.importorskip("torch")
     ht = importlib.import_module("hydroelastic.torch")
-    pair, *poses = cuboid_and_ball(position)
+    pair, *poses = crossed_cuboids(height)
     change = torch.zeros(14, dtype=torch.float64, requires_grad=True)
     moved = [ht.moved_pose(pose, change[6 * i : 6 * i + 6]) for i, pose in enumerate(poses)]
     distance = ht.clearance(pair, *moved, moduli=torch.tensor([1e5, 3e5], dtype=torch.float64) + change[12:])

@@ -140,7 +140,7 @@ def test_pickled_fits_and_predictions_have_the_same_bits():
     flight = tossed(*TRUTH, velocity=(0.0, 0.0, 5.0))
     unknown = he.Identification(flight, PLAN, unknowns()[2:]).fit([flight.rollout(PLAN).run()])
     prediction = identification.predict(TRUTH, trajectories[1])
-    assert fit.errors[0] and np.isinf(unknown.covariance).all() and np.isnan(unknown.sandwich_covariance).all()
+    assert fit.errors[0] and np.isinf(unknown.covariance).all() and np.isinf(unknown.sandwich_covariance).all()
     for value in (fit, unknown, prediction):
         again = pickle.loads(pickle.dumps(value))
         for name in (name for name in dir(value) if not name.startswith("_")):
@@ -159,17 +159,17 @@ def test_a_single_item_in_place_of_a_list_is_refused():
     identification = he.Identification(world, PLAN, unknowns())
     friction = he.Parameter.friction("ball")
     for create, match in [
-        (lambda: he.Identification(world, PLAN, unknowns()[0]), "a list of Unknown is expected, but the argument is one Unknown"),
+        (lambda: he.Identification(world, PLAN, unknowns()[0]), "a list of Unknown is expected, but the argument is a single Unknown"),
         (lambda: he.Identification(world, PLAN, [friction]), "but the item at index 0 is <class 'hydroelastic.Parameter'>"),
         (lambda: he.Identification(world, PLAN, 1.0), "a list of Unknown is expected, but the argument is <class 'float'>"),
         (lambda: he.Identification(world, PLAN, unknowns(), bodies="ball"), 'a list of names .* is the name "ball": put it into a list'),
         (lambda: he.Unknown(friction, tied_to=friction), "put it into a list"),
-        (lambda: he.Identification(world, PLAN, [], nuisances=(friction, 0.1)), "a nuisance must be a Parameter and its deviation"),
-        (lambda: identification.fit(trajectory), "a list of Trajectory is expected, but the argument is one Trajectory"),
-        (lambda: he.World(world.bodies, controls=he.Control("ball", 0.1, np.zeros((1, 6)))), "one Control: put it into a list"),
-        (lambda: he.States(world.initial_state), "one State: put it into a list"),
-        (lambda: he.Trajectory(world.initial_state), "one State: put it into a list"),
-        (lambda: he.Batch(PLAN).rollouts(world), "one World: put it into a list"),
+        (lambda: he.Identification(world, PLAN, [], nuisances=(friction, 0.1)), "a nuisance must be a Parameter and a standard deviation"),
+        (lambda: identification.fit(trajectory), "a list of Trajectory is expected, but the argument is a single Trajectory"),
+        (lambda: he.World(world.bodies, controls=he.Control("ball", 0.1, np.zeros((1, 6)))), "a single Control: put it into a list"),
+        (lambda: he.States(world.initial_state), "a single State: put it into a list"),
+        (lambda: he.Trajectory(world.initial_state), "a single State: put it into a list"),
+        (lambda: he.Batch(PLAN).rollouts(world), "a single World: put it into a list"),
         (lambda: he.Parameter.controls("ball", 1), "put it into a list"),
     ]:
         with pytest.raises(TypeError, match=match):
