@@ -65,7 +65,7 @@ mod wrench;
 pub use crate::contact_shape::{
     BodyError, ContactBody, HalfSpace, Partner, RigidShape, Shape, ThicknessError,
 };
-pub(crate) use crate::contact_shape::{PartnerShape, SLOPES};
+pub(crate) use crate::contact_shape::{PartnerShape, STEEPEST};
 pub use crate::search::{Culling, Search};
 pub use crate::seeds::NotFollowed;
 pub use clearance::{Clearance, Feature, LinearizedClearance};

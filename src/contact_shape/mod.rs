@@ -16,7 +16,7 @@ mod partner;
 mod rigid_shape;
 mod shape;
 
-pub(crate) use body::SLOPES;
+pub(crate) use body::STEEPEST;
 pub use body::{BodyError, ContactBody};
 pub use half_space::{HalfSpace, ThicknessError};
 pub use partner::Partner;

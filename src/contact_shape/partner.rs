@@ -53,8 +53,7 @@ impl<'a, T: Scalar> Partner<'a, T> {
     ///
     /// # Errors
     /// Returns an error if the pose is not finite or its rotation is not orthonormal. For a soft layer, also returns an
-    /// error if the modulus is not positive and finite, or if the steepest gradient of the pressure is outside of
-    /// 1e-150 to 1e153 Pa/m.
+    /// error if the modulus is not positive and finite, or if the gradient of the pressure exceeds 1e153 Pa/m.
     pub fn half_space(shape: &'a HalfSpace, pose: Pose<T>, modulus: T) -> Result<Self, BodyError> {
         Self::new(PartnerShape::HalfSpace(shape), pose, modulus)
     }
@@ -139,8 +138,8 @@ impl<'a, T: Scalar> Partner<'a, T> {
     ///
     /// # Errors
     /// Returns an error if the pose is not finite or its rotation is not orthonormal. For a compliant partner, also
-    /// returns an error if the modulus is not positive and finite, or if the steepest gradient of the pressure is
-    /// outside of 1e-150 to 1e153 Pa/m.
+    /// returns an error if the modulus is not positive and finite, or if the gradient of the pressure exceeds 1e153
+    /// Pa/m.
     pub fn at<U: Scalar>(&self, pose: Pose<U>, modulus: U) -> Result<Partner<'a, U>, BodyError> {
         Partner::new(self.shape, pose, modulus)
     }

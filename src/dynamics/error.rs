@@ -1,4 +1,4 @@
-use crate::contact::SLOPES;
+use crate::contact::STEEPEST;
 use crate::spatial::PoseError;
 
 /// Error of a world, its settings, or a state that does not fit it.
@@ -17,13 +17,12 @@ pub enum WorldError {
         /// Value of the quantity.
         value: f64,
     },
-    /// The pressure gradient of a body is outside of the range of contact computations.
+    /// The pressure gradient of a body is too steep for the contact computation.
     #[error(
-        "the pressure gradient of body {body:?} is {slope:e} Pa/m (hydroelastic modulus times the steepest gradient of the extent), but must be from {least:e} to {most:e} Pa/m",
-        least = SLOPES.start(),
-        most = SLOPES.end()
+        "the pressure gradient of body {body:?} is {slope:e} Pa/m (hydroelastic modulus times the steepest gradient of the extent), but must be at most {most:e} Pa/m",
+        most = STEEPEST
     )]
-    Slope {
+    Steep {
         /// Name of the body.
         body: String,
         /// Pressure gradient (Pa/m).

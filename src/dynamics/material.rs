@@ -1,5 +1,5 @@
 use super::{BodyShape, WorldError};
-use crate::contact::{PartnerShape, SLOPES, SurfaceLaw};
+use crate::contact::{PartnerShape, STEEPEST, SurfaceLaw};
 use crate::scalar::{Scalar, lift, real_part};
 
 /// Contact properties of a body: stiffness, damping and friction.
@@ -119,10 +119,10 @@ impl<T: Scalar> Material<T> {
             });
         }
         let steepest = partner.map_or(0.0, PartnerShape::steepest);
-        let slope = self.modulus.map(|modulus| real_part(modulus) * steepest);
-        if let Some(slope) = slope.filter(|slope| steepest > 0.0 && !SLOPES.contains(slope)) {
+        let slope = self.modulus.map_or(0.0, real_part) * steepest;
+        if slope > STEEPEST {
             let body = body();
-            return Err(WorldError::Slope { body, slope });
+            return Err(WorldError::Steep { body, slope });
         }
         Ok(())
     }

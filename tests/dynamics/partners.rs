@@ -201,7 +201,7 @@ fn what_no_body_can_be_is_refused() {
     let thin = HalfSpace::layer(1e-3).unwrap();
     assert_eq!(
         body(steep, thin.into()),
-        Err(WorldError::Slope {
+        Err(WorldError::Steep {
             body: name(),
             slope: 1e152 * (1.0 / 1e-3)
         })

@@ -32,9 +32,9 @@ fn a_rigid_partner_ignores_the_modulus() {
     }
 }
 
-/// The force would be zero, because the squares of the gradients overflow or underflow.
+/// Otherwise the force would be zero, because the squares of gradients overflow.
 #[test]
-fn pressure_gradients_that_overflow_or_underflow_are_refused() {
+fn pressures_must_not_rise_beyond_double_precision() {
     let [thin, bare] = [HalfSpace::layer(1e-6).unwrap(), HalfSpace::rigid()];
     let cube = cuboid([0.2; 3]);
     let here = Pose::identity();
@@ -43,14 +43,12 @@ fn pressure_gradients_that_overflow_or_underflow_are_refused() {
         let body = ContactBody::new(&cube, here, modulus * 1e5).map(|_| ());
         for refused in [layer, body] {
             let is_named = |error: &BodyError| {
-                matches!(error, BodyError::Slope { .. } | BodyError::Modulus(_))
+                matches!(error, BodyError::Steep { .. } | BodyError::Modulus(_))
             };
             assert!(refused.as_ref().is_err_and(is_named), "{refused:?}");
         }
         assert!(Partner::half_space(&bare, here, modulus).is_ok());
     }
-    let slight = ContactBody::new(&cube, here, 1e-160).map(|_| ());
-    assert!(matches!(slight, Err(BodyError::Slope { .. })), "{slight:?}");
     // The steepest accepted layer still has a force. It is rigid up to round-off.
     let above = at(0.01, 0.02, 0.09);
     let cube = ContactBody::new(&cube, above, 1e100).unwrap();
