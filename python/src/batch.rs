@@ -104,7 +104,7 @@ fn common_state(worlds: &[Inner]) -> PyResult<Option<dynamics::State>> {
     }
 }
 
-/// Returns parameters of the library, or an error if a parameter does not belong to a world.
+/// Converts parameters to those of Rust. Returns an error if a parameter does not belong to the world.
 fn parameters_of(
     world: &World,
     parameters: &[Bound<'_, Parameter>],

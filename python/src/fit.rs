@@ -195,7 +195,8 @@ impl Fit {
         array(py, ends.collect(), &[self.0.estimates.len(), 2])
     }
 
-    /// Covariance of the coordinates of the unknowns, (u, u) float64. Infinite if a direction is not determined.
+    /// Covariance of the coordinates of the unknowns, (u, u) float64. An unknown without effect has an infinite variance.
+    /// If a direction of the others is not determined, all their entries are infinite.
     #[getter]
     fn covariance<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
         by_rows(py, &self.0.covariance)

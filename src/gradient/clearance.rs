@@ -5,8 +5,8 @@ use crate::dynamics::{Approach, Force, PairClearance, State, Trajectory, World, 
 use crate::scalar::{Scalar, lift};
 use nalgebra::DVector;
 
-/// Clearance (m) of two bodies at the last state, or the least at the recorded states: 1 number. It has derivatives also if the bodies never
-/// touch.
+/// Clearance (m) of two bodies at the last state, or the least clearance at the recorded states ([`Self::least`]). The outcome is one number.
+/// It has derivatives also if the bodies never touch.
 ///
 /// [`ContactPair::clearance`](crate::contact::ContactPair::clearance) defines the clearance. The shapes and moduli of the bodies are
 /// constants of the outcome. Derivatives with respect to them contain only their effect on the motion.
@@ -51,17 +51,20 @@ impl RolloutClearance {
         first: &str,
         second: &str,
     ) -> Result<Self, WorldError> {
-        let pair = PairClearance::between(&world.model, [first, second])?;
-        let is_least = false;
-        Ok(Self { pair, is_least })
+        Ok(Self {
+            pair: PairClearance::between(&world.model, [first, second])?,
+            is_least: false,
+        })
     }
 
     /// Selects the least clearance at the recorded states. It is continuous. It has a kink where another recorded state becomes the state
     /// with the least clearance.
     #[must_use]
     pub fn least(self) -> Self {
-        let is_least = true;
-        Self { is_least, ..self }
+        Self {
+            is_least: true,
+            ..self
+        }
     }
 }
 
@@ -75,15 +78,15 @@ impl Outcome for RolloutClearance {
     }
 
     fn share<T: Scalar>(&self, times: &[f64], record: usize, state: &State<T>) -> Option<Vec<T>> {
+        if self.is_least {
+            return None;
+        }
         let is_last = record + 1 == times.len();
-        let number = || {
-            if is_last {
-                self.pair.at(state).distance
-            } else {
-                lift(0.0)
-            }
-        };
-        (!self.is_least).then(|| vec![number()])
+        Some(vec![if is_last {
+            self.pair.at(state).distance
+        } else {
+            lift(0.0)
+        }])
     }
 }
 

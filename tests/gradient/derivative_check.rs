@@ -94,7 +94,7 @@ fn undivided_steps_are_unresolved_from_the_impact_on() {
 }
 
 /// A sliding block that was put down from 1 mm rattles, and the rattling amplifies small changes. The slopes of its motion over changes of
-/// the friction from 3.5e-3 to 1.4e-5 are from −0.07 m to −2.1 m, equal at two tolerances. The derivative is −3.7 m.
+/// the friction from 3.5e-3 to 1.4e-5 are from −0.07 m to −2.1 m, and at tighter tolerances almost the same. The derivative is −3.7 m.
 #[test]
 #[ignore = "takes minutes"]
 fn a_rattling_slide_is_chaotic() {

@@ -216,12 +216,8 @@ impl<T: Scalar> Division<T> {
         let change = self.gradient_changes[family] * reach(outline);
         let origin = real_vector(&Vector3::from(polygon.plane.origin));
         let planes = &self.planes[family][*range.start()..=range.end() + 1];
-        let values = |pair: &[AffineField<T>]| [0, 1].map(|i| real_value(&pair[i], &origin));
-        change <= 0.0
-            || planes.windows(2).all(|pair| {
-                let [before, after] = values(pair);
-                before - after > change
-            })
+        let value = |plane| real_value(plane, &origin);
+        change <= 0.0 || planes.is_sorted_by(|before, after| value(before) - value(after) > change)
     }
 
     /// Visits the parts of an outline in the columns (family 0) or in the rows (family 1), with their indices.
